@@ -1,0 +1,1 @@
+"""Casting: which patch a ray meets first."""

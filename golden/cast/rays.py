@@ -1,0 +1,89 @@
+"""Rays and what they hit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+
+__all__ = ["Hits", "Rays"]
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """R rays; ``t`` along a ray is in units of its direction's length.
+
+    Parameters
+    ----------
+    origin, direction
+        R x 3 float64; directions need not be unit vectors.
+    source
+        R int32: the surface (``Scene.surface``) on which the ray starts and which it therefore never hits, or -1.
+    tmax
+        R float64: only hits nearer than this count; infinity by default.
+
+    Errors
+    ------
+    InputError
+        Shapes do not match, a value is not finite, or a direction is zero.
+    """
+
+    origin: np.ndarray
+    direction: np.ndarray
+    source: np.ndarray | None = None
+    tmax: np.ndarray | None = None
+
+    def __post_init__(self):
+        for name in ("origin", "direction"):
+            value = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, value)
+            if value.ndim != 2 or value.shape[1] != 3:
+                raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}")
+            bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
+            if len(bad):
+                raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}")
+        count = len(self.origin)
+        if len(self.direction) != count:
+            raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}")
+        bad = np.flatnonzero(~self.direction.any(axis=1))
+        if len(bad):
+            raise InputError(f"rays: Direction of ray {bad[0]} must not be zero")
+        for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf)):
+            value = getattr(self, name)
+            value = np.full(count, default, dtype) if value is None else np.ascontiguousarray(value, dtype=dtype)
+            if value.shape != (count,):
+                raise InputError(f"rays: {name.capitalize()} must have one entry for each of {count} rays, "
+                                 f"not shape {value.shape!r}")
+            object.__setattr__(self, name, value)
+        if np.isnan(self.tmax).any() or (self.tmax < 0).any():
+            raise InputError("rays: Tmax must be at least 0 and not NaN")
+
+    def __len__(self) -> int:
+        return len(self.origin)
+
+    def __getitem__(self, rows) -> "Rays":
+        return Rays(self.origin[rows], self.direction[rows], self.source[rows], self.tmax[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """What R rays met.
+
+    Parameters
+    ----------
+    patch
+        R int32, the nearest patch (the smaller number where two are equally near), or -1.
+    t
+        R float64, distance in units of the direction's length; infinity where ``patch`` is -1.
+    u, v
+        R float64, bilinear coordinates on the patch: (0, 0) at vertex 0, (1, 0) at 1, (1, 1) at 2, (0, 1) at 3.
+    tests, steps
+        R int64, ray-patch tests and cell steps that the casting method spent.
+    """
+
+    patch: np.ndarray
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    tests: np.ndarray
+    steps: np.ndarray

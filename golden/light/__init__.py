@@ -1,0 +1,1 @@
+"""Light: form factors, radiosity, and the image."""

@@ -1,0 +1,7 @@
+"""Scenes: patches, materials, cameras, files and the built-in ones."""
+
+from golden.scene.camera import Camera
+from golden.scene.material import Material, Rgb
+from golden.scene.scene import PointLight, Scene
+
+__all__ = ["Camera", "Material", "PointLight", "Rgb", "Scene"]

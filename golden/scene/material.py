@@ -1,0 +1,68 @@
+"""What a patch's surface does with light."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from golden.errors import InputError
+
+__all__ = ["Material", "Rgb"]
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Reflectances and emission of a surface, three linear colour channels each.
+
+    Per channel ``diffuse + specular + transparent`` is at most 1: a surface never gives back more than it gets.
+
+    Parameters
+    ----------
+    name
+        How messages and exported files call it.
+    diffuse
+        Share of the incident light that leaves diffusely (rho).
+    specular
+        Share that leaves along the mirror direction.
+    transparent
+        Share that passes through, bent by ``refraction_index``.
+    refraction_index
+        Index of the inside relative to the outside, at least 1; 1 lets light pass straight on (a thin sheet).
+    emission
+        Radiance that the front side (both sides where the patch is two-sided) sends out by itself, in W/(m2 sr).
+
+    Errors
+    ------
+    InputError
+        A value is not finite, is negative, or a channel's shares add up to more than 1.
+    """
+
+    name: str
+    diffuse: Rgb = (0.0, 0.0, 0.0)
+    specular: Rgb = (0.0, 0.0, 0.0)
+    transparent: Rgb = (0.0, 0.0, 0.0)
+    refraction_index: float = 1.5
+    emission: Rgb = (0.0, 0.0, 0.0)
+
+    def __post_init__(self):
+        for field in fields(self):
+            if field.type is not Rgb:
+                continue
+            value = getattr(self, field.name)
+            if len(value) != 3 or not np.all(np.isfinite(value)) or min(value) < 0:
+                raise InputError(f"material {self.name!r}: {field.name.capitalize()} must be "
+                                 f"three finite values of at least 0, not {tuple(value)!r}")
+            object.__setattr__(self, field.name, tuple(float(channel) for channel in value))
+        shares = np.add(np.add(self.diffuse, self.specular), self.transparent)
+        if shares.max() > 1 + 1e-9:
+            raise InputError(f"material {self.name!r}: Diffuse + specular + transparent must be "
+                             f"at most 1 in each channel, not {tuple(shares.tolist())!r}")
+        if not np.isfinite(self.refraction_index) or self.refraction_index < 1:
+            raise InputError(f"material {self.name!r}: Refraction index must be a finite value of at least 1, "
+                             f"not {self.refraction_index!r}")
+
+    @property
+    def emits(self) -> bool:
+        """Whether the surface is a light."""
+        return max(self.emission) > 0

@@ -1,0 +1,149 @@
+"""A scene as everything downstream sees it: patches, materials, lights, a camera."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.camera import Camera
+from golden.scene.material import Material, Rgb
+
+__all__ = ["PointLight", "Scene"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointLight:
+    """A light without size: ``intensity`` in W/sr per channel at ``position``."""
+
+    position: tuple[float, float, float]
+    intensity: Rgb
+
+    def __post_init__(self):
+        for name in ("position", "intensity"):
+            value = getattr(self, name)
+            if len(value) != 3 or not np.all(np.isfinite(value)):
+                raise InputError(f"point light: {name.capitalize()} must be three finite values, not {value!r}")
+        if min(self.intensity) < 0:
+            raise InputError(f"point light: Intensity must be at least 0, not {self.intensity!r}")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """Patches with their materials: planar, strictly convex quadrilaterals and triangles.
+
+    A triangle repeats its last vertex (``vertices[i, 3] == vertices[i, 2]``). Neighbouring patches hold the very same
+    float64 coordinates at a shared corner; casting relies on it to lose no ray between them. The front of a patch is the
+    side from which its vertices run counter-clockwise.
+
+    Parameters
+    ----------
+    name
+        Shown in summaries and used for file names.
+    vertices
+        N x 4 x 3 float64, scene units.
+    material
+        N int32, index into ``materials``.
+    materials
+        The materials.
+    surface
+        N int32. Patches that were cut from one planar polygon have the same number; a ray that starts on a surface
+        never hits that surface. Default: every patch its own.
+    smooth
+        N int32. Patches with the same number approximate one curved surface: shading normals and radiosities run on
+        over the edges between them. Default: the same as ``surface``.
+    two_sided
+        N bool. Whether the back of the patch reflects and emits as its front does; the back of a one-sided patch is
+        black. Both sides block. Default: all one-sided.
+    camera
+        The scene's own view, if it has one.
+    lights
+        Point lights (area lights are patches whose material emits).
+    background
+        Radiance that rays meet which leave the scene.
+    up
+        The scene's own idea of up, for a default camera.
+
+    Errors
+    ------
+    InputError
+        Arrays of the wrong shape, no patches, vertices that are not finite, or material numbers out of range.
+    """
+
+    name: str
+    vertices: np.ndarray
+    material: np.ndarray
+    materials: tuple[Material, ...]
+    surface: np.ndarray | None = None
+    smooth: np.ndarray | None = None
+    two_sided: np.ndarray | None = None
+    camera: Camera | None = None
+    lights: tuple[PointLight, ...] = ()
+    background: Rgb = (0.0, 0.0, 0.0)
+    up: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0))
+
+    def __post_init__(self):
+        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
+        if vertices.ndim != 3 or vertices.shape[1:] != (4, 3):
+            raise InputError(f"scene {self.name!r}: Vertices must be N x 4 x 3, not {vertices.shape!r}")
+        count = len(vertices)
+        if count == 0:
+            raise InputError(f"scene {self.name!r}: it has no patches")
+        bad = np.flatnonzero(~np.isfinite(vertices).all(axis=(1, 2)))
+        if len(bad):
+            raise InputError(f"scene {self.name!r}: patch {bad[0]} has a vertex that is not finite")
+        defaults = {"surface": np.arange(count), "smooth": self.surface if self.smooth is None else None,
+                    "two_sided": np.zeros(count, dtype=bool)}
+        if self.smooth is None and self.surface is None:
+            defaults["smooth"] = np.arange(count)
+        object.__setattr__(self, "vertices", vertices)
+        for name in ("material", "surface", "smooth", "two_sided"):
+            value = getattr(self, name)
+            value = np.ascontiguousarray(defaults[name] if value is None else value,
+                                         dtype=bool if name == "two_sided" else np.int32)
+            if value.shape != (count,):
+                raise InputError(f"scene {self.name!r}: {name.capitalize()} must have one entry for each of "
+                                 f"{count} patches, not shape {value.shape!r}")
+            object.__setattr__(self, name, value)
+        if self.material.min() < 0 or self.material.max() >= len(self.materials):
+            raise InputError(f"scene {self.name!r}: Material must be a number below {len(self.materials)}, "
+                             f"not {self.material.min()} to {self.material.max()}")
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    @cached_property
+    def is_triangle(self) -> np.ndarray:
+        """N bool."""
+        return (self.vertices[:, 3] == self.vertices[:, 2]).all(axis=1)
+
+    @cached_property
+    def area_vectors(self) -> np.ndarray:
+        """N x 3: front normal times area."""
+        v = self.vertices
+        return 0.5 * np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1])
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """N areas in squared scene units."""
+        return np.linalg.norm(self.area_vectors, axis=1)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """N x 3 unit front normals."""
+        return self.area_vectors / self.areas[:, None]
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """2 x 3: lower and upper corner of the scene box."""
+        points = self.vertices.reshape(-1, 3)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    @cached_property
+    def size(self) -> float:
+        """The scene box's longest side."""
+        return float((self.bounds[1] - self.bounds[0]).max())
+
+    def channels(self, name: str) -> np.ndarray:
+        """A material property (``"diffuse"``, ``"emission"``, ...) of every patch, N x 3 (or N)."""
+        return np.array([getattr(material, name) for material in self.materials], dtype=np.float64)[self.material]

@@ -1,0 +1,1 @@
+"""Tests and benches: what proves the golden model, and later the hardware, folder for folder."""
