@@ -1,1 +1,1 @@
-"""The machine in Amaranth. Empty so far: the golden model comes first, block by block the hardware follows it."""
+"""The machine in Amaranth. Empty so far: it follows the golden model block by block."""
