@@ -45,7 +45,7 @@ BUILTIN = {scene.name: scene for scene in (
     BuiltinScene("cubes", "a regular array of boxes"),
     BuiltinScene("man", "an articulated figure"),
     BuiltinScene("phone", "a telephone with curved handset and keys"),
-    BuiltinScene("teapot", "the 32 Bezier patches of the Utah teapot; size: cuts along a patch's side", range(1, 65), 8),
+    BuiltinScene("teapot", "the 32 Bezier patches of Utah; size: cuts along a side", range(1, 65), 8),
     BuiltinScene("tetra", "SPD: pyramid of tetrahedra; size: levels", range(1, 10), 6),
     BuiltinScene("mountain", "SPD: fractal terrain with four glass balls; size: levels", range(1, 9), 5),
     BuiltinScene("rings", "SPD: pyramid of interlocking rings; size: rings along an edge", range(1, 9), 2),
