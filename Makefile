@@ -1,0 +1,66 @@
+# Everything a user or a developer runs. Needs Python 3.11 or newer with venv and pip; no root.
+
+PYTHON  ?= $(shell command -v python3.11 || echo python3)
+VENV    := .venv
+BIN     := $(VENV)/bin
+STAMP   := $(VENV)/installed
+OUT     := out
+
+# Whatever iterates over a set of strings does it in the same order in every run.
+export PYTHONHASHSEED := 0
+
+# `make sim BLOCK=icu` runs the regressions of one block.
+BLOCKS  := ctu icu memsys noc lib system
+BLOCK   ?= $(BLOCKS)
+BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test sim bench nightly pictures lint clean
+
+help: ## this list
+	@echo "Radiosity Engine: make TARGET"
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+setup: $(STAMP) ## install everything into .venv/ (the other targets do it when needed)
+
+$(STAMP): pyproject.toml
+	@echo "== installing the pinned packages of pyproject.toml into $(VENV)/"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "error: $(PYTHON) is $$($(PYTHON) -V 2>&1), need 3.11 or newer (make PYTHON=...)" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@
+
+demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
+	@echo "== rendering into $(OUT)/demo/"
+	$(BIN)/python -m tb.demo $(OUT)/demo
+
+test: lint ## all tests but the nightly ones
+	@echo "== tests, two at a time"
+	$(BIN)/pytest -n 2 -m "not nightly"
+
+sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
+	@if [ -z "$(BENCHES)" ]; then \
+	  echo "error: there are no cocotb benches yet (tb/{ctu,icu,memsys,noc,lib,system}/test_*.py, BLOCK=$(BLOCK))" >&2; \
+	  exit 1; \
+	fi
+	@echo "== regressions of $(BLOCK)"
+	$(BIN)/pytest -n 2 $(BENCHES)
+
+bench: $(STAMP) ## rays per second against Embree; a table in out/bench/
+	@echo "== measuring into $(OUT)/bench/"
+	$(BIN)/python -m tb.bench.casting
+
+nightly: $(STAMP) ## the tests that take long
+	$(BIN)/pytest -n 2 -m nightly
+
+pictures: $(STAMP) ## render the pictures of the documentation again
+	$(BIN)/python -m tb.pictures docs/pictures
+
+lint: $(STAMP) ## style and likely bugs
+	@echo "== ruff"
+	$(BIN)/ruff check .
+
+clean: ## remove everything that was made, .venv/ included
+	rm -rf $(VENV) $(OUT) build *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find golden hw tb -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,65 @@
+"""Pictures as files, and numbers as pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+from PIL import Image, ImageDraw, ImageFont
+
+from golden.errors import InputError
+from golden.output import whole_file
+
+__all__ = ["false_colour", "read_exr", "write_exr", "write_png"]
+
+# Dark to bright with steadily rising luminance, so that the order survives grey printing and colour blindness.
+_RAMP = np.array([(0, 0, 8), (72, 12, 104), (176, 42, 96), (240, 104, 40), (252, 190, 52), (255, 252, 208)]) / 255
+_LEGEND_HEIGHT = 44
+_LEGEND_WIDTH = 256
+
+
+def write_png(path: Path, image: np.ndarray) -> None:
+    """Write H x W x 3 uint8 as PNG: whole or not at all, the same bytes for the same image."""
+    with whole_file(path) as part:
+        Image.fromarray(image).save(part, format="PNG")
+
+
+def write_exr(path: Path, image: np.ndarray) -> None:
+    """Write H x W x 3 linear radiance as OpenEXR (float32, ZIP): whole or not at all, same image, same bytes."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with whole_file(path) as part:
+        try:
+            OpenEXR.File(header, {"RGB": np.ascontiguousarray(image, dtype=np.float32)}).write(str(part))
+        except RuntimeError as error:
+            # The binding reports the system's refusals as RuntimeError.
+            raise InputError(f"output {str(path)!r}: cannot be written ({error})") from error
+
+
+def read_exr(path: Path) -> np.ndarray:
+    """H x W x 3 float32 of an OpenEXR file with the channels R, G, B."""
+    return OpenEXR.File(str(path)).channels()["RGB"].pixels
+
+
+def false_colour(values: np.ndarray, title: str) -> np.ndarray:
+    """H x W values of at least 0 as a uint8 heat map, black at 0, with a legend below it.
+
+    The legend names ``title``, the mean, and the values at the ends and in the middle of the ramp.
+    """
+    top = float(values.max())
+    legend = Image.new("RGB", (max(_LEGEND_WIDTH, values.shape[1]), _LEGEND_HEIGHT))
+    draw = ImageDraw.Draw(legend)
+    font = ImageFont.load_default(size=11)
+    draw.text((4, 2), f"{title}, mean {float(values.mean()):.3g}", font=font, fill="white")
+    ramp = _ramp(np.broadcast_to(np.linspace(0, 1, legend.width - 8), (10, legend.width - 8)))
+    legend.paste(Image.fromarray(ramp), (4, 18))
+    for share, anchor in ((0, "la"), (0.5, "ma"), (1, "ra")):
+        draw.text((4 + share * (legend.width - 8), 29), f"{share * top:.4g}", font=font, fill="white", anchor=anchor)
+    canvas = np.zeros((values.shape[0] + _LEGEND_HEIGHT, legend.width, 3), dtype=np.uint8)
+    canvas[:values.shape[0], :values.shape[1]] = _ramp(values / top if top > 0 else values)
+    canvas[values.shape[0]:] = np.asarray(legend)
+    return canvas
+
+
+def _ramp(share: np.ndarray) -> np.ndarray:
+    stops = np.linspace(0, 1, len(_RAMP))
+    colour = np.stack([np.interp(share, stops, channel) for channel in _RAMP.T], axis=-1)
+    return np.rint(255 * colour).astype(np.uint8)

@@ -1,0 +1,65 @@
+"""From radiance to what a display shows."""
+
+import numpy as np
+
+from golden.errors import InputError
+
+__all__ = ["CURVES", "automatic_exposure", "luminance", "tone_map"]
+
+CURVES = ("reinhard", "linear")
+
+_MIDDLE_GREY = 0.18  # the reflectance in which a typical scene's log-average lies
+
+
+def luminance(image: np.ndarray) -> np.ndarray:
+    """Luminance of linear RGB with the primaries of ITU-R BT.709; any shape (..., 3), same units."""
+    return image @ np.array([0.2126, 0.7152, 0.0722])
+
+
+def automatic_exposure(image: np.ndarray) -> float:
+    """The factor that brings the log-average luminance of what is lit to middle grey.
+
+    After E. Reinhard and others, Photographic Tone Reproduction for Digital Images, 2002, eq. 1. Black pixels (rays
+    that left the scene) do not count; an image that is black throughout gets 1.
+    """
+    lit = luminance(image)
+    lit = lit[lit > 0]
+    return float(_MIDDLE_GREY / np.exp(np.log(lit).mean())) if lit.size else 1.0
+
+
+def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "reinhard",
+             gamma: float | None = None) -> np.ndarray:
+    """H x W x 3 linear radiance as a uint8 image.
+
+    Parameters
+    ----------
+    exposure
+        Factor before everything else; None chooses `automatic_exposure`.
+    curve
+        ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, the image's brightest luminance but at least
+        1, becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
+    gamma
+        Power law of the display; None is the sRGB curve (IEC 61966-2-1).
+
+    Errors
+    ------
+    InputError
+        Exposure or gamma is not a finite value above 0, or the curve is unknown.
+    """
+    for name, value in (("Exposure", exposure), ("Gamma", gamma)):
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"tone mapping: {name} must be a finite value above 0, not {value!r}")
+    if curve not in CURVES:
+        raise InputError(f"tone mapping: Curve must be {' or '.join(CURVES)}, not {curve!r}")
+    linear = image * (automatic_exposure(image) if exposure is None else exposure)
+    if curve == "reinhard":
+        bright = luminance(linear)
+        white = max(1.0, float(bright.max()))
+        linear = linear * ((1 + bright / white**2) / (1 + bright))[..., None]
+    linear = np.clip(linear, 0, 1)
+    encoded = _srgb(linear) if gamma is None else linear ** (1 / gamma)
+    return np.rint(255 * encoded).astype(np.uint8)
+
+
+def _srgb(linear: np.ndarray) -> np.ndarray:
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
