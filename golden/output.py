@@ -23,7 +23,7 @@ def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
             continue
         if path.suffix.lower() not in suffixes:
             raise InputError(f"output {str(path)!r}: Name must end in {' or '.join(suffixes)}, not {path.suffix!r}")
-        if path.is_dir():
+        if os.path.isdir(path):  # unlike the method, says no where the system cannot say
             raise InputError(f"output {str(path)!r}: it is a directory")
         part = _part(path)
         try:

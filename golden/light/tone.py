@@ -36,8 +36,8 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
     exposure
         Factor before everything else; None chooses `automatic_exposure`.
     curve
-        ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, the image's brightest luminance but at least
-        1, becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
+        ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, the brightest luminance but at least 1,
+        becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
     gamma
         Power law of the display; None is the sRGB curve (IEC 61966-2-1).
 

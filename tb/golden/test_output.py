@@ -1,0 +1,55 @@
+import os
+import stat
+
+import pytest
+
+from golden.errors import InputError
+from golden.output import check_outputs, whole_file
+
+
+def test_check_outputs_leaves_no_trace(tmp_path):
+    check_outputs(tmp_path / "a.png", None, tmp_path / "b.EXR", suffixes=(".png", ".exr"))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("name", "says"), [
+    ("a.jpg", "must end in .png"), ("a", "must end in .png"), ("missing/a.png", "cannot be written"),
+    ("folder.png", "is a directory"), ("file/a.png", "cannot be written"), ("x" * 300 + ".png", "cannot be written"),
+])
+def test_check_outputs_refuses(tmp_path, name, says):
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=says):
+        check_outputs(tmp_path / name, suffixes=(".png",))
+
+
+def test_whole_file_replaces_only_when_the_block_ends_well(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def fail():
+        with whole_file(path) as part:
+            part.write_text("half")
+            raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        fail()
+    assert path.read_text() == "old"
+    with whole_file(path) as part:
+        part.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_whole_file_writes_through_a_link_with_the_usual_permissions(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link.txt").symlink_to(tmp_path / "real" / "a.txt")
+    with whole_file(tmp_path / "link.txt") as part:
+        assert part.suffix == ".txt"
+        part.write_text("new")
+    assert (tmp_path / "link.txt").is_symlink()
+    assert (tmp_path / "real" / "a.txt").read_text() == "new"
+    umask = os.umask(0)
+    os.umask(umask)
+    assert stat.S_IMODE((tmp_path / "real" / "a.txt").stat().st_mode) == 0o666 & ~umask
