@@ -1,0 +1,152 @@
+"""The conventional technique: each ray from cell to cell of a uniform grid until it has hit something."""
+
+import numpy as np
+
+from golden.cast.nearest import Nearest
+from golden.cast.rays import Hits, Rays
+from golden.oracle import Oracle
+from golden.scene.cells import Cells
+from golden.scene.scene import Scene
+
+__all__ = ["Grid"]
+
+# Rays at a time: what a step reads and writes of them stays in a second-level cache.
+BLOCK = 1 << 13
+FAR = 1e300
+
+
+class Grid:
+    """Casts by 3-D digital differential analysis, all rays of a block one cell onwards at a time.
+
+    A ray stops in the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    cell
+        Cell size, see `Cells`.
+    """
+
+    name = "grid"
+
+    def __init__(self, scene: Scene, cell: float | None = None):
+        self.oracle = Oracle(scene)
+        self.cells = Cells(scene, cell)
+        # A shell of cells around the grid, told by a count of -1, ends a ray without a test of its indices.
+        counts = np.pad(np.diff(self.cells.start).reshape(self.cells.shape), 1, constant_values=-1)
+        start = np.pad(self.cells.start[:-1].reshape(self.cells.shape), 1)
+        self._counts, self._start = counts.astype(np.int32).ravel(), start.ravel()
+        self._strides = np.array([counts.shape[1] * counts.shape[2], counts.shape[2], 1])
+        # Planes n . x = offset, and how far vertices and rounding leave them.
+        self._normal = np.ascontiguousarray(scene.normals.T)
+        self._offset = np.einsum("ij,ij->i", scene.normals, scene.vertices.mean(axis=1))
+        distance = np.einsum("ij,ikj->ik", scene.normals, scene.vertices) - self._offset[:, None]
+        self._slack = np.abs(distance).max(axis=1) + self.cells.margin
+
+    def nearest(self, rays: Rays) -> Hits:
+        """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
+        return self._cast(rays, any_hit=False)
+
+    def occluded(self, rays: Rays) -> Hits:
+        """Some hit of each ray before its ``tmax``: the nearest one in the first cell that has one."""
+        return self._cast(rays, any_hit=True)
+
+    def _cast(self, rays, *, any_hit):
+        sheared = self.oracle.sheared(rays)
+        best = Nearest(rays.tmax)
+        tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
+        for start in range(0, len(rays), BLOCK):
+            self._walk(rays, sheared, np.arange(start, min(start + BLOCK, len(rays))), best, tests, steps, any_hit)
+        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
+
+    def _walk(self, rays, sheared, ray, best, tests, steps, any_hit):
+        """Walk the rays numbered ``ray`` through the grid."""
+        live = self._enter(rays, ray)
+        while len(live.ray):
+            count = self._counts.take(live.cell)
+            exit_ = live.exit()
+            steps[live.ray] += count >= 0
+            full = np.flatnonzero(count > 0)
+            if len(full):
+                tests[live.ray[full]] += count[full]
+                self._test(rays, sheared, live, full, count[full], exit_[full], best)
+            ray = live.ray
+            done = (count < 0) | (best.t[ray] <= exit_)
+            if any_hit:
+                done |= best.patch[ray] >= 0
+            live.advance(exit_)
+            if done.any():
+                live.keep(~done)
+
+    def _enter(self, rays, ray):
+        """The rays that meet the grid at all, each in its first cell."""
+        cells = self.cells
+        origin, direction = rays.origin[ray].T, rays.direction[ray].T
+        still = direction == 0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = 1 / direction
+            low = (cells.lower[:, None] - origin) * inverse
+            high = ((cells.lower + cells.shape * cells.size)[:, None] - origin) * inverse
+        inside = (origin >= cells.lower[:, None]) & (origin <= (cells.lower + cells.shape * cells.size)[:, None])
+        entry = np.where(still, np.where(inside, -FAR, FAR), np.minimum(low, high)).max(axis=0)
+        leave = np.where(still, FAR, np.maximum(low, high)).min(axis=0)
+        entry = np.maximum(entry, 0)
+        some = np.flatnonzero((entry <= leave) & (entry < rays.tmax[ray]))
+        origin, direction, inverse, still = (a[:, some] for a in (origin, direction, inverse, still))
+        point = origin + direction * entry[some]
+        index = np.clip(((point - cells.lower[:, None]) / cells.size).astype(int), 0, cells.shape[:, None] - 1)
+        forward = direction > 0
+        with np.errstate(invalid="ignore"):
+            crossing = np.where(still, FAR, (cells.lower[:, None] + (index + forward) * cells.size - origin) * inverse)
+            between = np.where(still, 0.0, np.abs(cells.size * inverse))
+        stride = np.where(still, 0, np.where(forward, 1, -1)) * self._strides[:, None]
+        return _Walk(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
+                     crossing=crossing, between=between, stride=stride)
+
+    def _test(self, rays, sheared, live, full, count, exit_, best):
+        """Test the rays ``full`` of the walk against the patches of their cells."""
+        ray = live.ray[full]
+        direction = [component.take(ray) for component in rays.direction.T]
+        entry = live.entry[full]
+        point = [origin.take(ray) + entry * d for origin, d in zip(rays.origin.T, direction, strict=True)]
+        span = np.minimum(exit_, best.t[ray]) - entry
+        pair = np.repeat(np.arange(len(full)), count)
+        first = self._start.take(live.cell[full]) - (np.cumsum(count) - count)
+        patch = self.cells.patch.take(np.arange(len(pair)) + first.take(pair))
+        # Only where the ray crosses the patch's plane within this cell the patch can be hit here.
+        normal = [component.take(patch) for component in self._normal]
+        begin = sum(n * p.take(pair) for n, p in zip(normal, point, strict=True)) - self._offset.take(patch)
+        end = begin + sum(n * (d * span).take(pair) for n, d in zip(normal, direction, strict=True))
+        slack = self._slack.take(patch)
+        crosses = np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
+        patch = patch[crosses]
+        ray = ray.take(pair[crosses])
+        hit, t = self.oracle.hits(sheared, ray, patch, best.t[ray])
+        best.update(ray[hit], patch[hit], t)
+
+
+class _Walk:
+    """The state of the rays that are still walking; three rows per axis array."""
+
+    def __init__(self, *, ray, cell, entry, crossing, between, stride):
+        self.ray, self.cell, self.entry = ray, cell, entry
+        self.crossing, self.between, self.stride = list(crossing), list(between), list(stride)
+
+    def exit(self):
+        """Where each ray leaves its cell, as t."""
+        return np.minimum(np.minimum(self.crossing[0], self.crossing[1]), self.crossing[2])
+
+    def advance(self, exit_):
+        """One cell onwards; through an edge or a corner straight into the cell opposite."""
+        for crossing, between, stride in zip(self.crossing, self.between, self.stride, strict=True):
+            moves = crossing <= exit_
+            self.cell += np.where(moves, stride, 0)
+            crossing += np.where(moves, between, 0.0)
+        self.entry = exit_
+
+    def keep(self, rows):
+        """Forget the other rays."""
+        self.ray, self.cell, self.entry = self.ray[rows], self.cell[rows], self.entry[rows]
+        for name in ("crossing", "between", "stride"):
+            setattr(self, name, [component[rows] for component in getattr(self, name)])

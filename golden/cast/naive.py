@@ -1,0 +1,44 @@
+"""The naive algorithm: all patches against all rays."""
+
+import numpy as np
+
+from golden.cast.nearest import Nearest
+from golden.cast.rays import Hits, Rays
+from golden.oracle import Oracle
+from golden.scene.scene import Scene
+
+__all__ = ["Naive"]
+
+# Pairs at a time: their two dozen float64 arrays stay in a second-level cache.
+BLOCK = 1 << 14
+
+
+class Naive:
+    """Tests every ray against every patch: the judge of all other casting methods.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    """
+
+    name = "naive"
+
+    def __init__(self, scene: Scene):
+        self.oracle = Oracle(scene)
+
+    def nearest(self, rays: Rays) -> Hits:
+        """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
+        sheared = self.oracle.sheared(rays)
+        best = Nearest(rays.tmax)
+        block = max(1, BLOCK // len(self.oracle.scene))
+        for axis in range(3):
+            members = np.flatnonzero(sheared.axis == axis)
+            for start in range(0, len(members), block):
+                best.update(*self.oracle.all_hits(sheared, members[start:start + block]))
+        tests = np.full(len(rays), len(self.oracle.scene))
+        return best.hits(self.oracle, sheared, tests=tests, steps=np.zeros_like(tests))
+
+    def occluded(self, rays: Rays) -> Hits:
+        """Some hit of each ray before its ``tmax``: here the nearest one."""
+        return self.nearest(rays)
