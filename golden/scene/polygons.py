@@ -1,0 +1,268 @@
+"""Planar polygons as patches: cut into quads and triangles, merged again, split where they are not planar.
+
+A patch is 4 x 3: a planar, strictly convex quadrilateral, or a triangle that repeats its last vertex.
+"""
+
+from itertools import pairwise
+
+import mapbox_earcut
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.adjacency import FLAT, coplanar, patch_normals, rounded_sine, shared_edges, surface_numbers
+
+__all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "merge_triangles", "split_nonplanar"]
+
+CONVEX = 1e-4
+"""Sine of the turn at each corner that a strictly convex quad has at least."""
+
+STRAIGHT = 1e-6
+"""Sine of the turn below which a vertex of a polygon lies on a straight side."""
+
+SHAPES = 64
+"""Steps of skewness between a square corner and none."""
+
+
+def as_patches(triangles: np.ndarray) -> np.ndarray:
+    """T x 3 x 3 triangles as T x 4 x 3 patches."""
+    return np.asarray(triangles, dtype=np.float64)[:, [0, 1, 2, 2]]
+
+
+def _corner_sines(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sines of the turns at the corners about the quad's normal (N x 4) and what rounding may add to them (N)."""
+    normals, _ = patch_normals(quads)
+    ahead = np.roll(quads, -1, axis=1) - quads
+    lengths = np.linalg.norm(ahead, axis=2)
+    behind, behind_lengths = np.roll(ahead, 1, axis=1), np.roll(lengths, 1, axis=1)
+    turns = np.einsum("nij,nj->ni", np.cross(behind, ahead), normals)
+    product = lengths * behind_lengths
+    sines = np.divide(turns, product, out=np.zeros_like(turns), where=product > 0)
+    return sines, rounded_sine(np.abs(quads).max(axis=(1, 2)), lengths.min(axis=1))
+
+
+def _folds(quads: np.ndarray) -> np.ndarray:
+    """N bool: the two triangles on either side of a diagonal do not lie in one plane, for either diagonal."""
+    folded = np.zeros(len(quads), dtype=bool)
+    reach = np.abs(quads).max(axis=(1, 2))
+    for a, b, c, d in ((0, 1, 2, 3), (1, 2, 3, 0)):
+        diagonal = quads[:, c] - quads[:, a]
+        one = np.cross(quads[:, b] - quads[:, a], diagonal)
+        other = np.cross(diagonal, quads[:, d] - quads[:, a])
+        sizes = np.stack((np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1)))
+        length, product = np.linalg.norm(diagonal, axis=1), sizes[0] * sizes[1]
+        sine = np.linalg.norm(np.cross(one, other), axis=1)
+        sine = np.divide(sine, product, out=np.ones_like(sine), where=product > 0)
+        height = np.divide(sizes.min(axis=0), length, out=np.zeros_like(length), where=length > 0)
+        folded |= sine > FLAT + rounded_sine(reach, height)
+    return folded
+
+
+def is_convex_quad(quads: np.ndarray) -> np.ndarray:
+    """N bool: the N x 4 x 3 quads are planar and strictly convex.
+
+    Planar: across both diagonals the sine between the halves is at most `golden.scene.adjacency.FLAT` (1e-5) plus what
+    rounding the coordinates to float32 can do (2^-21 of the largest coordinate over the height of the narrower half,
+    at most 1e-2). Strictly convex: the sine of every turn is over `CONVEX` (1e-4) plus the same over the shortest side.
+    """
+    sines, rounding = _corner_sines(quads)
+    return (sines.min(axis=1, initial=1) > CONVEX + rounding) & ~_folds(quads)
+
+
+def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cuts what is no patch into two triangles each.
+
+    Parameters
+    ----------
+    quads
+        N x 4 x 3; triangles (last vertex repeated) pass unchanged. A quad that `is_convex_quad` accepts passes too.
+        Others are cut along the diagonal that leaves two triangles of the same orientation; the shorter one if both do.
+
+    Returns
+    -------
+    patches
+        M x 4 x 3, in the order of the quads.
+    parent
+        M int64: the quad from which each came.
+    """
+    quads = np.asarray(quads, dtype=np.float64)
+    split = ~is_convex_quad(quads) & (quads[:, 3] != quads[:, 2]).any(axis=1)
+    parent = np.repeat(np.arange(len(quads)), 1 + split)
+    patches = quads[parent]
+    first = np.flatnonzero(split) + np.arange(np.count_nonzero(split))
+    bad = quads[split]
+    lengths = np.linalg.norm(bad[:, [2, 3]] - bad[:, [0, 1]], axis=2)
+    agreement = np.empty_like(lengths)
+    for k in (0, 1):
+        turned = np.roll(bad, -k, axis=1)
+        diagonal = turned[:, 2] - turned[:, 0]
+        halves = (np.cross(turned[:, 1] - turned[:, 0], diagonal), np.cross(diagonal, turned[:, 3] - turned[:, 0]))
+        agreement[:, k] = np.einsum("ij,ij->i", *halves)
+    valid = agreement > 0
+    from_one = np.where(valid[:, 0] == valid[:, 1], lengths[:, 1] < lengths[:, 0], valid[:, 1])
+    turned = np.where(from_one[:, None, None], np.roll(bad, -1, axis=1), bad)
+    patches[first] = turned[:, [0, 1, 2, 2]]
+    patches[first + 1] = turned[:, [0, 2, 3, 3]]
+    return patches, parent
+
+
+def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Merges pairs of triangles that form a quad, as before a file format cut it.
+
+    Two triangles merge if they share an edge (equal coordinates, opposite directions), are of one group and form a
+    planar, strictly convex quad (`is_convex_quad`). Neighbours in the order of the input that look like the two halves
+    of a fan, (a, b, c), (a, c, d) or (a, b, c), (c, d, a), are taken first; then the pair that is closest to a
+    rectangle, so that the grid comes back from which an array of triangles was cut.
+
+    Parameters
+    ----------
+    triangles
+        T x 3 x 3.
+    groups
+        T integers; only triangles of the same group (a material, say) merge.
+
+    Returns
+    -------
+    patches
+        N x 4 x 3, in the order of each one's first triangle; a quad starts at that triangle's first vertex.
+    surface
+        N int64, equal for patches of one group that hang together over edges and lie in one plane.
+    parent
+        N int64, the first triangle of each patch.
+    """
+    single = as_patches(triangles)
+    surface = surface_numbers(single, groups)
+    pairs = shared_edges(single, groups)
+    pairs = pairs[coplanar(single, pairs)]
+    # The left triangle with the far corner of the right one inserted after the start of their edge.
+    edge, far = np.minimum(pairs.left_edge, 2), (np.minimum(pairs.right_edge, 2) + 2) % 3
+    edge = np.where(pairs.left_edge == 3, 2, edge)
+    far = np.where(pairs.right_edge == 3, 1, far)
+    slots = np.array([[0, 3, 1, 2], [0, 1, 3, 2], [0, 1, 2, 3]])[edge]
+    corners = np.concatenate((single[pairs.left, :3], single[pairs.right, far][:, None]), axis=1)
+    quads = np.take_along_axis(corners, slots[:, :, None], axis=1)
+    fine = np.flatnonzero(is_convex_quad(quads))
+    quads, pairs = quads[fine], pairs[fine]
+    ahead = np.roll(quads, -1, axis=1) - quads
+    ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
+    skew = np.abs(np.einsum("nij,nij->ni", ahead, np.roll(ahead, 1, axis=1))).max(axis=1, initial=0)
+    is_fan = (pairs.right == pairs.left + 1) & (pairs.left_edge == 3) & (pairs.right_edge != 1)
+    # Coarse steps of skewness: rounding must not mix two ways to pair up a grid.
+    order = np.lexsort((pairs.left, np.where(is_fan, 0, 1 + np.floor(SHAPES * skew))))
+    left, right, quads = pairs.left[order], pairs.right[order], quads[order]
+    taken = bytearray(len(single))
+    chosen = []
+    for row, (one, other) in enumerate(zip(left.tolist(), right.tolist(), strict=True)):
+        if not taken[one] and not taken[other]:
+            taken[one] = taken[other] = 1
+            chosen.append(row)
+    single[left[chosen]] = quads[chosen]
+    kept = np.ones(len(single), dtype=bool)
+    kept[right[chosen]] = False
+    parent = np.flatnonzero(kept)
+    return single[parent], surface[parent], parent
+
+
+def _without_repeats(points: np.ndarray) -> np.ndarray:
+    return points[(points != np.roll(points, 1, axis=0)).any(axis=1)]
+
+
+def _flat(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The polygon seen along its main axis, counter-clockwise (n x 2), and its area vector."""
+    local = points - points[0]
+    vector = 0.5 * np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    axis = int(np.abs(vector).argmax())
+    plane = points[:, [(axis + 1) % 3, (axis + 2) % 3]]
+    return (plane if vector[axis] > 0 else plane[:, ::-1]), vector
+
+
+def _turns(plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sine and cosine of the turn at every vertex."""
+    ahead = np.roll(plane, -1, axis=0) - plane
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    behind = np.roll(ahead, 1, axis=0)
+    return behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)
+
+
+def _ladder(count: int) -> np.ndarray:
+    """Quads across a convex polygon of ``count`` corners, from one side to the other, with a triangle at the end."""
+    steps = np.arange((count - 1) // 2)
+    rungs = np.stack((steps, steps + 1, count - 2 - steps, count - 1 - steps), axis=1)
+    if count % 2:
+        rungs[-1] = rungs[-1, [3, 0, 1, 2]]
+    return rungs
+
+
+def _twice_area(plane: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (plane[triangles[:, k]] for k in range(3))
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+
+
+def _with_side_points(triangles: list[tuple[int, int, int]], sides: dict[tuple[int, int], list[int]]) -> list:
+    """Cuts triangles so that the points on their ``sides`` become corners."""
+    done, waiting = [], list(triangles)
+    while waiting:
+        a, b, c = waiting.pop()
+        for start, end, apex in ((a, b, c), (b, c, a), (c, a, b)):
+            if (start, end) in sides:
+                chain = [start, *sides[start, end], end]
+                waiting.extend((apex, one, other) for one, other in pairwise(chain))
+                break
+        else:
+            done.append((a, b, c))
+    return done
+
+
+def cut_polygon(points: np.ndarray) -> np.ndarray:
+    """Cuts a planar simple polygon into patches.
+
+    Parameters
+    ----------
+    points
+        n x 3 vertices, counter-clockwise from the front; convex or concave. Vertices on a straight side are kept, so
+        that a neighbour that has them too still meets the same corners; repeated ones are dropped.
+
+    Returns
+    -------
+    ndarray
+        K x 4 x 3 convex quads and triangles with the polygon's orientation; quads are planar and strictly convex
+        (`is_convex_quad`). A polygon that is not quite planar is cut as its projection along its main axis.
+
+    Errors
+    ------
+    InputError
+        The polygon has no area, or crosses itself.
+    """
+    points = _without_repeats(np.asarray(points, dtype=np.float64).reshape(-1, 3))
+    if len(points) < 3:
+        raise InputError(f"polygon: it has {len(points)} different vertices, three at least are needed")
+    plane, vector = _flat(points)
+    extent = np.ptp(points, axis=0).max()
+    if not np.abs(vector).max() > 1e-14 * extent * extent:
+        raise InputError("polygon: it has no area")
+    if len(points) == 3:
+        return points[None, [0, 1, 2, 2]]
+    if len(_without_repeats(plane)) != len(plane):
+        raise InputError("polygon: it crosses itself")
+    sines, cosines = _turns(plane)
+    if sines.min() > CONVEX and np.arctan2(sines, cosines).sum() < 3 * np.pi:
+        patches, _ = split_nonplanar(points[_ladder(len(points))])
+        return patches
+    corners = np.flatnonzero((np.abs(sines) > STRAIGHT) | (cosines < 0))
+    ends = np.array([len(corners)], dtype=np.uint32)
+    triangles = corners[mapbox_earcut.triangulate_float64(plane[corners], ends).reshape(-1, 3)]
+    doubled = _twice_area(plane, triangles)
+    triangles[doubled < 0] = triangles[doubled < 0][:, ::-1]
+    outline = plane[corners] - plane[corners[0]]
+    turned = np.roll(outline, -1, axis=0)
+    whole = (outline[:, 0] * turned[:, 1] - outline[:, 1] * turned[:, 0]).sum()
+    if not abs(np.abs(doubled).sum() - whole) <= 1e-9 * np.abs(whole):
+        raise InputError("polygon: it crosses itself")
+    triangles = triangles[doubled != 0]
+    sides = {}
+    for start, end in zip(corners, np.roll(corners, -1), strict=True):
+        between = np.arange(start + 1, end if end > start else end + len(points)) % len(points)
+        if len(between):
+            sides[int(start), int(end)] = between.tolist()
+    triangles = np.array(_with_side_points([tuple(row) for row in triangles.tolist()], sides))
+    patches, _, _ = merge_triangles(points[triangles], np.zeros(len(triangles), dtype=int))
+    return patches
