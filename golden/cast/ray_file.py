@@ -1,0 +1,55 @@
+"""Rays and hits as NumPy archives, so that others can cast with us and compare."""
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from golden.cast.rays import Hits, Rays
+from golden.errors import InputError
+from golden.output import whole_file
+
+__all__ = ["read_rays", "write_hits"]
+
+
+def read_rays(path: Path) -> tuple[Rays, bool]:
+    """The rays of an ``.npz`` file, and whether any hit will do.
+
+    The file holds ``origin`` and ``direction``, R x 3. With ``tmax`` (R) the question is whether something is nearer
+    than that (any hit); without, what is nearest. Other arrays are ignored.
+
+    Errors
+    ------
+    InputError
+        The file cannot be read, is no archive, lacks an array, or holds something else than real numbers of the right
+        shape.
+    """
+    try:
+        with path.open("rb") as file:  # np.load by itself leaves a damaged archive open
+            arrays = _arrays(np.load(file, allow_pickle=False))
+        return Rays(**arrays), "tmax" in arrays
+    except OSError as error:
+        raise InputError(f"{str(path)!r}: rays cannot be read ({error.strerror or error})") from error
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{str(path)!r}: it is not an .npz archive of numbers ({error})") from error
+    except InputError as error:
+        raise InputError(f"{str(path)!r}: {error}") from error
+
+
+def _arrays(archive) -> dict[str, np.ndarray]:
+    if isinstance(archive, np.ndarray):
+        raise InputError("rays: it is a single array, not an .npz archive")
+    arrays = {name: archive[name] for name in ("origin", "direction", "tmax") if name in archive}
+    for name in ("origin", "direction"):
+        if name not in arrays:
+            raise InputError(f"rays: there must be an array {name!r}, not only {archive.files!r}")
+    for name, value in arrays.items():
+        if value.dtype.kind not in "fiu":
+            raise InputError(f"rays: {name.capitalize()} must hold real numbers, not {value.dtype}")
+    return arrays
+
+
+def write_hits(path: Path, hits: Hits) -> None:
+    """Write ``patch`` (int32, -1 for none), ``t``, ``u`` and ``v`` (float64), R each: whole or not at all."""
+    with whole_file(path) as part:
+        np.savez(part, patch=hits.patch, t=hits.t, u=hits.u, v=hits.v)
