@@ -29,9 +29,9 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
             arrays = _arrays(np.load(file, allow_pickle=False))
         return Rays(**arrays), "tmax" in arrays
     except OSError as error:
-        raise InputError(f"{str(path)!r}: rays cannot be read ({error.strerror or error})") from error
+        raise InputError(f"{str(path)!r}: rays: cannot be read ({error.strerror or error})") from error
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{str(path)!r}: it is not an .npz archive of numbers ({error})") from error
+        raise InputError(f"{str(path)!r}: rays: not an .npz archive of numbers ({error})") from error
     except InputError as error:
         raise InputError(f"{str(path)!r}: {error}") from error
 
