@@ -11,14 +11,14 @@ from golden.scene.scene import Scene
 __all__ = ["Grid"]
 
 # Rays at a time: what a step reads and writes of them stays in a second-level cache.
-BLOCK = 1 << 13
+BLOCK = 1 << 14
 FAR = 1e300
 
 
 class Grid:
     """Casts by 3-D digital differential analysis, all rays of a block one cell onwards at a time.
 
-    A ray stops in the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
+    Rays that are done make room for waiting ones, so that a few long rays do not hold up the block. A ray stops in the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
 
     Parameters
     ----------
@@ -56,14 +56,13 @@ class Grid:
         sheared = self.oracle.sheared(rays)
         best = Nearest(rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
-        for start in range(0, len(rays), BLOCK):
-            self._walk(rays, sheared, np.arange(start, min(start + BLOCK, len(rays))), best, tests, steps, any_hit)
-        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
-
-    def _walk(self, rays, sheared, ray, best, tests, steps, any_hit):
-        """Walk the rays numbered ``ray`` through the grid."""
-        live = self._enter(rays, ray)
-        while len(live.ray):
+        waiting = 0
+        live = self._enter(rays, np.arange(0))
+        while len(live.ray) or waiting < len(rays):
+            if len(live.ray) <= BLOCK // 2 and waiting < len(rays):
+                fresh = np.arange(waiting, min(waiting + BLOCK // 2, len(rays)))
+                waiting += len(fresh)
+                live.join(self._enter(rays, fresh))
             count = self._counts.take(live.cell)
             exit_ = live.exit()
             steps[live.ray] += count >= 0
@@ -71,13 +70,13 @@ class Grid:
             if len(full):
                 tests[live.ray[full]] += count[full]
                 self._test(rays, sheared, live, full, count[full], exit_[full], best)
-            ray = live.ray
-            done = (count < 0) | (best.t[ray] <= exit_)
+            done = (count < 0) | (best.t[live.ray] <= exit_)
             if any_hit:
-                done |= best.patch[ray] >= 0
+                done |= best.patch[live.ray] >= 0
             live.advance(exit_)
             if done.any():
                 live.keep(~done)
+        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
 
     def _enter(self, rays, ray):
         """The rays that meet the grid at all, each in its first cell."""
@@ -147,6 +146,15 @@ class _Walk:
 
     def keep(self, rows):
         """Forget the other rays."""
-        self.ray, self.cell, self.entry = self.ray[rows], self.cell[rows], self.entry[rows]
+        self._change(lambda own: own[rows])
+
+    def join(self, other):
+        """Take in another walk's rays."""
+        self._change(lambda own, others: np.concatenate([own, others]), other)
+
+    def _change(self, change, *others):
+        for name in ("ray", "cell", "entry"):
+            setattr(self, name, change(getattr(self, name), *(getattr(other, name) for other in others)))
         for name in ("crossing", "between", "stride"):
-            setattr(self, name, [component[rows] for component in getattr(self, name)])
+            components = zip(getattr(self, name), *(getattr(other, name) for other in others), strict=True)
+            setattr(self, name, [change(*component) for component in components])

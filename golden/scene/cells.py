@@ -65,7 +65,7 @@ class Cells:
             patches.append(patch[keep])
         cells, patches = np.concatenate(cells), np.concatenate(patches)
         order = np.lexsort((patches, cells))
-        self.patch = patches[order].astype(np.int32)
+        self.patch = patches[order]
         self.start = np.searchsorted(cells[order], np.arange(self.shape.prod() + 1))
 
     def __len__(self) -> int:
