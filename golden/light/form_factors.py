@@ -1,0 +1,236 @@
+"""Form factors by casting hemispheres of rays, with visibility."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.special import roots_jacobi, roots_legendre
+from tqdm import tqdm
+
+from golden.cast.rays import Hits, Rays
+from golden.errors import InputError
+from golden.frustum import Hemisphere, frame
+from golden.scene.scene import Scene
+
+__all__ = ["FormFactors", "HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns",
+           "patch_form_factors"]
+
+# Rays in work at once, which bounds memory.
+_BLOCK = 1 << 18
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HemisphereSums:
+    """What M hemispheres saw, in integers.
+
+    Parameters
+    ----------
+    weights
+        Sparse M x C int64: sum of the weights of the rays that fell on each column.
+    row_sums
+        M int64: sum of the weights of all rays that hit anything; 2^``weight_bits`` exactly in a closed scene. What it
+        has more than the row of ``weights`` fell where ``column_of`` said -1 (backs of one-sided patches).
+    weight_bits
+        W: the weights are in units of 2^-W.
+    """
+
+    weights: sparse.csr_array
+    row_sums: np.ndarray
+    weight_bits: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FormFactors:
+    """Form factors between the patches of a scene.
+
+    Parameters
+    ----------
+    F
+        N x N float64, from patch i (row) to patch j.
+    area
+        N float64, areas of the patches.
+    row_sums
+        N x samples int64: `HemisphereSums.row_sums` of each sample.
+    weight_bits
+        W of the weights in ``row_sums``.
+    """
+
+    F: np.ndarray
+    area: np.ndarray
+    row_sums: np.ndarray
+    weight_bits: int
+
+
+def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
+    """The rule that counts a ray for the patch it hit, and for none where it hit the back of a one-sided patch."""
+
+    def column_of(rays: Rays, hits: Hits) -> np.ndarray:
+        cosine = np.einsum("ri,ri->r", rays.direction, scene.normals[hits.patch])
+        return np.where((cosine < 0) | scene.two_sided[hits.patch], hits.patch, -1)
+
+    return column_of
+
+
+def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
+                    column_of: Callable[[Rays, Hits], np.ndarray], progress: bool = False) -> HemisphereSums:
+    """Cast a hemisphere from each of M points and add up its weights by what the rays hit.
+
+    Parameters
+    ----------
+    caster
+        Has ``nearest(rays) -> Hits``.
+    hemisphere
+        The grid of rays.
+    points, normals
+        M x 3 positions and unit normals.
+    surfaces
+        M int: the surface each point lies on (which its rays never hit), or -1.
+    columns
+        C, how many columns there are.
+    column_of
+        Gives each ray a column below C or -1, from the rays that hit something and their hits. `patch_columns` makes
+        it the patch; a finer one can tell sides or the elements of a patch apart.
+    progress
+        Shows a bar once two seconds have passed.
+
+    Errors
+    ------
+    InputError
+        Shapes do not match or a value is not finite.
+    """
+    points, normals = (np.asarray(value, dtype=np.float64).reshape(-1, 3) for value in (points, normals))
+    count, size = len(points), len(hemisphere)
+    surfaces = np.broadcast_to(np.asarray(surfaces, dtype=np.int32), (count,))
+    if len(normals) != count:
+        raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
+    frames = frame(normals)
+    row_sums = np.zeros(count, dtype=np.int64)
+    parts = []
+    with tqdm(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
+              disable=not progress) as bar:
+        for first in range(0, count * size, _BLOCK):
+            sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, count * size)), size)
+            low, high = sample[0], sample[-1] + 1
+            rays = _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
+            hits = caster.nearest(rays)
+            met = np.flatnonzero(hits.patch >= 0)
+            sample, weight = sample[met], hemisphere.weights[ray[met]]
+            # Sums of integers below 2^53 are exact in float64, whose bincount is the fast one.
+            row_sums[low:high] += np.bincount(sample - low, weight, high - low).astype(np.int64)
+            column = column_of(rays[met], _at(hits, met))
+            seen = np.flatnonzero(column >= 0)
+            part = sparse.coo_array((weight[seen], (sample[seen] - low, column[seen])), shape=(high - low, columns))
+            part = part.tocsr().tocoo()
+            parts.append((part.data, part.row + low, part.col))
+            bar.update(len(rays))
+    data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True)) if parts else np.zeros((3, 0), int)
+    weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
+    return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits)
+
+
+def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """``order`` x ``order`` Gauss points on each patch and their shares of its area.
+
+    On quadrilaterals Gauss-Legendre in both bilinear coordinates, weighted by the local area. On triangles, where v
+    runs to the repeated vertex, Gauss-Jacobi in v, which has the local area in its weights.
+
+    Parameters
+    ----------
+    order
+        1 to 16; 1 is the middle of a patch.
+
+    Returns
+    -------
+    N x order^2 x 3 points and N x order^2 shares, which sum to 1 for each patch.
+
+    Errors
+    ------
+    InputError
+        An order out of range.
+    """
+    if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or not 1 <= order <= 16:
+        raise InputError(f"form factors: Samples must be 1 to 16 along a side, not {order!r}")
+    knots, gauss = roots_legendre(order)
+    falling, jacobi = roots_jacobi(order, 1, 0)
+    points, shares = np.empty((len(scene), order**2, 3)), np.empty((len(scene), order**2))
+    for which, v_knots, v_gauss in ((~scene.is_triangle, knots, gauss), (scene.is_triangle, falling, jacobi)):
+        u, v = (grid.ravel() / 2 + 0.5 for grid in np.meshgrid(knots, v_knots, indexing="ij"))
+        corner = scene.vertices[which]
+        bilinear = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
+        points[which] = np.einsum("qk,nkx->nqx", bilinear, corner)
+        shares[which] = np.outer(gauss, v_gauss).ravel()
+    quads = np.flatnonzero(~scene.is_triangle)
+    shares[quads] *= _local_area(scene.vertices[quads], knots / 2 + 0.5)
+    return points, shares / shares.sum(axis=1, keepdims=True)
+
+
+class PatchRows:
+    """Rows of the form factors of a scene's patches, cast when they are asked for.
+
+    Parameters
+    ----------
+    scene, caster
+        The patches, and what casts rays among them.
+    rays
+        (azimuths, polars) of the hemispheres.
+    samples
+        Gauss points along each side of a patch.
+    progress
+        Shows a bar once two seconds have passed.
+
+    Errors
+    ------
+    InputError
+        Rays or samples out of range.
+    """
+
+    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1, progress: bool = False):
+        self._scene, self._caster, self._progress = scene, caster, progress
+        self.hemisphere = Hemisphere(*rays)
+        self._points, self._shares = gauss_points(scene, samples)
+
+    def cast(self, patches) -> tuple[sparse.csr_array, np.ndarray]:
+        """Form factors from k patches to all (k x N float64) and k x samples integer row sums."""
+        patches, samples = np.asarray(patches), self._shares.shape[1]
+        owner = np.repeat(patches, samples)
+        sums = hemisphere_sums(self._caster, self.hemisphere, self._points[patches], self._scene.normals[owner],
+                               self._scene.surface[owner], columns=len(self._scene),
+                               column_of=patch_columns(self._scene), progress=self._progress)
+        share = self._shares[patches].ravel() / 2**self.hemisphere.weight_bits
+        blocks = np.arange(0, len(patches) * samples + 1, samples)
+        mean = sparse.csr_array((share, np.arange(len(share)), blocks), shape=(len(patches), len(share)))
+        return (mean @ sums.weights).tocsr(), sums.row_sums.reshape(-1, samples)
+
+    def rows(self, patches) -> sparse.csr_array:
+        """Form factors from k patches to all, k x N."""
+        return self.cast(patches)[0]
+
+
+def patch_form_factors(scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1,
+                       progress: bool = False) -> FormFactors:
+    """Form factors between all patches; the arguments are those of `PatchRows`."""
+    rows = PatchRows(scene, caster, rays=rays, samples=samples, progress=progress)
+    factors, row_sums = rows.cast(np.arange(len(scene)))
+    return FormFactors(F=factors.toarray(), area=scene.areas, row_sums=row_sums,
+                       weight_bits=rows.hemisphere.weight_bits)
+
+
+def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
+    """One ray for each pair of a sample and a direction."""
+    direction = np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample])
+    return Rays(points[sample], direction, source=surfaces[sample])
+
+
+def _at(hits, rows):
+    return Hits(**{name: value[rows] for name, value in vars(hits).items()})
+
+
+def _local_area(corner, knots):
+    """Area per unit of u and v at the knots of each quadrilateral, N x order^2."""
+    u, v = (grid.ravel() for grid in np.meshgrid(knots, knots, indexing="ij"))
+    along_u = np.einsum("q,nx->nqx", 1 - v, corner[:, 1] - corner[:, 0]) + \
+        np.einsum("q,nx->nqx", v, corner[:, 2] - corner[:, 3])
+    along_v = np.einsum("q,nx->nqx", 1 - u, corner[:, 3] - corner[:, 0]) + \
+        np.einsum("q,nx->nqx", u, corner[:, 2] - corner[:, 1])
+    return np.linalg.norm(np.cross(along_u, along_v), axis=2)
