@@ -18,7 +18,8 @@ FAR = 1e300
 class Grid:
     """Casts by 3-D digital differential analysis, all rays of a block one cell onwards at a time.
 
-    Rays that are done make room for waiting ones, so that a few long rays do not hold up the block. A ray stops in the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
+    Rays that are done make room for waiting ones, so that a few long rays do not hold up the block. A ray stops in
+    the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
 
     Parameters
     ----------
