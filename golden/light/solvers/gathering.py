@@ -1,0 +1,91 @@
+"""Solvers that gather: each patch adds up what it gets from all others."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import sparse
+
+from golden.errors import InputError
+from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
+from golden.light.solvers.system import RadiositySystem
+
+__all__ = ["SWEEPS", "gauss_jacobi", "gauss_seidel", "over_relaxation", "relaxed_sweeps"]
+
+# Most sweeps over all patches that a solver makes unless it is told otherwise.
+SWEEPS = 1000
+
+# Patches that are relaxed together by one product and one small triangular inverse.
+_BLOCK = 64
+
+
+def gauss_jacobi(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int = SWEEPS,
+                 progress: bool = False) -> Solution:
+    """Every patch gathers at once: b <- e + rho F b.
+
+    Source: Kurc 1997, section 2.3.
+    """
+    return iterate(_jacobi_sweeps(system), tolerance=tolerance, max_steps=max_steps, progress=progress)
+
+
+def gauss_seidel(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int = SWEEPS,
+                 progress: bool = False) -> Solution:
+    """As `gauss_jacobi`, but each patch gathers from those before it what they have just become.
+
+    Source: Shen 1993, Eq. 2.11.
+    """
+    return over_relaxation(system, omega=1.0, tolerance=tolerance, max_steps=max_steps, progress=progress)
+
+
+def over_relaxation(system: RadiositySystem, *, omega: float = 1.2, tolerance: float = TOLERANCE,
+                    max_steps: int = SWEEPS, progress: bool = False) -> Solution:
+    """As `gauss_seidel`, but each patch moves ``omega`` times as far.
+
+    Parameters
+    ----------
+    omega
+        Above 0 and below 2; radiosity gains from about 1.2.
+
+    Errors
+    ------
+    InputError
+        Omega out of range.
+
+    Source: Shen 1993, Eq. 2.13.
+    """
+    if not 0 < omega < 2:
+        raise InputError(f"solver: Omega must be above 0 and below 2, not {omega!r}")
+    return iterate(relaxed_sweeps(system, omega, system.emission.copy()), tolerance=tolerance, max_steps=max_steps,
+                   progress=progress)
+
+
+def _jacobi_sweeps(system: RadiositySystem) -> Iterator[State]:
+    radiosity = system.emission.copy()
+    while True:
+        residual = system.residual(radiosity)
+        yield State(radiosity, residual)
+        radiosity = radiosity + residual
+
+
+def relaxed_sweeps(system: RadiositySystem, omega: float, radiosity: np.ndarray) -> Iterator[State]:
+    """States of successive over-relaxation from ``radiosity`` on, patch after patch in the order of their numbers.
+
+    A block of patches takes in what comes from outside it in one product; the order inside it is kept by the inverse
+    of its lower triangle, which gives the same values as going patch by patch.
+    """
+    blocks = [_block(system, omega, slice(first, first + _BLOCK)) for first in range(0, len(system), _BLOCK)]
+    while True:
+        yield State(radiosity, system.residual(radiosity))
+        for rows, factors, below, inverse in blocks:
+            old, rho = radiosity[rows], system.reflectance[rows]
+            outside = system.emission[rows] + rho * (factors @ radiosity - below @ old)
+            target = (1 - omega) * old + omega * outside
+            radiosity[rows] = (inverse @ target.T[:, :, None])[:, :, 0].T
+
+
+def _block(system, omega, rows):
+    """Rows of the matrix, their own strict lower triangle, and (1 - omega rho L)^-1 of each channel."""
+    factors = system.matrix[rows]
+    own = factors[:, rows]
+    below = np.tril(own.toarray() if sparse.issparse(own) else own, -1)
+    identity = np.eye(len(below))
+    return rows, factors, below, np.linalg.inv(identity - omega * system.reflectance[rows].T[:, :, None] * below)

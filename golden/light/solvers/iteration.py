@@ -1,0 +1,90 @@
+"""What all solvers have in common: a sequence of states, when it ends, and what is kept of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+from tqdm import tqdm
+
+from golden.errors import InputError
+
+__all__ = ["TOLERANCE", "Solution", "State", "iterate"]
+
+# Below about 1e-7 single precision, in which images are made, gains nothing more.
+TOLERANCE = 5e-6
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A solver's state after a step, N x 3 each.
+
+    ``residual`` is what ``radiosity`` lacks (for a shooting solver the unshot part of it), ``ambient`` an estimate
+    of the light that it will still gain.
+    """
+
+    radiosity: np.ndarray
+    residual: np.ndarray
+    ambient: np.ndarray | float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solution:
+    """What a solver found.
+
+    Parameters
+    ----------
+    radiosity
+        N x 3.
+    ambient
+        N x 3, an estimate of the light that is still missing: zero for gathering solvers.
+    steps
+        States that were looked at: sweeps over all patches of a gathering solver, shots of a shooting one.
+    errors
+        ``steps`` x 3: sum of the absolute residuals over the largest radiosity, of each channel after each step.
+    converged
+        Whether the last errors are all below the tolerance.
+    """
+
+    radiosity: np.ndarray
+    ambient: np.ndarray
+    steps: int
+    errors: np.ndarray
+    converged: bool
+
+    @property
+    def display(self) -> np.ndarray:
+        """N x 3: the best guess for an image of a solution that was stopped early."""
+        return self.radiosity + self.ambient
+
+
+def error_of(state: State) -> np.ndarray:
+    """Sum of the absolute residuals over the largest radiosity, 3 channels; 0 for a dark channel.
+
+    Source: Kurc 1997, Eq. 2.12.
+    """
+    residual, largest = np.abs(state.residual).sum(axis=0), np.abs(state.radiosity).max(axis=0)
+    return np.divide(residual, largest, out=np.where(residual > 0, np.inf, 0.0), where=largest > 0)
+
+
+def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progress: bool = False) -> Solution:
+    """Draw states until every channel's error is below ``tolerance``, ``max_steps`` at most.
+
+    Errors
+    ------
+    InputError
+        A tolerance that is not a finite number above 0, or no steps.
+    """
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise InputError(f"solver: Tolerance must be a finite number above 0, not {tolerance!r}")
+    if not max_steps >= 1:
+        raise InputError(f"solver: Steps must be at least 1, not {max_steps!r}")
+    errors = []
+    with tqdm(desc="radiosity", unit="step", delay=2, disable=not progress) as bar:
+        for state in islice(states, max_steps):
+            errors.append(error_of(state))
+            bar.update()
+            if (errors[-1] < tolerance).all():
+                break
+    return Solution(radiosity=state.radiosity.copy(), ambient=np.zeros_like(state.radiosity) + state.ambient,
+                    steps=len(errors), errors=np.array(errors), converged=bool((errors[-1] < tolerance).all()))

@@ -1,0 +1,115 @@
+"""Solvers that shoot: the patches with most unshot light give it to all others, so that early results are useful.
+
+Rows of form factors are asked for as patches come to shoot.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
+from golden.light.solvers.system import RadiositySystem
+
+__all__ = ["ambient_overshooting", "progressive_refinement", "proximity_refinement"]
+
+# Most shots of a patch, on the average of all, unless a solver is told otherwise.
+_SHOTS = 1000
+
+# Patches shoot together if their normals are within 30 degrees, and if each has this part of the brightest's light.
+_SIMILAR = np.cos(np.radians(30.0))
+_BRIGHT = 0.1
+
+# How the patches of the next step are chosen: from N x 3 amounts that each would shoot to the numbers of k.
+_Choice = Callable[[np.ndarray], np.ndarray]
+
+
+def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
+                           progress: bool = False) -> Solution:
+    """Shoot the unshot radiosity of the patch that has most of it (times its area).
+
+    Source: Shen 1993, Eq. 2.12; Cohen et al. 1988.
+    """
+    return _refine(system, _Energy(system).brightest, tolerance=tolerance, max_steps=max_steps, progress=progress)
+
+
+def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
+                         progress: bool = False) -> Solution:
+    """As `progressive_refinement`, but shoot what the patch will yet get from the ambient light as well.
+
+    Where that was too much, what is then unshot is negative and is shot as such.
+
+    Source: Shen 1993, section 2.2.2.3; Feda and Purgathofer 1992.
+    """
+    return _refine(system, _Energy(system).brightest, overshoot=True, tolerance=tolerance, max_steps=max_steps,
+                   progress=progress)
+
+
+def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: float = TOLERANCE,
+                         max_steps: int | None = None, progress: bool = False) -> Solution:
+    """As `progressive_refinement`, but up to ``group`` near bright patches with similar normals shoot at once.
+
+    They see much the same half-space, so what one needs of the scene is at hand for the next.
+
+    Parameters
+    ----------
+    group
+        Patches in a step, at least 1.
+
+    Errors
+    ------
+    InputError
+        The system has no centres or normals, or a group is less than 1.
+
+    Source: Shen 1993, section 2.5.
+    """
+    if system.centre is None or system.normal is None:
+        raise InputError("solver: Centre and normal must be given for proximity")
+    if not group >= 1:
+        raise InputError(f"solver: Group must be at least 1, not {group!r}")
+    energy = _Energy(system)
+
+    def neighbours(amounts):
+        share = energy(amounts)
+        first = int(share.argmax())
+        distance = ((system.centre - system.centre[first]) ** 2).sum(axis=1)
+        fit = (system.normal @ system.normal[first] >= _SIMILAR) & (share >= _BRIGHT * share[first]) & (share > 0)
+        near = np.flatnonzero(fit)
+        return near[np.argsort(distance[near], kind="stable")[:group]]
+
+    return _refine(system, neighbours, tolerance=tolerance, max_steps=max_steps, progress=progress)
+
+
+class _Energy:
+    """How much light amounts to shoot hold, all channels weighing alike in what the scene emits."""
+
+    def __init__(self, system):
+        emitted = (system.area[:, None] * system.emission).sum(axis=0)
+        self._weight = system.area[:, None] * np.divide(1.0, emitted, out=np.zeros(3), where=emitted > 0)
+
+    def __call__(self, amounts):
+        return (self._weight * np.abs(amounts)).sum(axis=1)
+
+    def brightest(self, amounts):
+        return self(amounts).argmax(keepdims=True)
+
+
+def _refine(system, choose: _Choice, *, tolerance, max_steps, progress, overshoot=False) -> Solution:
+    return iterate(_shots(system, choose, overshoot), tolerance=tolerance,
+                   max_steps=_SHOTS * len(system) if max_steps is None else max_steps, progress=progress)
+
+
+def _shots(system, choose, overshoot) -> Iterator[State]:
+    shares = system.area / system.area.sum()
+    # Light is lost somewhere even where all patches are white: the series is cut at a hundred reflections.
+    reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
+    shot, unshot = np.zeros_like(system.emission), system.emission.copy()
+    while True:
+        ambient = system.reflectance * np.maximum(reflections * (shares @ unshot), 0.0)
+        yield State(shot + unshot, unshot, ambient)
+        amounts = unshot + ambient if overshoot else unshot
+        patches = choose(amounts)
+        amounts = amounts[patches]
+        shot[patches] += amounts
+        unshot[patches] -= amounts
+        unshot += system.reflectance * (system.columns(patches) @ amounts)

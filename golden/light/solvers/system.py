@@ -1,0 +1,110 @@
+"""The linear system whose solution is the radiosity of every patch."""
+
+import numpy as np
+from scipy import sparse
+
+from golden.errors import InputError
+
+__all__ = ["RadiositySystem"]
+
+
+class RadiositySystem:
+    """b = e + rho F b, for three colour channels at once.
+
+    Radiosities are in units of radiance (B / pi), as emissions are.
+
+    Parameters
+    ----------
+    form_factors
+        N x N from row to column, an array or sparse. Or an object with ``rows(ids)``, which gives k x N rows and is
+        asked only for those that a solver needs: the shooting ones ask as they go, the gathering ones ask for all.
+    reflectance
+        N x 3, 0 to 1.
+    emission
+        N x 3, at least 0.
+    area
+        N, above 0.
+    centre, normal
+        N x 3 each, for solvers that look for neighbours; else they may be left out.
+
+    Errors
+    ------
+    InputError
+        Shapes do not match, a value is not finite or out of range.
+    """
+
+    def __init__(self, *, form_factors, reflectance, emission, area, centre=None, normal=None):
+        self.area = _array("Area", area, None)
+        count = len(self.area)
+        self.reflectance = _array("Reflectance", reflectance, (count, 3))
+        self.emission = _array("Emission", emission, (count, 3))
+        self.centre = None if centre is None else _array("Centre", centre, (count, 3))
+        self.normal = None if normal is None else _array("Normal", normal, (count, 3))
+        if count == 0 or not (self.area > 0).all():
+            raise InputError("radiosity: Area must be above 0 for at least one patch and all of them")
+        if not ((self.reflectance >= 0) & (self.reflectance <= 1)).all():
+            raise InputError(f"radiosity: Reflectance must be 0 to 1, not {self.reflectance.min()} "
+                             f"to {self.reflectance.max()}")
+        if not (self.emission >= 0).all():
+            raise InputError(f"radiosity: Emission must be at least 0, not {self.emission.min()}")
+        self._provider = form_factors if hasattr(form_factors, "rows") else None
+        self._matrix = None if self._provider else _matrix(form_factors, count)
+        self._by_column = None
+        self._known = {}
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+    @property
+    def matrix(self):
+        """N x N form factors, dense or sparse by rows; all rows are computed if they come on demand."""
+        if self._matrix is None:
+            self._matrix = _matrix(self._provider.rows(np.arange(len(self))), len(self))
+        return self._matrix
+
+    def gathered(self, radiosity) -> np.ndarray:
+        """What each patch sends on of the light it gets, rho F b: N x 3."""
+        return self.reflectance * (self.matrix @ radiosity)
+
+    def residual(self, radiosity) -> np.ndarray:
+        """What ``radiosity`` lacks, e + rho F b - b: N x 3."""
+        return self.emission + self.gathered(radiosity) - radiosity
+
+    def columns(self, patches) -> np.ndarray:
+        """How much of k patches' light reaches each patch, F_ji for k patches i: N x k.
+
+        From a stored matrix its column, so that shooting and gathering solve the same system. On demand, only the
+        row of i is known and reciprocity stands in, F_ij A_i / A_j, as far as the rows obey it.
+        """
+        if self._matrix is None:
+            return np.stack([self._column_on_demand(patch) for patch in patches.tolist()], axis=1)
+        if self._by_column is None:
+            self._by_column = self._matrix.tocsc() if sparse.issparse(self._matrix) else np.asfortranarray(self._matrix)
+        columns = self._by_column[:, patches]
+        return columns.toarray() if sparse.issparse(columns) else columns
+
+    def _column_on_demand(self, patch):
+        if patch not in self._known:
+            row = self._provider.rows(np.array([patch]))
+            row = row.toarray() if sparse.issparse(row) else np.asarray(row)
+            self._known[patch] = row[0] * (self.area[patch] / self.area)
+        return self._known[patch]
+
+
+def _array(name, value, shape):
+    value = np.array(value, dtype=np.float64)
+    if value.shape != shape and (shape or value.ndim != 1):
+        raise InputError(f"radiosity: {name} must be {'N' if shape is None else ' x '.join(map(str, shape))}, "
+                         f"not {value.shape!r}")
+    if not np.isfinite(value).all():
+        raise InputError(f"radiosity: {name} must be finite")
+    return value
+
+
+def _matrix(factors, count):
+    factors = sparse.csr_array(factors) if sparse.issparse(factors) else np.asarray(factors, dtype=np.float64)
+    if factors.shape != (count, count):
+        raise InputError(f"radiosity: Form factors must be {count} x {count}, not {factors.shape!r}")
+    if not np.isfinite(factors.data if sparse.issparse(factors) else factors).all():
+        raise InputError("radiosity: Form factors must be finite")
+    return factors
