@@ -4,6 +4,7 @@ Rows of form factors are asked for as patches come to shoot.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import count
 
 import numpy as np
 
@@ -30,7 +31,8 @@ def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERA
 
     Source: Shen 1993, Eq. 2.12; Cohen et al. 1988.
     """
-    return _refine(system, _Energy(system).brightest, tolerance=tolerance, max_steps=max_steps, progress=progress)
+    energy = _Energy(system)
+    return _refine(system, energy, energy.brightest, tolerance=tolerance, max_steps=max_steps, progress=progress)
 
 
 def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
@@ -41,7 +43,8 @@ def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANC
 
     Source: Shen 1993, section 2.2.2.3; Feda and Purgathofer 1992.
     """
-    return _refine(system, _Energy(system).brightest, overshoot=True, tolerance=tolerance, max_steps=max_steps,
+    energy = _Energy(system)
+    return _refine(system, energy, energy.brightest, overshoot=1.0, tolerance=tolerance, max_steps=max_steps,
                    progress=progress)
 
 
@@ -77,7 +80,7 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
         near = np.flatnonzero(fit)
         return near[np.argsort(distance[near], kind="stable")[:group]]
 
-    return _refine(system, neighbours, tolerance=tolerance, max_steps=max_steps, progress=progress)
+    return _refine(system, energy, neighbours, tolerance=tolerance, max_steps=max_steps, progress=progress)
 
 
 class _Energy:
@@ -94,20 +97,25 @@ class _Energy:
         return self(amounts).argmax(keepdims=True)
 
 
-def _refine(system, choose: _Choice, *, tolerance, max_steps, progress, overshoot=False) -> Solution:
-    return iterate(_shots(system, choose, overshoot), tolerance=tolerance,
+def _refine(system, energy, choose: _Choice, *, tolerance, max_steps, progress, overshoot=0.0) -> Solution:
+    return iterate(_shots(system, energy, choose, overshoot), tolerance=tolerance,
                    max_steps=_SHOTS * len(system) if max_steps is None else max_steps, progress=progress)
 
 
-def _shots(system, choose, overshoot) -> Iterator[State]:
+def _shots(system, energy, choose, overshoot) -> Iterator[State]:
     shares = system.area / system.area.sum()
     # Light is lost somewhere even where all patches are white: the series is cut at a hundred reflections.
     reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
     shot, unshot = np.zeros_like(system.emission), system.emission.copy()
-    while True:
+    before = np.inf
+    for step in count():
         ambient = system.reflectance * np.maximum(reflections * (shares @ unshot), 0.0)
         yield State(shot + unshot, unshot, ambient)
-        amounts = unshot + ambient if overshoot else unshot
+        if overshoot and step % len(system) == 0:
+            # In odd scenes overshooting goes round in circles: there it calms down to plain shooting.
+            left = energy(unshot).sum()
+            overshoot, before = overshoot if left < before else overshoot / 2, left
+        amounts = unshot + overshoot * ambient
         patches = choose(amounts)
         amounts = amounts[patches]
         shot[patches] += amounts
