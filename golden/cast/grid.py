@@ -122,7 +122,7 @@ class Grid:
         crosses = np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
         patch = patch[crosses]
         ray = ray.take(pair[crosses])
-        hit, t = self.oracle.hits(sheared, ray, patch, best.t[ray])
+        hit, t = self.oracle.hits(sheared, ray, patch, rays.tmax[ray])
         best.update(ray[hit], patch[hit], t)
 
 

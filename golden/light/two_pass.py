@@ -1,0 +1,284 @@
+"""The image of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from tqdm import tqdm
+
+from golden.cast.grid import Grid
+from golden.cast.naive import Naive
+from golden.cast.rays import Rays
+from golden.errors import InputError
+from golden.frustum import Hemisphere, Screen
+from golden.light.direct import DirectLight
+from golden.light.indirect import IndirectLight, indirect_light
+from golden.light.sampling import mix, uniform
+from golden.light.solvers import SOLVERS
+from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
+from golden.light.tally import Tally
+from golden.scene.camera import Camera
+from golden.scene.refine import Refinement, refine
+from golden.scene.scene import Scene
+
+__all__ = ["METHODS", "RenderResult", "RenderSettings", "render"]
+
+METHODS = {method.name: method for method in (Grid, Naive)}
+
+# Primary rays in work at once.
+BATCH = 1 << 16
+# A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
+FAINT = 1 / 512
+# Elements that the default refinement aims at, and rays that the default hemispheres may take in all.
+ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderSettings:
+    """How to render.
+
+    Parameters
+    ----------
+    width, height
+        Pixels, 1 to 16384 each and at most 2^26 together.
+    samples
+        Primary rays per pixel, 1 to 1024: the largest square grid of at most so many, one ray at random in each field.
+    light_samples
+        Shadow rays to area lights per shaded point, 1 to 1024.
+    depth
+        How many mirrors and refractions a ray may meet, 0 to 64.
+    rays
+        (azimuths, polars) of a radiosity hemisphere. Default: 64 x 16 to 256 x 64, about 12 million rays in all.
+    max_edge, max_area
+        Largest element of pass 1 in (squared) scene units. Default: about 3000 elements.
+    solver
+        A name of `golden.light.solvers.SOLVERS`.
+    method
+        A name of ``METHODS``: how rays are cast.
+    cell
+        Cell size of the grid (see `golden.scene.cells.Cells`).
+    seed
+        Of all samples, at least 0.
+
+    Errors
+    ------
+    InputError
+        A value out of range.
+    """
+
+    width: int = 512
+    height: int = 512
+    samples: int = 4
+    light_samples: int = 16
+    depth: int = 6
+    rays: tuple[int, int] | None = None
+    max_edge: float | None = None
+    max_area: float | None = None
+    solver: str = "conjugate-gradient"
+    method: str = "grid"
+    cell: float | None = None
+    seed: int = 0
+
+    def __post_init__(self):
+        limits = {"width": (1, 16384), "height": (1, 16384), "samples": (1, 1024), "light_samples": (1, 1024),
+                  "depth": (0, 64), "seed": (0, 2**63 - 1)}
+        for name, (low, high) in limits.items():
+            value = getattr(self, name)
+            if not isinstance(value, int) or not low <= value <= high:
+                raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}")
+        if self.width * self.height > 2**26:
+            raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}")
+        for name, choices in (("solver", SOLVERS), ("method", METHODS)):
+            if getattr(self, name) not in choices:
+                known = ", ".join(choices)
+                raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RenderResult:
+    """An image and what it took.
+
+    Parameters
+    ----------
+    image
+        height x width x 3 float64 radiance, linear; row 0 on top.
+    tests, steps
+        height x width: ray-patch tests and cell steps of the primary, reflected and refracted rays of each pixel.
+    stats
+        Counts and seconds, ready for JSON.
+    """
+
+    image: np.ndarray
+    tests: np.ndarray
+    steps: np.ndarray
+    stats: dict
+
+
+def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: bool = False) -> RenderResult:
+    """Render a scene.
+
+    Parameters
+    ----------
+    scene
+        What to render; it must have a light (an emitting material, a point light or a background).
+    camera
+        From where.
+    settings
+        How.
+    progress
+        Shows bars for what takes more than two seconds.
+
+    Errors
+    ------
+    InputError
+        The scene has no light, or a setting does not fit the scene.
+
+    Source: Shen 1993, section 2.4.
+    """
+    if not scene.lights and not any(scene.background) and not scene.channels("emission").any():
+        raise InputError(f"scene {scene.name!r}: it has no light: no material emits, and it has no point light and "
+                         f"no background")
+    tally = Tally()
+    with tally.stage("cells"):
+        caster = Grid(scene, settings.cell) if settings.method == "grid" else METHODS[settings.method](scene)
+    with tally.stage("elements"):
+        refinement = _refinement(scene, settings)
+    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))
+    indirect = indirect_light(scene, refinement, caster, tally, hemisphere=hemisphere, solver=settings.solver,
+                              light_samples=settings.light_samples, seed=settings.seed, progress=progress)
+    shader = _Shader(scene, caster, tally, indirect, settings)
+    screen = Screen(camera=camera, width=settings.width, height=settings.height)
+    with tally.stage("image"):
+        image, tests, steps = _image(shader, screen, settings, progress)
+    return RenderResult(image=image, tests=tests, steps=steps,
+                        stats=_stats(scene, settings, hemisphere, indirect, tally))
+
+
+def _refinement(scene, settings) -> Refinement:
+    if settings.max_edge is None and settings.max_area is None:
+        return refine(scene, max_edge=float(np.sqrt(scene.areas.sum() / ELEMENTS)))
+    return refine(scene, max_edge=settings.max_edge, max_area=settings.max_area)
+
+
+def _hemisphere_rays(elements):
+    """The finest of three grids that keeps to the default number of rays."""
+    return next((grid for grid in ((256, 64), (128, 32)) if grid[0] * grid[1] * elements <= HEMISPHERE_RAYS), (64, 16))
+
+
+def _image(shader, screen, settings, progress):
+    """Radiance, tests and steps of every pixel."""
+    side = int(np.sqrt(settings.samples))
+    count = len(screen) * side * side
+    totals = np.zeros((5, len(screen)))
+    with tqdm(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
+        for start in range(0, count, BATCH):
+            ray = np.arange(start, min(start + BATCH, count))
+            pixel, sample = np.divmod(ray, side * side)
+            keys = mix(settings.seed, 2, pixel, sample)
+            offsets = (np.stack([sample % side, sample // side], axis=1)
+                       + np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)) / side - 0.5
+            low, high = pixel[0], pixel[-1] + 1
+            for row, values in enumerate(shader.trace(screen.rays(pixel, offsets), keys)):
+                totals[row, low:high] += np.bincount(pixel - low, values, high - low)
+            bar.update(len(ray))
+    shape = screen.height, screen.width
+    image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / side**2
+    return image, *(totals[row].reshape(shape).astype(np.int64) for row in (3, 4))
+
+
+class _Shader:
+    """What comes along rays from a scene whose indirect light is known."""
+
+    def __init__(self, scene, caster, tally, indirect: IndirectLight, settings):
+        self._scene, self._indirect, self._depth = scene, indirect, settings.depth
+        self._casters = {kind: tally.counting(kind, caster) for kind in ("primary", "reflection", "refraction")}
+        self._light = DirectLight(scene, caster, tally, settings.light_samples)
+        self._corner_normals = corner_normals(scene)
+        self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
+        self._index = scene.channels("refraction_index")
+
+    def trace(self, rays: Rays, keys: np.ndarray) -> np.ndarray:
+        """Radiance (rows 0 to 2), tests and steps (rows 3 and 4) of R rays."""
+        result = np.zeros((5, len(rays)))
+        waves = [("primary", rays, np.arange(len(rays)), np.ones((len(rays), 3)), keys)]
+        for depth in range(self._depth + 1):
+            waves = [wave for kind, *rest in waves for wave in self._wave(result, kind, *rest, depth < self._depth)]
+        return result
+
+    def _wave(self, result, kind, rays, owner, weight, keys, goes_on):
+        """Add what rays of one generation see, times ``weight``, to their owners; gives the next generation."""
+        if not len(rays):
+            return
+        hits = self._casters[kind].nearest(rays)
+        light = np.broadcast_to(np.asarray(self._scene.background), weight.shape).copy()
+        met = np.flatnonzero(hits.patch >= 0)
+        patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
+        direction = rays.direction[met] / np.linalg.norm(rays.direction[met], axis=1, keepdims=True)
+        front = np.einsum("kj,kj->k", direction, self._scene.normals[patch]) < 0
+        active = front | self._scene.two_sided[patch]
+        points = self._points(rays, hits, met, front)
+        light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
+        diffuse = np.flatnonzero(active & self._materials["diffuse"][patch].any(axis=1))
+        arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4))
+        arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
+        light[met[diffuse]] += self._materials["diffuse"][patch[diffuse]] * arriving
+        for row, values in enumerate((*(light * weight).T, hits.tests, hits.steps)):
+            result[row] += np.bincount(owner, values, result.shape[1])
+        if goes_on:
+            yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met])
+
+    def _points(self, rays, hits, met, front):
+        patch = hits.patch[met]
+        position = rays.origin[met] + hits.t[met, None] * rays.direction[met]
+        normal = bilinear(self._corner_normals[patch], hits.u[met], hits.v[met])
+        normal *= np.where(front, 1, -1)[:, None] / np.linalg.norm(normal, axis=1, keepdims=True)
+        return SurfacePoints(position, normal, patch)
+
+    def _next(self, points, direction, front, active, owner, weight, keys):
+        """Mirrored and refracted rays."""
+        specular = self._materials["specular"][points.patch] * active[:, None]
+        transparent = self._materials["transparent"][points.patch]
+        cosine = np.clip(-np.einsum("kj,kj->k", direction, points.normal), 1e-6, 1)
+        ratio = np.where(front, 1 / self._index[points.patch], self._index[points.patch])
+        straight = 1 - ratio**2 * (1 - cosine**2)
+        beyond = np.sqrt(np.maximum(straight, 0))
+        mirrored = np.where(straight > 0, _fresnel(ratio, cosine, beyond), 1.0)
+        reflected = direction + 2 * cosine[:, None] * points.normal
+        # A shading normal may bend a mirrored ray into its surface: there the facet's own normal mirrors it.
+        facet = self._scene.normals[points.patch] * np.where(front, 1, -1)[:, None]
+        into = np.einsum("kj,kj->k", reflected, facet) <= 0
+        flat = direction - 2 * np.einsum("kj,kj->k", direction, facet)[:, None] * facet
+        reflected = np.where(into[:, None], flat, reflected)
+        refracted = ratio[:, None] * direction + (ratio * cosine - beyond)[:, None] * points.normal
+        branches = (("reflection", reflected, specular + transparent * mirrored[:, None]),
+                    ("refraction", refracted, transparent * (1 - mirrored)[:, None]))
+        for branch, (kind, toward, share) in enumerate(branches):
+            carried = weight * share
+            some = np.flatnonzero(carried.max(axis=1) > FAINT)
+            rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
+            yield kind, rays, owner[some], carried[some], mix(keys[some], 5 + branch)
+
+
+def _fresnel(ratio, cosine, beyond):
+    """Reflectance of a smooth dielectric for unpolarised light; ``beyond`` is the refracted ray's cosine."""
+    parallel = (cosine - ratio * beyond) / (cosine + ratio * beyond)
+    across = (ratio * cosine - beyond) / (ratio * cosine + beyond)
+    return (parallel**2 + across**2) / 2
+
+
+def _stats(scene, settings, hemisphere, indirect, tally):
+    kinds = tally.kinds
+    total = {count: sum(kind[count] for kind in kinds.values()) for count in ("rays", "hits", "tests", "steps")}
+    return {
+        "scene": scene.name,
+        "settings": {field.name: getattr(settings, field.name) for field in fields(settings)}
+        | {"rays": [hemisphere.azimuths, hemisphere.polars]},
+        "patches": len(scene),
+        "elements": indirect.elements,
+        "nodes": len(indirect.nodes),
+        "solver": {"iterations": indirect.solution.iterations, "converged": indirect.solution.converged},
+        "rays": kinds,
+        "total": total,
+        "tests_per_ray": total["tests"] / total["rays"],
+        "steps_per_ray": total["steps"] / total["rays"],
+        "seconds": tally.seconds,
+    }

@@ -1,0 +1,96 @@
+"""The grid gives what the naive algorithm gives, to the bit."""
+
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.cast.naive import Naive
+from golden.cast.rays import Rays
+from golden.errors import InputError
+from golden.scene.builtin import builtin_scene
+from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup
+
+CELLS = (None, 1.0, 0.5, 0.125, 0.03)
+
+
+def assert_same(scene, rays, cell):
+    naive, grid = Naive(scene).nearest(rays), Grid(scene, cell).nearest(rays)
+    for name in ("patch", "t", "u", "v"):
+        np.testing.assert_array_equal(getattr(grid, name), getattr(naive, name), err_msg=name)
+    return grid
+
+
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("seed", range(3))
+def test_random_rays_in_a_soup_hit_what_naive_hits(seed, cell):
+    scene = soup(seed)
+    hits = assert_same(scene, random_rays(scene, seed, 3000), cell)
+    assert (hits.patch >= 0).sum() > 300
+
+
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("name", ["box", "icosphere"])
+def test_axis_parallel_rays_through_vertices_and_cell_corners_hit_what_naive_hits(name, cell):
+    scene = closed_mesh(name)
+    assert_same(scene, axis_rays(scene, 3, 3000), cell)
+
+
+@pytest.mark.parametrize("name", ["cornell", "lobby", "balls:1", "tetra:3"])
+def test_built_in_scenes_hit_what_naive_hits(name):
+    scene = builtin_scene(name)
+    assert_same(scene, random_rays(scene, 11, 2000), None)
+
+
+def test_equally_near_patches_give_the_smaller_number():
+    scene = soup(0)
+    twins = {number: twin for number in range(len(scene)) for twin in range(number)
+             if np.array_equal(scene.vertices[number], scene.vertices[twin])}
+    assert len(twins) >= 2
+    targets = scene.vertices[list(twins)].mean(axis=1)
+    origin = targets + 1e-3 * scene.normals[list(twins)]
+    for caster in (Naive(scene), Grid(scene)):
+        hits = caster.nearest(Rays(origin, targets - origin))
+        assert not set(hits.patch.tolist()) & set(twins)
+
+
+@pytest.mark.parametrize("name", ["lobby", "balls:1"])
+def test_any_hit_agrees_with_nearest_hit_on_whether_there_is_one(name):
+    scene = builtin_scene(name)
+    random = np.random.default_rng(5)
+    rays = random_rays(scene, 5, 3000)
+    rays = Rays(rays.origin, rays.direction, tmax=random.uniform(0, 1.5, len(rays)))
+    nearest, any_hit = Grid(scene).nearest(rays), Grid(scene).occluded(rays)
+    np.testing.assert_array_equal(any_hit.patch >= 0, nearest.patch >= 0)
+    assert (any_hit.t >= nearest.t).all()
+    assert any_hit.tests.sum() <= nearest.tests.sum()
+
+
+def test_no_rays_give_no_hits():
+    hits = Grid(builtin_scene("cornell")).nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
+    assert len(hits.patch) == 0
+
+
+def test_hits_do_not_depend_on_how_rays_are_batched():
+    scene = builtin_scene("lobby")
+    rays = random_rays(scene, 2, 2000)
+    caster = Grid(scene)
+    whole = caster.nearest(rays)
+    order = np.random.default_rng(0).permutation(len(rays))
+    for name in ("patch", "t", "tests", "steps"):
+        parts = np.concatenate([getattr(caster.nearest(rays[part]), name) for part in np.array_split(order, 7)])
+        np.testing.assert_array_equal(parts, getattr(whole, name)[order], err_msg=name)
+
+
+def test_steps_are_the_cells_that_a_ray_passes():
+    scene = closed_mesh("box")
+    grid = Grid(scene, 0.125)
+    # Along x through the middle of a row of cells, from outside: the hit is in the first cell already; from the centre
+    # it goes through half of them.
+    rays = Rays([[-2, 0.03, 0.03], [0.03, 0.03, 0.03]], [[1, 0, 0], [1, 0, 0]])
+    assert grid.nearest(rays).steps.tolist() == [1, int(grid.cells.shape[0]) - int(0.53 / 0.125)]
+
+
+@pytest.mark.parametrize("cell", [0, -1, 2, 1e-3, np.nan])
+def test_cell_size_out_of_range(cell):
+    with pytest.raises(InputError, match="Cell size must be 1/256 to 1 of the scene's longest side, not"):
+        Grid(builtin_scene("cornell"), cell)
