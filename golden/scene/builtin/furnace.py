@@ -44,7 +44,7 @@ def furnace(size: int = 8, *, diffuse: float = 0.5, emission: float = 1.0, emitt
 
 
 def _grid(quad: np.ndarray, size: int) -> np.ndarray:
-    """A unit square cut into ``size`` x ``size``. Its coordinates k / size do not depend on the face they are made for."""
+    """A unit square cut into ``size`` x ``size``. Coordinates are k / size on every face alike."""
     step = np.arange(size + 1)
     right, up = quad[1] - quad[0], quad[3] - quad[0]
     points = (quad[0] * size + step[:, None, None] * right + step[:, None] * up) / size

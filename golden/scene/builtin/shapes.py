@@ -5,7 +5,7 @@ Neighbouring patches of one shape hold the same coordinates to the bit, also aft
 
 import numpy as np
 
-__all__ = ["ball", "box", "cap", "framed", "lathe", "loft", "placed", "rounded", "tube"]
+__all__ = ["ball", "box", "cap", "framed", "frames", "lathe", "loft", "placed", "rounded", "tube"]
 
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # Corners are numbered by bits: 1 is the upper x, 2 the upper y, 4 the upper z.
@@ -71,22 +71,26 @@ def ball(radius: float, *, sides: int, rings: int) -> np.ndarray:
     return lathe(profile, sides=sides)
 
 
-def tube(path, *, radius, sides: int) -> np.ndarray:
-    """A round skin around an open path, M x 3, without end caps; ``radius`` is one or M numbers.
-
-    The cross-section is carried along without twist. Few of the quads are planar.
-    """
+def frames(path) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors square to an open path, M x 3, and to each other, carried along it without twist: both M x 3."""
     path = np.asarray(path, dtype=np.float64)
     tangent = np.gradient(path, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-    across = np.cross(tangent[0], np.eye(3)[np.argmin(np.abs(tangent[0]))])
+    across = np.empty_like(path)
+    previous = np.eye(3)[np.argmin(np.abs(tangent[0]))]
+    for row, forward in zip(across, tangent, strict=True):
+        previous = previous - forward * (previous @ forward)
+        previous = row[:] = previous / np.linalg.norm(previous)
+    return across, np.cross(tangent, across)
+
+
+def tube(path, *, radius: float, sides: int) -> np.ndarray:
+    """A round skin of triangles around an open path, M x 3, without end caps; its quads would not be planar."""
+    path = np.asarray(path, dtype=np.float64)
     angle = 2 * np.pi * np.arange(sides)[:, None] / sides
-    rings = []
-    for point, forward, size in zip(path, tangent, np.broadcast_to(radius, len(path)), strict=True):
-        across = across - forward * (across @ forward)
-        across = across / np.linalg.norm(across)
-        rings.append(point + size * (np.cos(angle) * across + np.sin(angle) * np.cross(forward, across)))
-    return loft(rings)
+    right, up = (vectors[:, None] for vectors in frames(path))
+    quads = loft(path[:, None] + radius * (np.cos(angle) * right + np.sin(angle) * up))
+    return quads[:, [[0, 1, 2, 2], [0, 2, 3, 3]]].reshape(-1, 4, 3)
 
 
 def cap(ring) -> np.ndarray:
