@@ -10,7 +10,7 @@ from golden.light.direct import DirectLight
 from golden.light.form_factors import hemisphere_sums
 from golden.light.nodes import Nodes
 from golden.light.sampling import mix, uniform
-from golden.light.solvers import SOLVERS, Solution
+from golden.light.solvers import SOLVERS, RadiositySystem, Solution
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.refine import Refinement
@@ -95,11 +95,15 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
     with tally.stage("direct light of elements"):
         direct = _direct(scene, refinement, nodes, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), seed)
     with tally.stage("solver"):
-        parent = np.concatenate([refinement.parent, refinement.parent[nodes.back >= 0]])
+        element = nodes.elements
+        parent = refinement.parent[element]
         reflectance = sum(scene.channels(name)[parent] for name in ("diffuse", "specular", "transparent"))
-        area = np.concatenate([refinement.scene.areas, refinement.scene.areas[nodes.back >= 0]])
-        solution = SOLVERS[solver]((mean @ rows).tocsr(), reflectance * (direct + mean @ sky), reflectance, area=area)
-        irradiance = _fill(nodes.of_elements, rows @ solution.radiosity + sky, buried)
+        system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
+                                 emission=reflectance * (direct + mean @ sky), area=refinement.scene.areas[element],
+                                 centre=refinement.scene.vertices[element].mean(axis=1),
+                                 normal=nodes.sides[:, None] * scene.normals[parent])
+        solution = SOLVERS[solver](system, progress=progress)
+        irradiance = _fill(nodes.of_elements, rows @ solution.display + sky, buried)
     return IndirectLight(nodes=nodes, irradiance=irradiance, elements=columns, solution=solution)
 
 
@@ -116,10 +120,8 @@ def _element_columns(scene, refinement, nodes):
 
 def _direct(scene, refinement, nodes, light, seed):
     """Direct irradiance over pi of each side of each element: the mean of a few points on it."""
-    element = np.concatenate([np.arange(len(refinement.parent)), np.flatnonzero(nodes.back >= 0)])
-    side = np.where(np.arange(len(element)) < len(refinement.parent), 1.0, -1.0)
-    column = np.repeat(np.arange(len(element)), POINTS)
-    element, side = element[column], side[column]
+    column = np.repeat(np.arange(len(nodes.elements)), POINTS)
+    element, side = nodes.elements[column], nodes.sides[column]
     keys = mix(seed, 1, column, np.tile(np.arange(POINTS), len(column) // POINTS))
     # One point in each quarter of the element.
     quarter = np.arange(len(column)) % POINTS

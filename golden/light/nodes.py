@@ -38,10 +38,12 @@ class Nodes:
     source
         M: the surface that it lies on.
     of_elements
-        Sparse, columns x M: the mean over an element's corners. Its rows are the elements' fronts, then the backs
+        Sparse, C x M: the mean over an element's corners. The C rows are the fronts of all elements, then the backs
         of the elements of two-sided patches.
+    elements, sides
+        C: the element of each of these rows, and 1 for its front or -1 for its back.
     back
-        For each element the row of its back in ``of_elements``, or -1.
+        For each element the row of its back, or -1.
     """
 
     def __init__(self, scene: Scene, refinement: Refinement):
@@ -66,10 +68,13 @@ class Nodes:
         lift = LIFT * np.sqrt(scene.areas[patch]) * _curved(scene)[patch]
         self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
         self.source = scene.surface[patch[one]]
-        self.back = np.full(len(refinement.parent), -1)
+        count = len(refinement.parent)
         behind = np.flatnonzero(scene.two_sided[refinement.parent])
-        self.back[behind] = len(self.back) + np.arange(len(behind))
-        self.of_elements = self._elements(refinement, behind)
+        self.back = np.full(count, -1)
+        self.back[behind] = count + np.arange(len(behind))
+        self.elements = np.concatenate([np.arange(count), behind])
+        self.sides = np.repeat([1.0, -1.0], [count, len(behind)])
+        self.of_elements = self._means(refinement)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -115,16 +120,12 @@ class Nodes:
         total = np.stack([np.bincount(self._node, column) for column in values.T], axis=1)
         return total / np.bincount(self._node)[:, None]
 
-    def _elements(self, refinement, behind):
+    def _means(self, refinement):
         patch, u, v = _centres(self._scene.is_triangle, self._cuts)
-        element = refinement.locate(patch, u, v)
-        nodes, weights = self.at(patch, u, v, np.ones(len(patch), dtype=bool))
-        at = np.argsort(element)[behind]
-        back_nodes, back_weights = self.at(patch[at], u[at], v[at], np.zeros(len(at), dtype=bool))
-        rows = np.repeat(np.concatenate([element, self.back[behind]]), 4)
-        nodes, weights = np.concatenate([nodes, back_nodes]), np.concatenate([weights, back_weights])
-        shape = len(element) + len(behind), len(self.position)
-        return sparse.csr_array((weights.ravel(), (rows, nodes.ravel())), shape=shape)
+        at = np.argsort(refinement.locate(patch, u, v))[self.elements]
+        nodes, weights = self.at(patch[at], u[at], v[at], self.sides > 0)
+        rows = np.repeat(np.arange(len(at)), 4)
+        return sparse.csr_array((weights.ravel(), (rows, nodes.ravel())), shape=(len(at), len(self)))
 
 
 def _curved(scene):

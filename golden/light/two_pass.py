@@ -275,7 +275,7 @@ def _stats(scene, settings, hemisphere, indirect, tally):
         "patches": len(scene),
         "elements": indirect.elements,
         "nodes": len(indirect.nodes),
-        "solver": {"iterations": indirect.solution.iterations, "converged": indirect.solution.converged},
+        "solver": {"steps": indirect.solution.steps, "converged": indirect.solution.converged},
         "rays": kinds,
         "total": total,
         "tests_per_ray": total["tests"] / total["rays"],

@@ -1,0 +1,166 @@
+"""Direct light: what arrives at a point straight from the lights, by shadow rays."""
+
+import numpy as np
+
+from golden.cast.rays import Rays
+from golden.light.sampling import lattice
+from golden.light.surface_points import SurfacePoints, bilinear
+from golden.light.tally import Tally
+from golden.scene.scene import Scene
+
+__all__ = ["DirectLight"]
+
+# Pairs of point and light that are weighed together.
+BLOCK = 1 << 20
+# A shadow ray ends this share of its length before its light, which would else shadow itself.
+SHORT_OF_LIGHT = 1 - 1e-6
+# Sheets of glass that a shadow ray passes at most.
+SHEETS = 8
+
+
+class DirectLight:
+    """Irradiance from the area lights (patches whose material emits) and point lights of a scene.
+
+    Each point takes ``samples`` shadow rays to its area lights. Lights are chosen in proportion to about what they
+    would send to the point unhindered, by one number of an evenly spread pair that, rescaled, also picks the place on
+    the light; a single light is thus sampled evenly. Transparent patches dim a shadow ray by their transmittance and
+    do not bend it.
+
+    Parameters
+    ----------
+    scene
+        Patches and lights.
+    caster
+        Casts the shadow rays.
+    tally
+        Counts them, as kind ``"shadow"``.
+    samples
+        Shadow rays to area lights per point, at least 1.
+    """
+
+    def __init__(self, scene: Scene, caster, tally: Tally, samples: int):
+        self._scene, self._samples = scene, samples
+        self._caster = tally.counting("shadow", caster)
+        emission = scene.channels("emission")
+        self._lights = np.flatnonzero(emission.max(axis=1) > 0)
+        self._emission = emission[self._lights]
+        vertices = scene.vertices[self._lights]
+        # Of a triangle, the repeated corner would count twice in the centre.
+        share = np.where(scene.is_triangle[self._lights, None], [1 / 3, 1 / 3, 1 / 3, 0], 0.25)
+        self._centre = np.einsum("lk,lkj->lj", share, vertices)
+        self._radius2 = ((vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
+        self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
+        self._transmittance = scene.channels("transparent")
+
+    def irradiance(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
+        """Irradiance over pi at M points, M x 3, in units of radiance: times the reflectance it is what they send out.
+
+        Parameters
+        ----------
+        points
+            The points.
+        keys
+            M hashes (`golden.light.sampling.mix`), one per point, from which the samples are drawn.
+        """
+        result = np.zeros((len(points), 3))
+        block = max(1, BLOCK // max(len(self._lights), self._samples))
+        for start in range(0, len(points), block):
+            rows = slice(start, start + block)
+            if len(self._lights):
+                result[rows] += self._from_areas(points[rows], keys[rows])
+            for light in self._scene.lights:
+                result[rows] += self._from_point(points[rows], light)
+        return result
+
+    def _from_areas(self, points, keys):
+        weight = self._estimate(points)
+        cumulative = np.cumsum(weight, axis=1)
+        total = cumulative[:, -1]
+        lit = np.flatnonzero(total > 0)
+        if not len(lit):
+            return np.zeros((len(points), 3))
+        first, second = np.moveaxis(lattice(keys[lit], self._samples), 2, 0)
+        target = first * total[lit, None]
+        choice = np.empty(target.shape, dtype=np.intp)
+        for sample in range(self._samples):
+            choice[:, sample] = (cumulative[lit] <= target[:, sample, None]).sum(axis=1)
+        # A target that rounds up to the total still belongs to the last light that counts.
+        last = weight.shape[1] - 1 - np.argmax(weight[lit, ::-1] > 0, axis=1)
+        choice = np.minimum(choice, last[:, None])
+        chance = np.take_along_axis(weight[lit], choice, axis=1)
+        below = np.take_along_axis(cumulative[lit], choice, axis=1) - chance
+        u = np.clip((target - below) / chance, 0, 1)
+        choice, u, v = choice.ravel(), u.ravel(), second.ravel()
+        density = (chance / total[lit, None]).ravel()
+        where = np.repeat(lit, self._samples)
+        position, area_vector = self._place(choice, u, v)
+        toward = position - points.position[where]
+        distance2 = np.einsum("kj,kj->k", toward, toward)
+        cosine = np.einsum("kj,kj->k", points.normal[where], toward)
+        facing = -np.einsum("kj,kj->k", area_vector, toward)
+        facing = np.where(self._scene.two_sided[self._lights[choice]], np.abs(facing), facing)
+        geometry = np.maximum(cosine, 0) * np.maximum(facing, 0) / (np.pi * distance2**2 * density)
+        some = np.flatnonzero(geometry > 0)
+        light = self._emission[choice[some]] * geometry[some, None]
+        light *= self._visibility(points, where[some], toward[some], SHORT_OF_LIGHT)
+        row = where[some]
+        return np.stack([np.bincount(row, light[:, channel], len(points)) for channel in range(3)],
+                        axis=1) / self._samples
+
+    def _estimate(self, points):
+        """Weights M x L: about what each light sends to each point unhindered, zero only where it cannot reach it."""
+        scene = self._scene
+        weight = np.zeros((len(points), len(self._lights)))
+        for place in (*np.moveaxis(scene.vertices[self._lights], 1, 0), self._centre):
+            toward = place - points.position[:, None]
+            cosine = np.einsum("mlj,mj->ml", toward, points.normal)
+            length = np.sqrt(np.einsum("mlj,mlj->ml", toward, toward))
+            np.maximum(weight, cosine / np.maximum(length, 1e-300), out=weight)
+        facing = -np.einsum("mlj,lj->ml", toward, scene.normals[self._lights])
+        weight *= (facing > 0) | scene.two_sided[self._lights]
+        return weight * self._power / (np.einsum("mlj,mlj->ml", toward, toward) + self._radius2)
+
+    def _place(self, choice, u, v):
+        """Points at (u, v) of the unit square on the chosen lights, and their area per unit square as a vector."""
+        patch = self._lights[choice]
+        corners = self._scene.vertices[patch]
+        triangle = self._scene.is_triangle[patch]
+        # Rows of a triangle shrink towards its repeated corner: more of the square goes to the long ones.
+        v = np.where(triangle, 1 - np.sqrt(1 - v), v)
+        along_u = (1 - v)[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 3])
+        along_v = (1 - u)[:, None] * (corners[:, 3] - corners[:, 0]) + u[:, None] * (corners[:, 2] - corners[:, 1])
+        area = np.where(triangle[:, None], self._scene.area_vectors[patch], np.cross(along_u, along_v))
+        return bilinear(corners, u, v), area
+
+    def _from_point(self, points, light):
+        toward = np.asarray(light.position) - points.position
+        distance2 = np.einsum("kj,kj->k", toward, toward)
+        cosine = np.einsum("kj,kj->k", points.normal, toward)
+        some = np.flatnonzero((cosine > 0) & (distance2 > 0))
+        share = cosine[some] / (np.pi * distance2[some] ** 1.5)
+        result = np.zeros((len(points), 3))
+        result[some] = share[:, None] * light.intensity * self._visibility(points, some, toward[some], 1.0)
+        return result
+
+    def _visibility(self, points, row, toward, tmax):
+        """Share of light, M x 3, that comes through along ``toward`` to the points numbered ``row``."""
+        through = np.ones((len(row), 3))
+        going = np.arange(len(row))
+        rays = Rays(points.position[row], toward, self._scene.surface[points.patch[row]], np.full(len(row), tmax))
+        if not self._transmittance.any():
+            blocked = self._caster.occluded(rays).patch >= 0
+            through[blocked] = 0
+            return through
+        for _ in range(SHEETS):
+            hits = self._caster.nearest(rays)
+            met = np.flatnonzero(hits.patch >= 0)
+            through[going[met]] *= self._transmittance[hits.patch[met]]
+            met = met[through[going[met]].max(axis=1) > 0]
+            if not len(met):
+                return through
+            going = going[met]
+            rest = rays.tmax[met] - hits.t[met]
+            rays = Rays(rays.origin[met] + hits.t[met, None] * rays.direction[met], rays.direction[met],
+                        self._scene.surface[hits.patch[met]], rest)
+        through[going] = 0
+        return through

@@ -1,0 +1,41 @@
+"""Random numbers that depend on what they are for, not on the order in which they are drawn.
+
+A number is a hash of a seed and of the keys of its use (pixel, sample, bounce), so an image does not depend on how its
+pixels are batched.
+"""
+
+import numpy as np
+
+__all__ = ["lattice", "mix", "uniform"]
+
+# The additive recurrence of the plastic number: its points (k g, k g^2) modulo 1 are evenly spread for every count.
+_PLASTIC = 1.324717957244746
+_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
+
+
+def mix(seed, *keys) -> np.ndarray:
+    """A 64-bit hash of whole numbers; arrays broadcast."""
+    state = np.asarray(seed, dtype=np.uint64)
+    with np.errstate(over="ignore"):  # modulo 2^64 is what is meant
+        for key in keys:
+            key = np.asarray(key).astype(np.uint64) + np.uint64(1)
+            state = _scramble(state + np.uint64(0x9E3779B97F4A7C15) * key)
+    return state
+
+
+def uniform(state: np.ndarray, dimension: int) -> np.ndarray:
+    """Float64 in [0, 1): the number of a use's ``dimension``, the use being a `mix`."""
+    return (mix(state, dimension) >> np.uint64(11)) * 2.0**-53
+
+
+def lattice(state: np.ndarray, count: int) -> np.ndarray:
+    """``count`` points of [0, 1)^2 for each use, evenly spread and shifted at random: M x count x 2."""
+    shift = np.stack([uniform(state, 0), uniform(state, 1)], axis=-1)
+    return (shift[:, None] + np.arange(count)[:, None] * _STEP) % 1.0
+
+
+def _scramble(state):
+    """The finaliser of the splitmix64 generator, which takes neighbouring numbers far apart."""
+    state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return state ^ (state >> np.uint64(31))

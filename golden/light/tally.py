@@ -1,0 +1,57 @@
+"""Counts of rays by what they are for."""
+
+import time
+from contextlib import contextmanager
+
+from golden.cast.rays import Hits, Rays
+
+__all__ = ["Tally"]
+
+
+class Tally:
+    """Casts rays and keeps account of them.
+
+    Members
+    -------
+    kinds
+        For each kind of ray: ``rays``, ``hits``, ``tests``, ``steps``.
+    seconds
+        For each stage its wall-clock time.
+    """
+
+    def __init__(self):
+        self.kinds: dict[str, dict[str, int]] = {}
+        self.seconds: dict[str, float] = {}
+
+    def counting(self, kind: str, caster) -> "CountingCaster":
+        """The caster, with the rays that it casts counted as of this kind."""
+        return CountingCaster(caster, self.kinds.setdefault(kind, {"rays": 0, "hits": 0, "tests": 0, "steps": 0}))
+
+    @contextmanager
+    def stage(self, name: str):
+        """Times a stage."""
+        begin = time.perf_counter()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+
+
+class CountingCaster:
+    """A caster that adds what it does to an account."""
+
+    def __init__(self, caster, counts: dict[str, int]):
+        self._caster, self._counts = caster, counts
+
+    def nearest(self, rays: Rays) -> Hits:
+        """The caster's nearest hits."""
+        return self._count(self._caster.nearest(rays))
+
+    def occluded(self, rays: Rays) -> Hits:
+        """The caster's any hits."""
+        return self._count(self._caster.occluded(rays))
+
+    def _count(self, hits):
+        self._counts["rays"] += len(hits.patch)
+        self._counts["hits"] += int((hits.patch >= 0).sum())
+        self._counts["tests"] += int(hits.tests.sum())
+        self._counts["steps"] += int(hits.steps.sum())
+        return hits
