@@ -13,7 +13,8 @@ def main(folder: Path) -> None:
     """One picture per scene, by the command that a user would give."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in BUILTIN:
-        subprocess.run([sys.executable, "-m", "golden", "render", name, "-o", folder / f"{name}.png", *OPTIONS], check=True)
+        command = [sys.executable, "-m", "golden", "render", name, "-o", folder / f"{name}.png", *OPTIONS]
+        subprocess.run(command, check=True)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,21 @@
+"""What a render took, on one screen."""
+
+__all__ = ["summary"]
+
+
+def summary(stats: dict) -> str:
+    """The statistics of `golden.light.two_pass.RenderResult` as text."""
+    solver, settings = stats["solver"], stats["settings"]
+    converged = "" if solver["converged"] else ", not converged"
+    lines = [f"{stats['scene']}: {stats['patches']} patches, {stats['elements']} elements, {stats['nodes']} nodes, "
+             f"{settings['width']}x{settings['height']} pixels",
+             f"{settings['solver']}: {solver['iterations']} iterations{converged}",
+             "",
+             f"{'rays':12} {'count':>12} {'hit':>7} {'tests/ray':>10} {'steps/ray':>10}"]
+    for kind, counts in {**stats["rays"], "total": stats["total"]}.items():
+        rays = max(1, counts["rays"])
+        lines.append(f"{kind:12} {counts['rays']:12,} {counts['hits'] / rays:7.1%} {counts['tests'] / rays:10.2f} "
+                     f"{counts['steps'] / rays:10.2f}")
+    lines += ["", f"{'seconds':24} {sum(stats['seconds'].values()):8.2f}"]
+    lines += [f"  {stage:22} {seconds:8.2f}" for stage, seconds in stats["seconds"].items()]
+    return "\n".join(lines)

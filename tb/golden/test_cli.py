@@ -1,0 +1,346 @@
+import errno
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+import golden.cli
+from golden.image import read_exr
+from golden.scene.builtin import BUILTIN
+
+FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4")
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+LAMP = "mtllib lamp.mtl\nusemtl lamp\n"
+NFF_VIEW = "v\nfrom {from_}\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 16 16\n"
+NFF_BODY = "b 0.5 0.5 0.5\nl 4 3 2\nf 0.8 0.2 0.2 1 0 0 0 1\np 3\n0 0 0\n1 0 0\n0 1 0\n"
+PLY = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 {} 0\n3 0 1 2\n")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments):
+    result = CliRunner().invoke(golden.cli.main, [str(argument) for argument in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result
+
+
+def succeed(*arguments):
+    result = run(*arguments)
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def content(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def refused(exit_code, stderr, says, code=2):
+    assert exit_code == code
+    assert stderr.startswith("error: "), stderr
+    assert stderr.endswith("\n")
+    assert stderr.count("\n") == 1, stderr
+    assert "Traceback" not in stderr
+    assert says in stderr
+
+
+RENDER = ("render", "furnace:1", "-o", "out.png", *FAST)
+
+# Name of the case: files to make (text, or arrays of an .npz), arguments, what the line must say.
+BAD = {
+    "no command": ({}, (), "Missing command"),
+    "unknown command": ({}, ("rendr", "cornell"), "rendr"),
+    "unknown option": ({}, (*RENDER, "--sise", "8x8"), "--sise"),
+    "no scene": ({}, ("render", "-o", "out.png"), "SCENE"),
+    "no output": ({}, ("render", "furnace"), "--output"),
+    "two scenes": ({}, ("render", "furnace", "cornell", "-o", "out.png"), "cornell"),
+    "unknown scene": ({}, ("render", "atrium", "-o", "out.png"), "'atrium'"),
+    "size of a scene that has one": ({}, ("render", "cornell:2", "-o", "out.png"), "one size"),
+    "size that is no number": ({}, ("render", "tetra:big", "-o", "out.png"), "whole number"),
+    "size out of range": ({}, ("render", "tetra:99", "-o", "out.png"), "Size must be"),
+    "negative size": ({}, ("render", "tetra:-1", "-o", "out.png"), "whole number"),
+    "missing file": ({}, ("render", "nowhere.obj", "-o", "out.png"), "nowhere.obj"),
+    "missing file of NFF": ({}, ("render", "nowhere.nff", "-o", "out.png"), "nowhere.nff"),
+    "unknown ending": ({"a.max": "x"}, ("render", "a.max", "-o", "out.png"), ".max"),
+    "file without faces": ({"a.obj": TRIANGLE}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "empty file": ({"a.obj": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "empty STL": ({"a.stl": ""}, ("render", "a.stl", "-o", "out.png"), "a.stl"),
+    "empty NFF": ({"a.nff": ""}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
+    "binary rubbish as GLB": ({"a.glb": "\0\1\2 rubbish"}, ("render", "a.glb", "-o", "out.png"), "a.glb"),
+    "rubbish as glTF": ({"a.gltf": "{}"}, ("render", "a.gltf", "-o", "out.png"), "a.gltf"),
+    "rubbish as PLY": ({"a.ply": "ply\nformat"}, ("render", "a.ply", "-o", "out.png"), "a.ply"),
+    "rubbish as NFF": ({"a.nff": "p 3\n0 0\n"}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
+    "vertex not a number": ({"a.obj": "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
+                            "finite"),
+    "vertex at infinity": ({"a.ply": PLY.format("inf")}, ("render", "a.ply", "-o", "out.png"), "finite"),
+    "face without area": ({"a.obj": "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
+                          "area"),
+    "face without area in PLY": ({"a.ply": PLY.format("0")}, ("render", "a.ply", "-o", "out.png"), "area"),
+    "face with a vertex that is not there": ({"a.obj": TRIANGLE + "f 1 2 9\n"}, ("render", "a.obj", "-o", "out.png"),
+                                             "a.obj"),
+    "unknown material": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n", "lamp.mtl": "newmtl other\nKd 1 1 1\n"},
+                         ("render", "a.obj", "-o", "out.png"), "'lamp'"),
+    "missing material file": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
+                              "lamp.mtl"),
+    "no light": ({"a.obj": TRIANGLE + "f 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"), "light"),
+    "folder as scene": ({"a.obj/b": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "eye at the target": ({}, (*RENDER, "--eye", "1,2,3", "--target", "1,2,3"), "eye"),
+    "up along the view": ({}, (*RENDER, "--eye", "0,0,3", "--target", "0,0,1", "--up", "0,0,1"), "along the view"),
+    "no field of view": ({}, (*RENDER, "--fov", "0"), "Field of view"),
+    "field of view over half the space": ({}, (*RENDER, "--fov", "180"), "Field of view"),
+    "eye of two numbers": ({}, (*RENDER, "--eye", "1,2"), "--eye"),
+    "eye not a number": ({}, (*RENDER, "--eye", "1,2,nan"), "--eye"),
+    "degenerate camera of a file": ({"a.nff": NFF_VIEW.format(from_="0 0 0") + NFF_BODY},
+                                    ("render", "a.nff", "-o", "out.png"), "camera"),
+    "wrong ending": ({}, ("render", "furnace", "-o", "out.jpg"), ".jpg"),
+    "output in a missing folder": ({}, ("render", "furnace", "-o", "missing/out.png"), "missing/out.png"),
+    "output that is a folder": ({"out.png/a": ""}, ("render", "furnace", "-o", "out.png"), "directory"),
+    "output below a file": ({"a": ""}, ("render", "furnace", "-o", "a/out.png"), "a/out.png"),
+    "same output twice": ({}, (*RENDER, "-o", "./out.png"), "twice"),
+    "statistics with the wrong ending": ({}, (*RENDER, "--stats", "a.txt"), ".json"),
+    "statistics in a missing folder": ({}, (*RENDER, "--stats", "missing/a.json"), "missing/a.json"),
+    "heat map in a missing folder": ({}, (*RENDER, "--heatmap", "missing/a"), "missing/a"),
+    "image of one number": ({}, (*RENDER, "--size", "512"), "--size"),
+    "image without pixels": ({}, (*RENDER, "--size", "0x10"), "Width must be"),
+    "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
+    "image too large": ({}, (*RENDER, "--size", "16384x16384"), "pixels"),
+    "no samples": ({}, (*RENDER, "--spp", "0"), "Samples must be"),
+    "samples not a number": ({}, (*RENDER, "--spp", "many"), "--spp"),
+    "no light samples": ({}, (*RENDER, "--light-samples", "0"), "Light samples must be"),
+    "negative depth": ({}, (*RENDER, "--depth", "-1"), "Depth must be"),
+    "negative seed": ({}, (*RENDER, "--seed", "-1"), "Seed must be"),
+    "rays not a power of two": ({}, (*RENDER, "--rays", "100x64"), "power of two"),
+    "too many rays": ({}, (*RENDER, "--rays", "65536x65536"), "power of two"),
+    "no edge": ({}, (*RENDER, "--max-edge", "0"), "--max-edge"),
+    "edge not a number": ({}, (*RENDER, "--max-edge", "nan"), "--max-edge"),
+    "negative area": ({}, (*RENDER, "--max-area", "-1"), "--max-area"),
+    "too many elements": ({}, (*RENDER, "--max-edge", "1e-6"), "elements"),
+    "unknown solver": ({}, (*RENDER, "--solver", "magic"), "magic"),
+    "unknown method": ({}, (*RENDER, "--method", "octree"), "octree"),
+    "unknown tone curve": ({}, (*RENDER, "--tone", "filmic"), "filmic"),
+    "exposure not a number": ({}, (*RENDER, "--exposure", "nan"), "--exposure"),
+    "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
+    "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
+    "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),
+    "export of an unknown scene": ({}, ("scene", "atrium", "-o", "a.glb"), "'atrium'"),
+    "export to an unknown format": ({}, ("scene", "furnace", "-o", "a.blend"), ".blend"),
+    "form factors with the wrong ending": ({}, ("formfactors", "furnace", "-o", "F.csv"), ".csv"),
+    "form factors of too many elements": ({}, ("formfactors", "furnace", "-o", "F.npz", "--max-edge", "1e-5"),
+                                          "elements"),
+    "form factors without sample points": ({}, ("formfactors", "furnace", "-o", "F.npz", "--samples", "0"),
+                                           "--samples"),
+    "missing rays": ({}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "rays.npz"),
+    "rays that are no archive": ({"rays.npz": "0 0 0"}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"),
+                                 "rays.npz"),
+    "rays without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]]}},
+                               ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "direction"),
+    "rays of the wrong shape": ({"rays.npz": {"origin": [[0.0, 0]], "direction": [[0.0, 1]]}},
+                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "R x 3"),
+    "ray origin not a number": ({"rays.npz": {"origin": [[np.nan, 0, 0]], "direction": [[0.0, 0, 1]]}},
+                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "finite"),
+    "ray without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 0]]}},
+                              ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "zero"),
+    "hits with the wrong ending": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 1]]}},
+                                   ("intersect", "furnace", "rays.npz", "-o", "hits.txt"), ".txt"),
+}
+
+
+def make(folder, files):
+    for name, what in files.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        if isinstance(what, str):
+            (folder / name).write_text(what)
+        else:
+            np.savez(folder / name, **what)
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_leaves_nothing_behind(folder, case):
+    files, arguments, says = BAD[case]
+    make(folder, files)
+    before = content(folder)
+    result = run(*arguments)
+    refused(result.exit_code, result.stderr, says)
+    assert result.stdout == ""
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("case", ["no command", "unknown scene", "vertex not a number"])
+def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder, case):
+    files, arguments, says = BAD[case]
+    make(folder, files)
+    before = content(folder)
+    result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)
+    refused(result.returncode, result.stderr, says)
+    assert content(folder) == before
+
+
+def test_help_names_every_command_and_every_command_has_help():
+    text = succeed("--help")
+    for name, command in golden.cli.main.commands.items():
+        assert name in text
+        assert command.help
+        assert "SCENE" in succeed(name, "--help") or name == "scenes"
+
+
+def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():
+    table, rows = succeed("scenes"), json.loads(succeed("scenes", "--json"))
+    assert [row["name"] for row in rows] == list(BUILTIN)
+    for row in rows:
+        line = next(line for line in table.splitlines() if line.split()[:1] == [row["name"]])
+        assert line.split()[1] == str(row["patches"])
+        assert row["about"] in line
+    counts = {row["name"]: row["patches"] for row in rows}
+    assert {name: counts[name] for name in ("lobby", "room1627", "cubes", "man", "phone")} == {
+        "lobby": 227, "room1627": 1297, "cubes": 3079, "man": 3315, "phone": 4103}
+
+
+def test_exported_scene_renders_like_the_built_in_one(folder):
+    succeed("scene", "furnace:2", "-o", "furnace.glb")
+    assert [path.name for path in folder.iterdir()] == ["furnace.glb"]
+    look = ("--eye", "0.3,0.4,0.5", "--target", "1,0.6,0.4")
+    succeed("render", "furnace:2", "-o", "a.exr", *FAST, *look)
+    succeed("render", "furnace.glb", "-o", "b.exr", *FAST, *look)
+    np.testing.assert_allclose(read_exr(folder / "b.exr"), read_exr(folder / "a.exr"), rtol=1e-3)
+
+
+@pytest.fixture
+def rays(folder):
+    rng = np.random.default_rng(5)
+    rays = {"origin": rng.uniform(0.1, 0.9, (200, 3)), "direction": rng.normal(size=(200, 3))}
+    np.savez(folder / "rays.npz", **rays)
+    return rays
+
+
+def test_intersect_gives_the_same_hits_by_every_method(folder, rays):
+    for method in golden.cli.METHODS:
+        succeed("intersect", "furnace:3", "rays.npz", "-o", f"{method}.npz", "--method", method)
+    with np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive:
+        assert sorted(grid.files) == ["patch", "t", "u", "v"]
+        for name in grid.files:
+            np.testing.assert_array_equal(grid[name], naive[name])
+        point = rays["origin"] + grid["t"][:, None] * rays["direction"]
+        assert (grid["patch"] >= 0).all(), "a closed cube lets no ray out"
+        np.testing.assert_allclose(np.minimum(point, 1 - point).min(axis=1), 0, atol=1e-12)
+
+
+def test_intersect_with_tmax_asks_whether_something_is_nearer(folder, rays):
+    succeed("intersect", "furnace:3", "rays.npz", "-o", "all.npz")
+    with np.load(folder / "all.npz") as hits:
+        nearest = hits["t"]
+    factor = np.where(np.arange(200) % 2, 0.99, 1.01)
+    np.savez(folder / "rays.npz", **rays, tmax=factor * nearest)
+    succeed("intersect", "furnace:3", "rays.npz", "-o", "any.npz")
+    with np.load(folder / "any.npz") as hits:
+        np.testing.assert_array_equal(hits["patch"] >= 0, factor > 1)
+
+
+def test_intersect_of_no_rays_gives_no_hits(folder):
+    np.savez(folder / "rays.npz", origin=np.empty((0, 3)), direction=np.empty((0, 3)))
+    for method in golden.cli.METHODS:
+        succeed("intersect", "furnace:1", "rays.npz", "-o", "hits.npz", "--method", method)
+        with np.load(folder / "hits.npz") as hits:
+            assert hits["patch"].shape == (0,)
+
+
+def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
+    succeed("formfactors", "furnace:2", "-o", "F.npz", "--rays", "32x8", "--samples", "2")
+    with np.load(folder / "F.npz") as stored:
+        assert stored["F"].shape == (24, 24)
+        assert stored["row_sums"].shape == (24, 4)
+        assert stored["row_sums"].dtype == np.int64
+        assert (stored["row_sums"] == 2 ** int(stored["weight_bits"])).all()
+        np.testing.assert_allclose(stored["F"].sum(axis=1), 1, rtol=1e-12)
+        np.testing.assert_allclose(stored["area"], 0.25)
+
+
+def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder):
+    succeed("formfactors", "furnace:1", "-o", "F.npz", "--rays", "16x4", "--max-edge", "0.5")
+    with np.load(folder / "F.npz") as stored:
+        assert stored["F"].shape == (24, 24)
+        np.testing.assert_allclose(stored["area"], 0.25)
+
+
+def test_render_writes_everything_asked_for(folder):
+    text = succeed("render", "furnace:2", "-o", "a.png", "-o", "a.exr", "--stats", "a.json", "--heatmap", "a", *FAST)
+    assert {path.name for path in folder.iterdir()} == {"a.png", "a.exr", "a.json", "a-tests.png", "a-steps.png"}
+    with Image.open(folder / "a.png") as image:
+        assert image.size == (12, 8)
+    assert read_exr(folder / "a.exr").shape == (8, 12, 3)
+    stats = json.loads((folder / "a.json").read_text())
+    assert stats["patches"] == 24
+    assert stats["rays"]["primary"]["rays"] == 12 * 8
+    for kind, counts in stats["rays"].items():
+        assert counts["hits"] <= counts["rays"] <= counts["tests"]
+        assert kind in text
+    for stage in stats["seconds"]:
+        assert stage in text
+
+
+def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        succeed("render", "cornell", "-o", f"{name}.png", "-o", f"{name}.exr", *FAST, "--seed", seed)
+    for ending in ("png", "exr"):
+        first, second, other = ((folder / f"{name}.{ending}").read_bytes() for name in "abc")
+        assert first == second
+        assert first != other
+
+
+def test_method_changes_the_work_but_not_the_image(folder):
+    for method in golden.cli.METHODS:
+        succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *FAST, "--method", method)
+    assert (folder / "grid.exr").read_bytes() == (folder / "naive.exr").read_bytes()
+    grid, naive = (json.loads((folder / f"{name}.json").read_text())["rays"] for name in ("grid", "naive"))
+    assert grid["primary"]["tests"] < naive["primary"]["tests"]
+
+
+def test_camera_of_a_file_is_used_and_each_option_overrides_its_part(folder):
+    (folder / "a.nff").write_text(NFF_VIEW.format(from_="1 2 5") + NFF_BODY)
+    here = ("--eye", "1,2,5", "--target", "0,0,0", "--up", "0,0,1", "--fov", "40")
+    succeed("render", "a.nff", "-o", "file.exr", *FAST)
+    succeed("render", "a.nff", "-o", "same.exr", *FAST, *here)
+    assert (folder / "file.exr").read_bytes() == (folder / "same.exr").read_bytes()
+    for option in (("--eye", "1,2,4"), ("--target", "0,1,0"), ("--up", "0,1,0"), ("--fov", "50")):
+        succeed("render", "a.nff", "-o", "other.exr", *FAST, *option)
+        assert (folder / "other.exr").read_bytes() != (folder / "file.exr").read_bytes(), option
+
+
+def test_sky_is_seen_where_rays_leave_and_lights_a_scene_without_lights(folder):
+    (folder / "a.obj").write_text(TRIANGLE + "f 1 2 3\n")
+    succeed("render", "a.obj", "-o", "a.exr", *FAST, "--sky", "1,2,4", "--eye", "0.3,0.3,5", "--target", "0.3,0.3,0",
+            "--up", "0,1,0")
+    image = read_exr(folder / "a.exr")
+    np.testing.assert_array_equal(image[0, 0], [1, 2, 4])
+    assert image[4, 6].max() > 0
+
+
+def test_interruption_exits_with_130_and_leaves_nothing_behind(folder, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(golden.cli, "render", interrupt)
+    result = run(*RENDER)
+    assert result.exit_code == 130
+    assert "Traceback" not in result.stderr
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("failure", [OSError(errno.ENOSPC, "No space left on device"), MemoryError("12 GiB")])
+def test_failure_of_the_system_is_one_line_and_leaves_nothing_behind(folder, monkeypatch, failure):
+    def fail(_, path, **__):
+        path.write_bytes(b"half")
+        raise failure
+
+    monkeypatch.setattr(Image.Image, "save", fail)
+    result = run(*RENDER)
+    refused(result.exit_code, result.stderr, "No space left" if isinstance(failure, OSError) else "not enough memory")
+    assert not list(folder.iterdir())
