@@ -1,0 +1,210 @@
+"""Scenes to files that other programs read."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from golden.errors import InputError
+from golden.output import whole_file
+from golden.scene.adjacency import corner_numbers
+from golden.scene.appearance import to_srgb
+from golden.scene.gltf import EXACT, gltf_material
+from golden.scene.material import Material
+from golden.scene.scene import Scene
+
+__all__ = ["FORMATS", "export_scene"]
+
+FORMATS = (".glb", ".obj", ".ply", ".stl")
+
+Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def _turn(up, toward) -> np.ndarray:
+    """The rotation that takes the direction ``up`` to ``toward`` the shortest way; exact between axes."""
+    up, toward = np.array(up) / np.linalg.norm(up), np.array(toward)
+    cosine = up @ toward
+    if cosine < -1 + 1e-12:
+        side = np.eye(3)[np.abs(toward).argmin()]
+        return 2 * np.outer(side, side) - np.eye(3)
+    x, y, z = np.cross(up, toward)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + cross + cross @ cross / (1 + cosine)
+
+
+def _indexed(scene: Scene, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct vertices, turned, and N x 4 numbers of each patch's corners."""
+    corners = corner_numbers(scene.vertices)
+    _, first = np.unique(corners, return_index=True)
+    return scene.vertices.reshape(-1, 3)[first] @ turn.T + 0.0, corners
+
+
+def _triangles(corners: np.ndarray, is_triangle: np.ndarray) -> np.ndarray:
+    """Triangles of patches, the halves of a quad one after the other."""
+    halves = corners[:, [[0, 1, 2], [0, 2, 3]]]
+    kept = np.stack((np.ones_like(is_triangle), ~is_triangle), axis=1)
+    return halves[kept]
+
+
+def _numbers(values) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _is_same(one: Material, other: Material) -> bool:
+    names = ("diffuse", "specular", "transparent", "emission", "refraction_index")
+    return all(np.allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-15) for name in names)
+
+
+def _to_gltf(material: Material, *, two_sided: bool) -> dict:
+    """The glTF material that `gltf_material` reads as ``material``; the nearest one with the exact shares beside it."""
+    diffuse, specular, transparent = (np.array(getattr(material, name)) for name in
+                                      ("diffuse", "specular", "transparent"))
+    base = np.minimum(diffuse + specular + transparent, 1)
+    total = max(base.sum(), 1e-300)
+    metallic = float(specular.sum() / total)
+    passed = float(transparent.sum() / max((diffuse + transparent).sum(), 1e-300))
+    strongest = max(1.0, *material.emission)
+    said = {"name": material.name, "doubleSided": two_sided,
+            "pbrMetallicRoughness": {"baseColorFactor": [*base.tolist(), 1.0], "metallicFactor": metallic,
+                                     "roughnessFactor": 0.0 if metallic or passed else 1.0}}
+    extensions = {"KHR_materials_ior": {"ior": material.refraction_index}}
+    if material.emits:
+        said["emissiveFactor"] = [channel / strongest for channel in material.emission]
+        if strongest > 1:
+            extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strongest}
+    if passed:
+        extensions["KHR_materials_transmission"] = {"transmissionFactor": passed}
+        if material.refraction_index > 1:
+            extensions["KHR_materials_volume"] = {"thicknessFactor": 1.0}
+    said["extensions"] = extensions
+    if not _is_same(gltf_material(said, material.name), material):
+        said["extras"] = {EXACT: {name: getattr(material, name) for name in
+                                  ("diffuse", "specular", "transparent", "refraction_index", "emission")}}
+    return said
+
+
+def _add_view(tree: dict, scene: Scene, turn: np.ndarray) -> None:
+    """Camera and point lights as nodes of the scene."""
+    nodes = []
+    if scene.camera is not None:
+        right, up, forward = scene.camera.axes @ turn.T
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.stack((right, up, -forward), axis=1)
+        matrix[:3, 3] = turn @ scene.camera.eye
+        tree["cameras"] = [{"type": "perspective", "perspective": {
+            "yfov": float(np.radians(scene.camera.fov)), "znear": 1e-4 * max(scene.size, 1e-300)}}]
+        nodes.append({"name": "camera", "camera": 0, "matrix": matrix.T.reshape(-1).tolist()})
+    if scene.lights:
+        intensities = [np.array(light.intensity) for light in scene.lights]
+        tree.setdefault("extensions", {})["KHR_lights_punctual"] = {"lights": [
+            {"type": "point", "intensity": float(max(1e-300, *intensity)),
+             "color": (intensity / max(1e-300, *intensity)).tolist()} for intensity in intensities]}
+        nodes += [{"name": f"light {number}", "translation": (turn @ light.position).tolist(),
+                   "extensions": {"KHR_lights_punctual": {"light": number}}}
+                  for number, light in enumerate(scene.lights)]
+    tree["scenes"][0]["nodes"] += range(len(tree["nodes"]), len(tree["nodes"]) + len(nodes))
+    tree["nodes"] += nodes
+
+
+def _glb(scene: Scene, path: Path) -> None:
+    turn = _turn(scene.up, Y_UP)
+    points, corners = _indexed(scene, turn)
+    exported, materials = trimesh.Scene(), []
+    for key in sorted(set(zip(scene.material.tolist(), scene.two_sided.tolist(), strict=True))):
+        chosen = (scene.material == key[0]) & (scene.two_sided == key[1])
+        used, faces = np.unique(_triangles(corners[chosen], scene.is_triangle[chosen]), return_inverse=True)
+        name = f"{len(materials)} {scene.materials[key[0]].name}"
+        exported.add_geometry(trimesh.Trimesh(points[used], faces.reshape(-1, 3), process=False, validate=False),
+                              geom_name=name, node_name=name)
+        materials.append(_to_gltf(scene.materials[key[0]], two_sided=key[1]))
+
+    def complete(tree: dict) -> None:
+        tree["asset"]["generator"] = "radiosity-engine"
+        tree["materials"] = materials
+        for mesh, number in zip(tree["meshes"], range(len(materials)), strict=True):
+            mesh["primitives"][0]["material"] = number
+        _add_view(tree, scene, turn)
+        used = {key for material in materials for key in material["extensions"]} | set(tree.get("extensions", {}))
+        tree["extensionsUsed"] = sorted(used)
+
+    path.write_bytes(trimesh.exchange.gltf.export_glb(exported, include_normals=False, tree_postprocessor=complete))
+
+
+def _mtl(material: Material, name: str) -> str:
+    diffuse, transparent = np.array(material.diffuse), np.array(material.transparent)
+    passed = float(transparent.max())
+    is_mirror, bends = max(material.specular) > 0, material.refraction_index > 1
+    illum = (6 if bends else 4) if passed else (3 if is_mirror else 1)
+    lines = [f"newmtl {name}", f"Kd {_numbers(diffuse / (1 - passed) if passed < 1 else diffuse)}",
+             f"Ks {_numbers(material.specular)}", f"Ke {_numbers(material.emission)}",
+             f"Ni {material.refraction_index!r}", f"d {1 - passed!r}", f"illum {illum}"]
+    if passed:
+        lines.append(f"Tf {_numbers(transparent / passed)}")
+    return "\n".join(lines) + "\n"
+
+
+def _obj(scene: Scene, path: Path) -> None:
+    points, corners = _indexed(scene, _turn(scene.up, Y_UP))
+    # Blanks would end a name for other readers; numbers keep equal ones apart.
+    names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
+             enumerate(scene.materials)]
+    library = path.with_suffix(".mtl")
+    lines = [f"mtllib {library.name}"] + [f"v {_numbers(point)}" for point in points]
+    for number, name in enumerate(names):
+        chosen = np.flatnonzero(scene.material == number)
+        lines.append(f"usemtl {name}")
+        for row, is_triangle in zip((corners[chosen] + 1).tolist(), scene.is_triangle[chosen].tolist(), strict=True):
+            lines.append("f " + " ".join(map(str, row[:3] if is_triangle else row)))
+    with whole_file(library) as part:
+        part.write_text("\n".join(_mtl(material, name) for material, name in zip(scene.materials, names, strict=True)),
+                        encoding="utf-8")
+    with whole_file(path) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _ply(scene: Scene, path: Path) -> None:
+    points, corners = _indexed(scene, _turn(scene.up, Z_UP))
+    colours = np.rint(255 * to_srgb([material.diffuse for material in scene.materials])).astype(int)[scene.material]
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(points)}",
+             *(f"property double {axis}" for axis in "xyz"), f"element face {len(scene)}",
+             "property list uchar int vertex_indices",
+             *(f"property uchar {channel}" for channel in ("red", "green", "blue")), "end_header"]
+    lines += [_numbers(point) for point in points]
+    for row, is_triangle, colour in zip(corners.tolist(), scene.is_triangle.tolist(), colours.tolist(), strict=True):
+        row = row[:3] if is_triangle else row
+        lines.append(" ".join(map(str, [len(row), *row, *colour])))
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+def _stl(scene: Scene, path: Path) -> None:
+    points, corners = _indexed(scene, _turn(scene.up, Z_UP))
+    mesh = trimesh.Trimesh(points, _triangles(corners, scene.is_triangle), process=False, validate=False)
+    path.write_bytes(mesh.export(file_type="stl"))
+
+
+def export_scene(scene: Scene, path) -> None:
+    """Writes a scene to a .glb, .obj (with an .mtl of the same name beside it), .ply or .stl file, whole or not at all.
+
+    Turned so that the scene's up is the format's: +y in GLB and OBJ, +z in PLY and STL. GLB holds float32 vertices,
+    materials (those glTF cannot express with their exact shares in ``extras``), sides, camera and point lights; OBJ
+    exact vertices and materials; PLY exact vertices and diffuse colours; STL float32 triangles only. Quads stay quads,
+    in GLB and STL as two triangles one after the other, which `load_scene` merges again.
+
+    Errors
+    ------
+    InputError
+        An unknown suffix, or the file cannot be written.
+    """
+    path = Path(path)
+    writers = dict(zip(FORMATS, (_glb, _obj, _ply, _stl), strict=True))
+    suffix = path.suffix.lower()
+    if suffix not in writers:
+        raise InputError(f"output {str(path)!r}: Name must end in {' or '.join(FORMATS)}, not {path.suffix!r}")
+    try:
+        if suffix == ".obj":  # two files, each written whole
+            _obj(scene, path)
+            return
+        with whole_file(path) as part:
+            writers[suffix](scene, part)
+    except OSError as error:
+        raise InputError(f"output {str(path)!r}: cannot be written ({error.strerror or error})") from error

@@ -1,0 +1,247 @@
+"""Reader of glTF 2.0 and GLB files: geometry through trimesh; materials, camera and lights from the JSON part.
+
+trimesh rounds colours to 8 bits, drops the material extensions and takes every camera for a child of the world.
+"""
+
+import io
+import json
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from golden.errors import InputError
+from golden.scene.appearance import UNSPECIFIED, bounded_material, colour_materials
+from golden.scene.camera import Camera
+from golden.scene.material import Material
+from golden.scene.mesh import Mesh
+from golden.scene.mtl import mean_colour
+from golden.scene.scene import PointLight
+
+__all__ = ["EXACT", "gltf_material", "read_gltf", "split_glb"]
+
+MIRROR_ROUGHNESS = 0.25
+"""Roughness up to which a metal counts as a mirror; above, its reflection counts as diffuse."""
+
+EXACT = "radiosity_engine"
+"""Key in the extras of a material under which its exact shares stand if glTF's own model cannot express them."""
+
+PACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
+JSON_CHUNK = 0x4E4F534A
+
+
+@dataclass
+class View:
+    """What the nodes hold besides meshes."""
+
+    camera: Camera | None = None
+    lights: list[PointLight] = field(default_factory=list)
+
+
+def split_glb(data: bytes) -> tuple[dict, bytes]:
+    """The JSON part of a GLB file and the chunks behind it.
+
+    Errors
+    ------
+    ValueError
+        It is not GLB version 2, is cut short, or its JSON is broken.
+    """
+    if len(data) < 20 or data[:4] != b"glTF":
+        raise ValueError("it does not start like one")
+    _, version, length, chunk, kind = struct.unpack("<5I", data[:20])
+    if version != 2 or kind != JSON_CHUNK:
+        raise ValueError(f"it is version {version}, only version 2 is supported")
+    if length > len(data) or 20 + chunk > length:
+        raise ValueError(f"it is {len(data)} bytes long and should be {max(length, 20 + chunk)}")
+    return json.loads(data[20:20 + chunk].decode("utf-8")), data[20 + chunk:length]
+
+
+def _join_glb(tree: dict, rest: bytes) -> bytes:
+    text = json.dumps(tree).encode("utf-8")
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<4s4I", b"glTF", 2, 20 + len(text) + len(rest), len(text), JSON_CHUNK) + text + rest
+
+
+def gltf_material(said: dict, name: str, *, colour=None, emission_colour=None) -> Material:
+    """The material of a glTF material object.
+
+    base = ``baseColorFactor`` times ``colour`` (mean of texture and vertex colours). Metals reflect base as mirrors
+    with ``roughnessFactor`` up to 0.25, else diffusely; the rest reflects it diffusely but for the share that
+    ``KHR_materials_transmission`` lets through. With ``alphaMode`` BLEND the share 1 - alpha passes straight on. Light
+    is bent (``KHR_materials_ior``) only in bodies (``KHR_materials_volume`` with a thickness): all else is a thin
+    sheet. ``emissiveFactor`` times ``KHR_materials_emissive_strength`` is radiance.
+    """
+    exact = said.get("extras")
+    exact = exact.get(EXACT) if isinstance(exact, dict) else None
+    if exact:
+        return bounded_material(name, **exact)
+    pbr, extensions = said.get("pbrMetallicRoughness", {}), said.get("extensions", {})
+    *base, alpha = pbr.get("baseColorFactor", (1, 1, 1, 1))
+    base = np.clip(np.array(base, dtype=np.float64) * (1 if colour is None else colour), 0, 1)
+    metallic = float(np.clip(pbr.get("metallicFactor", 1.0), 0, 1))
+    alpha = float(np.clip(alpha, 0, 1)) if said.get("alphaMode") == "BLEND" else 1.0
+    passed = float(np.clip(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0), 0, 1))
+    mirror = pbr.get("roughnessFactor", 1.0) <= MIRROR_ROUGHNESS
+    body = (1 - metallic) * base
+    transparent = alpha * passed * body + (1 - alpha)
+    index = extensions.get("KHR_materials_ior", {}).get("ior", UNSPECIFIED.refraction_index)
+    if transparent.any() and not extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0.0) > 0:
+        index = 1.0
+    strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+    emission = strength * np.array(said.get("emissiveFactor", (0, 0, 0)), dtype=np.float64)
+    return bounded_material(
+        name, diffuse=alpha * ((1 - passed) * body + (0 if mirror else metallic * base)),
+        specular=alpha * metallic * base if mirror else np.zeros(3), transparent=transparent, refraction_index=index,
+        emission=emission * (1 if emission_colour is None else emission_colour))
+
+
+def _local(node: dict) -> np.ndarray:
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    matrix = np.eye(4)
+    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), dtype=np.float64)
+    matrix[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                      [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    matrix[:3, :3] *= np.array(node.get("scale", (1, 1, 1)), dtype=np.float64)
+    matrix[:3, 3] = node.get("translation", (0, 0, 0))
+    return matrix
+
+
+def _walk(tree: dict):
+    """Yields the nodes of the scene with their matrices, parents first."""
+    nodes, scenes = tree.get("nodes", []), tree.get("scenes", [])
+    roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else []
+    waiting = [(root, np.eye(4), 0) for root in reversed(roots)]
+    while waiting:
+        number, above, depth = waiting.pop()
+        if depth > len(nodes):
+            raise ValueError("its nodes form a circle")
+        node = nodes[number]
+        matrix = above @ _local(node)
+        yield node, matrix
+        waiting.extend((child, matrix, depth + 1) for child in reversed(node.get("children", [])))
+
+
+def _view(tree: dict) -> View:
+    view = View()
+    lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
+    for node, matrix in _walk(tree):
+        number = node.pop("camera", None)  # trimesh would drop the node's children
+        lens = None if number is None else tree["cameras"][number].get("perspective")
+        if view.camera is None and lens is not None:
+            eye, back = matrix[:3, 3], matrix[:3, 2]
+            view.camera = Camera(eye=tuple(eye), target=tuple(eye - back / np.linalg.norm(back)),
+                                 up=tuple(matrix[:3, 1]), fov=float(np.degrees(lens["yfov"])))
+        number = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
+        if number is not None and lights[number].get("type") == "point":
+            colour = np.array(lights[number].get("color", (1, 1, 1)), dtype=np.float64)
+            intensity = colour * lights[number].get("intensity", 1.0)
+            view.lights.append(PointLight(position=tuple(matrix[:3, 3].tolist()), intensity=tuple(intensity.tolist())))
+    return view
+
+
+def _label(tree: dict) -> list[dict]:
+    """Names every material by its number, to find it again behind trimesh; returns the materials as they were."""
+    materials = tree.get("materials", [])
+    tree["materials"] = [{**material, "name": str(number)} for number, material in enumerate(materials)]
+    for material in tree["materials"]:
+        material.pop("extensions", None)
+    return materials
+
+
+def _texture(material, name: str):
+    image = getattr(material, name, None)
+    return None if image is None else mean_colour(image)
+
+
+def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
+    """F x 3 means of the linear colours at the corners, if there are colours at vertices."""
+    visual = geometry.visual
+    colours = visual.vertex_attributes.get("color") if visual.kind == "texture" else None
+    if visual.kind == "vertex":
+        colours = visual.vertex_colors
+    if colours is None or len(colours) != len(geometry.vertices):
+        return None
+    colours = np.asarray(colours)
+    scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1
+    return (colours[:, :3].astype(np.float64) / scale)[faces].mean(axis=1)
+
+
+def _materials(geometry, said: list[dict], faces: np.ndarray) -> tuple[list[Material], np.ndarray, bool]:
+    """Materials of one mesh, F indices into them, and whether it is one-sided."""
+    number = getattr(getattr(geometry.visual, "material", None), "name", None)
+    colours = _vertex_colours(geometry, faces)
+    if number is None or not number.isdigit():
+        if colours is None:
+            return [UNSPECIFIED], np.zeros(len(faces), dtype=np.int64), False
+        materials, index = colour_materials(colours)
+        return list(materials), index, False
+    source = said[int(number)]
+    name = str(source.get("name", f"material {number}"))
+    surface = {"colour": _texture(geometry.visual.material, "baseColorTexture"),
+               "emission_colour": _texture(geometry.visual.material, "emissiveTexture")}
+    one_sided = source.get("doubleSided") is False
+    if colours is None:
+        return [gltf_material(source, name, **surface)], np.zeros(len(faces), dtype=np.int64), one_sided
+    tints, index = colour_materials(colours)
+    texture = 1 if surface["colour"] is None else surface["colour"]
+    return [gltf_material(source, f"{name} {tint.name}", colour=texture * np.array(tint.diffuse),
+                          emission_colour=surface["emission_colour"]) for tint in tints], index, one_sided
+
+
+def _mesh(scene: trimesh.Scene, said: list[dict]) -> Mesh:
+    points, corners, indices, materials = [], [], [], {}
+    offset = 0
+    order = {node: position for position, node in enumerate(scene.graph.transforms.node_data)}
+    for node in sorted(scene.graph.nodes_geometry, key=order.__getitem__):
+        matrix, key = scene.graph[node]
+        geometry = scene.geometry[key]
+        if not isinstance(geometry, trimesh.Trimesh):
+            continue
+        faces = np.asarray(geometry.faces, dtype=np.int64)
+        if len(faces) and faces.max() >= len(geometry.vertices):
+            raise InputError(f"mesh {key!r} has a face with a corner at vertex {faces.max() + 1}, "
+                             f"but {len(geometry.vertices)} vertices")
+        if np.linalg.det(matrix[:3, :3]) < 0:  # glTF: a mirrored mesh keeps its front
+            faces = faces[:, ::-1]
+        found, index, one_sided = _materials(geometry, said, faces)
+        rows = np.array([materials.setdefault((material, one_sided), len(materials)) for material in found])
+        vertices = np.asarray(geometry.vertices, dtype=np.float64)
+        points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
+        corners.append(faces + offset)
+        indices.append(rows[index])
+        offset += len(vertices)
+    faces = np.concatenate(corners) if corners else np.empty((0, 3), dtype=np.int64)
+    sides = np.array([one_sided for _, one_sided in materials], dtype=bool)
+    return Mesh(points=np.concatenate(points) if points else np.empty((0, 3)), counts=np.full(len(faces), 3),
+                corners=faces.reshape(-1), material=np.concatenate(indices) if indices else np.empty(0, dtype=np.int64),
+                materials=tuple(material for material, _ in materials), one_sided=sides)
+
+
+def read_gltf(path: Path) -> tuple[Mesh, View]:
+    """The mesh of a .gltf or .glb file, with its first perspective camera and its point lights (candela taken as W/sr).
+
+    Transformed and instanced as the nodes say. Textures count with their mean colour. Faces are one-sided only if their
+    material says ``"doubleSided": false`` itself: files that leave it out are often made without a thought about sides.
+
+    Errors
+    ------
+    InputError, ValueError, OSError and what trimesh raises
+        The file cannot be read or is not what it should be; messages lack the path.
+    """
+    data = path.read_bytes()
+    is_binary = path.suffix.lower() == ".glb"
+    tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8")), b"")
+    if not isinstance(tree, dict) or not str(tree.get("asset", {}).get("version", "")).startswith("2"):
+        raise ValueError("it is not of version 2")
+    packed = PACKED.intersection(tree.get("extensionsUsed", ()))
+    if packed:
+        raise InputError(f"its geometry is packed with {packed.pop()}, which cannot be read")
+    view, said = _view(tree), _label(tree)
+    blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
+    scene = trimesh.load_scene(io.BytesIO(blob), file_type="glb" if is_binary else "gltf", process=False,
+                               resolver=trimesh.resolvers.FilePathResolver(str(path)))
+    return _mesh(scene, said), view

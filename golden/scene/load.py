@@ -1,0 +1,99 @@
+"""Scenes from files."""
+
+import logging
+import warnings
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from golden.errors import InputError
+from golden.scene.appearance import UNSPECIFIED
+from golden.scene.gltf import read_gltf
+from golden.scene.mesh import Mesh, mesh_scene
+from golden.scene.nff import read_nff
+from golden.scene.obj import read_obj
+from golden.scene.ply import read_ply
+from golden.scene.scene import Scene
+
+__all__ = ["SUFFIXES", "load_scene"]
+
+SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff")
+
+Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+# Its messages about files come as errors with a path from here.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+
+def _read_stl(path: Path) -> Mesh:
+    with path.open("rb") as file:
+        scene = trimesh.load_scene(file, file_type="stl", process=False)
+    corners = [np.asarray(part.vertices, dtype=np.float64)[part.faces].reshape(-1, 3)
+               for part in scene.geometry.values()]
+    points = np.concatenate(corners) if corners else np.empty((0, 3))
+    count = len(points) // 3
+    return Mesh(points=points, counts=np.full(count, 3), corners=np.arange(3 * count),
+                material=np.zeros(count, dtype=np.int64), materials=(UNSPECIFIED,), one_sided=np.zeros(1, dtype=bool))
+
+
+def _read(path: Path, up) -> Scene:
+    suffix, name, where = path.suffix.lower(), path.stem, str(path)
+    if suffix == ".obj":
+        return mesh_scene(read_obj(path), name=name, where=where, up=up or Y_UP)
+    if suffix == ".ply":
+        return mesh_scene(read_ply(path), name=name, where=where, up=up or Z_UP)
+    if suffix == ".stl":
+        return mesh_scene(_read_stl(path), name=name, where=where, up=up or Z_UP)
+    mesh, view = read_gltf(path)
+    return mesh_scene(mesh, name=name, where=where, up=up or Y_UP, camera=view.camera, lights=tuple(view.lights))
+
+
+def load_scene(path, *, up=None) -> Scene:
+    """The scene of a file: .obj (with .mtl), .ply, .stl, .gltf, .glb or .nff.
+
+    Coordinates stay as they are in the file. Quads that were cut into triangles are merged again, polygons cut into
+    quads and triangles (`golden.scene.mesh.mesh_scene`). What colours and factors become is said at `read_mtl`,
+    `gltf_material` and `read_ply`; STL has none. All patches are two-sided, whether meshes are closed or not (the
+    camera may be inside a closed room whose faces look outwards), but for glTF materials that say otherwise.
+
+    Parameters
+    ----------
+    up
+        Direction for the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. Not for NFF,
+        which says it itself.
+
+    Errors
+    ------
+    InputError
+        One line with the path, and what is wrong where: no such file, a directory, an unknown suffix, broken content,
+        or anything that `mesh_scene` refuses.
+    """
+    path = Path(path)
+    if up is not None and (np.shape(up) != (3,) or not np.all(np.isfinite(up)) or not np.any(up)):
+        raise InputError(f"scene: Up must be three finite values, not all zero, not {up!r}")
+    if path.is_dir():
+        raise InputError(f"{path}: it is a directory, not a scene file")
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: Suffix must be one of {' '.join(SUFFIXES)}, not {path.suffix!r}")
+    try:
+        if path.suffix.lower() == ".nff":
+            return read_nff(path.read_text(encoding="utf-8", errors="replace"), str(path))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            # numpy's way to say that text in an ASCII STL is not numbers.
+            warnings.filterwarnings("error", message="string or file could not be read")
+            return _read(path, None if up is None else tuple(float(value) for value in up))
+    except InputError as error:
+        if str(error).startswith(str(path)):
+            raise
+        raise InputError(f"{path}: {error}") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever a broken file makes the parsers stumble over
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{path}: not a readable {path.suffix[1:].upper()} file ({reason})") from error

@@ -1,0 +1,152 @@
+"""Polygons as a file holds them, and how they become the patches of a scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.adjacency import corner_numbers, patch_normals, smooth_numbers, surface_numbers
+from golden.scene.material import Material
+from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
+from golden.scene.scene import Scene
+
+__all__ = ["CREASE", "Mesh", "mesh_scene"]
+
+CREASE = 30.0
+"""Degrees between neighbouring patches from which on their common edge is a visible one."""
+
+NO_AREA = 1e-12
+"""Area of a face over the square of its extent that counts as none."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mesh:
+    """What a file says about geometry.
+
+    Parameters
+    ----------
+    points
+        V x 3 vertices.
+    counts
+        F: how many corners each face has.
+    corners
+        Vertex numbers of all faces, one face after the other.
+    material
+        F indices into ``materials``.
+    materials
+        The materials.
+    one_sided
+        For each material, whether the backs of its faces are black.
+    """
+
+    points: np.ndarray
+    counts: np.ndarray
+    corners: np.ndarray
+    material: np.ndarray
+    materials: tuple[Material, ...]
+    one_sided: np.ndarray
+
+
+def _check(mesh: Mesh, where: str) -> None:
+    if not len(mesh.counts):
+        raise InputError(f"{where}: it has no faces")
+    short = np.flatnonzero(mesh.counts < 3)
+    if len(short):
+        raise InputError(f"{where}: face {short[0] + 1} has {mesh.counts[short[0]]} corners, three at least are needed")
+    starts = np.cumsum(mesh.counts) - mesh.counts
+    wrong = np.flatnonzero((mesh.corners < 0) | (mesh.corners >= len(mesh.points)))
+    if len(wrong):
+        face = np.searchsorted(starts, wrong[0], "right")
+        raise InputError(f"{where}: face {face} has a corner at vertex {mesh.corners[wrong[0]] + 1}, "
+                         f"but there are {len(mesh.points)} vertices")
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if len(bad):
+        raise InputError(f"{where}: vertex {bad[0] + 1} is not finite: {_numbers(mesh.points[bad[0]])}")
+    local = mesh.points[mesh.corners] - np.repeat(mesh.points[mesh.corners[starts]], mesh.counts, axis=0)
+    following = np.arange(1, len(local) + 1)
+    following[starts + mesh.counts - 1] = starts
+    areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(local, local[following]), starts, axis=0), axis=1)
+    extent = np.maximum.reduceat(np.abs(local).max(axis=1), starts)
+    flat = np.flatnonzero(~(areas > NO_AREA * extent * extent))
+    if len(flat):
+        others = f" and {len(flat) - 1} more" if len(flat) > 1 else ""
+        raise InputError(f"{where}: face {flat[0] + 1}{others} {'have' if others else 'has'} no area")
+
+
+def _numbers(values) -> str:
+    return " ".join(f"{value:g}" for value in values)
+
+
+def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """Patches (planar, convex) and the face each comes from, in the order of the faces."""
+    starts = np.cumsum(mesh.counts) - mesh.counts
+    patches, faces = [], []
+    for count, picks in ((3, (0, 1, 2, 2)), (4, (0, 1, 2, 3))):
+        chosen = np.flatnonzero(mesh.counts == count)
+        patches.append(mesh.points[mesh.corners[starts[chosen, None] + picks]])
+        faces.append(chosen)
+    repeats = (patches[1] == np.roll(patches[1], 1, axis=1)).all(axis=2).any(axis=1)
+    by_hand = np.concatenate((faces[1][repeats], np.flatnonzero(mesh.counts > 4)))
+    patches[1], parents = split_nonplanar(patches[1][~repeats])
+    faces[1] = faces[1][~repeats][parents]
+    for face in by_hand.tolist():
+        try:
+            pieces = cut_polygon(mesh.points[mesh.corners[starts[face]:starts[face] + mesh.counts[face]]])
+        except InputError as error:
+            raise InputError(f"{where}: face {face + 1}: {error}") from error
+        patches.append(pieces)
+        faces.append(np.full(len(pieces), face))
+    faces = np.concatenate(faces)
+    order = np.argsort(faces, kind="stable")
+    return np.concatenate(patches)[order], faces[order]
+
+
+def _without_twins(patches: np.ndarray, *columns: np.ndarray, one_sided: np.ndarray):
+    """Drops patches with the same corners as an earlier one; a sheet of two opposite patches is two-sided."""
+    corners = np.sort(corner_numbers(patches), axis=1)
+    _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    group = group.reshape(-1)
+    if len(first) == len(patches):
+        return patches, *columns, one_sided
+    normals, _ = patch_normals(patches)
+    opposite = np.einsum("ij,ij->i", normals, normals[first][group]) < 0
+    one_sided = one_sided.copy()
+    one_sided[first[group[opposite]]] = False
+    kept = np.sort(first)
+    return patches[kept], *(column[kept] for column in columns), one_sided[kept]
+
+
+def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
+    """The scene of a mesh.
+
+    Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
+    has triangles only, those that are the halves of a quad are merged (`merge_triangles`). Faces that lie on an earlier
+    one corner by corner are dropped; where one looked the other way, the first becomes two-sided. Patches of one
+    material that hang together over edges are one surface if they are coplanar and one smooth group if their angle is
+    below `CREASE`.
+
+    Parameters
+    ----------
+    name, properties
+        As of `Scene`.
+    where
+        The file's path, for messages.
+
+    Errors
+    ------
+    InputError
+        No faces, faces with less than three corners or without area, corners at vertices that do not exist, vertices
+        that are not finite, polygons that cross themselves. Faces and vertices are counted from 1.
+    """
+    _check(mesh, where)
+    patches, face = _cut(mesh, where)
+    material = mesh.material[face]
+    patches, material, one_sided = _without_twins(patches, material, one_sided=mesh.one_sided[material])
+    if (mesh.counts == 3).all():
+        patches, _, parent = merge_triangles(patches[:, :3], 2 * material + one_sided)
+        material, one_sided = material[parent], one_sided[parent]
+    surface = surface_numbers(patches, material)
+    used, material = np.unique(material, return_inverse=True)
+    return Scene(name=name, vertices=patches, material=material.reshape(-1),
+                 materials=tuple(mesh.materials[number] for number in used), surface=surface,
+                 smooth=smooth_numbers(patches, material, crease=CREASE), two_sided=~one_sided, **properties)

@@ -1,0 +1,123 @@
+"""Reader of Wavefront OBJ files: polygons with their materials.
+
+An own reader because polygons have to arrive whole: cutting a concave one into a fan, as loaders of triangles do,
+covers what lies outside of it.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.appearance import UNSPECIFIED
+from golden.scene.mesh import Mesh
+from golden.scene.mtl import read_mtl
+
+__all__ = ["read_obj"]
+
+
+class _Obj:
+    """The state while lines go by."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.points: list[list[float]] = []
+        self.counts: list[int] = []
+        self.corners: list[int] = []
+        self.material: list[int] = []
+        self.library: dict = {}
+        self.numbers: dict[str | None, int] = {}
+        self.current: str | None = None
+        self.where = str(path)
+
+    def error(self, what: str) -> InputError:
+        return InputError(f"{self.where}: {what}")
+
+    def vertex(self, words: list[str]) -> None:
+        try:
+            point = [float(word) for word in words[:3]]
+        except ValueError:
+            raise self.error(f"{' '.join(words)!r} is not a vertex") from None
+        if len(point) != 3:
+            raise self.error(f"{' '.join(words)!r} is not a vertex")
+        if not all(abs(value) < np.inf for value in point):
+            raise self.error(f"vertex {len(self.points) + 1} is not finite: {' '.join(words)}")
+        self.points.append(point)
+
+    def face(self, words: list[str]) -> None:
+        count = len(self.points)
+        if len(words) < 3:
+            raise self.error(f"face {len(self.counts) + 1} has {len(words)} corners, three at least are needed")
+        for word in words:
+            try:
+                number = int(word.partition("/")[0])
+            except ValueError:
+                raise self.error(f"{word!r} is not a corner of a face") from None
+            if not (1 <= number <= count or -count <= number <= -1):
+                raise self.error(f"face {len(self.counts) + 1} has a corner at vertex {number}, "
+                                 f"but there are {count} vertices so far")
+            self.corners.append(number - 1 if number > 0 else count + number)
+        self.counts.append(len(words))
+        self.material.append(self.numbers.setdefault(self.current, len(self.numbers)))
+
+    def use(self, name: str) -> None:
+        if name not in self.library:
+            raise self.error(f"material {name!r} is in no material library of the file")
+        self.current = name
+
+    def libraries(self, line: str) -> None:
+        names = line.split()[1:]
+        whole = line.split(None, 1)[1].strip() if names else ""
+        if (self.path.parent / whole).is_file():
+            names = [whole]
+        for name in names:
+            path = self.path.parent / name.replace("\\", "/")
+            try:
+                text = path.read_text(encoding="utf-8", errors="replace")
+            except OSError as error:
+                raise self.error(f"material library {name!r} cannot be read ({error.strerror})") from error
+            try:
+                self.library.update(read_mtl(text, where=name, folder=path.parent))
+            except InputError as error:
+                raise self.error(str(error)) from error
+
+
+def read_obj(path: Path) -> Mesh:
+    """The mesh of an OBJ file.
+
+    Vertices, faces (also with negative numbers), ``mtllib`` and ``usemtl`` count; texture coordinates, normals, groups,
+    lines, points and free-form surfaces are passed over. Faces are two-sided: OBJ says nothing about sides.
+
+    Errors
+    ------
+    InputError
+        With path and line: a vertex or corner that is no number, a vertex that is not finite, a face at a vertex that
+        does not exist (yet), a material or library that does not exist.
+    OSError
+        The file cannot be read.
+    """
+    obj = _Obj(path)
+    text = path.read_text(encoding="utf-8", errors="replace")
+    pending = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.endswith("\\"):
+            pending += line[:-1] + " "
+            continue
+        line, pending = (pending + line).partition("#")[0], ""
+        words = line.split()
+        if not words:
+            continue
+        obj.where = f"{path}:{number}"
+        if words[0] == "v":
+            obj.vertex(words[1:])
+        elif words[0] in ("f", "fo"):
+            obj.face(words[1:])
+        elif words[0] == "usemtl":
+            obj.use(" ".join(words[1:]))
+        elif words[0] == "mtllib":
+            obj.libraries(line)
+    materials = tuple(UNSPECIFIED if name is None else obj.library[name] for name in obj.numbers)
+    return Mesh(points=np.array(obj.points, dtype=np.float64).reshape(-1, 3),
+                counts=np.array(obj.counts, dtype=np.int64), corners=np.array(obj.corners, dtype=np.int64),
+                material=np.array(obj.material, dtype=np.int64),
+                materials=materials, one_sided=np.zeros(len(materials), dtype=bool))

@@ -1,0 +1,32 @@
+"""A scene by the name that a user gives."""
+
+from pathlib import Path
+
+from golden.errors import InputError
+from golden.scene.builtin import BUILTIN, builtin_scene
+from golden.scene.load import SUFFIXES, load_scene
+from golden.scene.scene import Scene
+
+__all__ = ["open_scene"]
+
+
+def open_scene(spec: str, *, up=None) -> Scene:
+    """The built-in scene ``NAME`` or ``NAME:SIZE``, or else the scene of a file.
+
+    Parameters
+    ----------
+    up
+        As of `load_scene`; built-in scenes know theirs.
+
+    Errors
+    ------
+    InputError
+        Neither a built-in scene nor a file has that name, or either cannot be made.
+    """
+    spec = str(spec)
+    if spec.partition(":")[0] in BUILTIN:
+        return builtin_scene(spec)
+    path = Path(spec)
+    if path.suffix.lower() in SUFFIXES or path.exists():
+        return load_scene(path, up=up)
+    raise InputError(f"scene {spec!r}: no built-in scene and no file has that name; built in are {', '.join(BUILTIN)}")

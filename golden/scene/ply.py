@@ -1,0 +1,247 @@
+"""Reader of PLY files: polygons with vertex or face colours.
+
+An own reader because polygons have to arrive whole, in binary files with faces of different sizes too.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb
+from golden.scene.mesh import Mesh
+
+__all__ = ["read_ply"]
+
+TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+         "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
+         "double": "f8", "float64": "f8"}
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+CORNERS = ("vertex_indices", "vertex_index")
+COLOURS = ("red", "green", "blue")
+
+
+@dataclass
+class _Element:
+    """``count`` rows of properties: name, type, and the type of the length if it is a list."""
+
+    name: str
+    count: int
+    properties: list[tuple[str, str, str | None]] = field(default_factory=list)
+    columns: dict = field(default_factory=dict)
+
+
+def _header(data: bytes, where: str) -> tuple[str, list[_Element], int]:
+    """Byte order ('' for text), elements, and where their rows begin."""
+    end = data.find(b"end_header")
+    if not data.startswith(b"ply") or end < 0:
+        raise InputError(f"{where}: not a PLY file")
+    body = data.find(b"\n", end) + 1 or len(data)
+    order, elements = None, []
+    for number, line in enumerate(data[:end].decode("latin-1").splitlines(), start=1):
+        words = line.split()
+        try:
+            if words[:1] == ["format"]:
+                order = ORDERS[words[1]]
+            elif words[:1] == ["element"]:
+                elements.append(_Element(words[1], int(words[2])))
+            elif words[:2] == ["property", "list"]:
+                elements[-1].properties.append((words[4], TYPES[words[3]], TYPES[words[2]]))
+            elif words[:1] == ["property"]:
+                elements[-1].properties.append((words[2], TYPES[words[1]], None))
+        except (KeyError, IndexError, ValueError):
+            raise InputError(f"{where}:{number}: {line.strip()!r} is not a PLY header line") from None
+    if order is None or any(element.count < 0 for element in elements):
+        raise InputError(f"{where}: not a PLY file")
+    return order, elements, body
+
+
+class _Text:
+    """Rows of numbers in text: every value is a word."""
+
+    def __init__(self, data: bytes):
+        self._words = np.array(data.split())
+        self._position = 0
+
+    def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
+        """``count`` rows of values of the given types."""
+        end = self._position + count * len(kinds)
+        if end > len(self._words):
+            raise EOFError
+        table = self._words[self._position:end].reshape(count, len(kinds))
+        self._position = end
+        with np.errstate(invalid="ignore"):  # what is no integer is no valid vertex number either
+            return [table[:, column].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
+                    for column, kind in enumerate(kinds)]
+
+    def peek(self, kind: str, skip: list[str]) -> int:
+        """The value that comes after ones of the types ``skip``."""
+        if self._position + len(skip) >= len(self._words):
+            raise EOFError
+        return int(self._words[self._position + len(skip)])
+
+    @property
+    def mark(self):
+        """Where to go back to."""
+        return self._position
+
+    @mark.setter
+    def mark(self, value):
+        self._position = value
+
+
+class _Binary:
+    """Rows of numbers in binary."""
+
+    def __init__(self, data: bytes, order: str):
+        self._data, self._order, self._position = data, order, 0
+
+    def _dtype(self, kinds):
+        return np.dtype([(f"f{column}", self._order + kind) for column, kind in enumerate(kinds)])
+
+    def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
+        """``count`` rows of values of the given types."""
+        dtype = self._dtype(kinds)
+        end = self._position + count * dtype.itemsize
+        if end > len(self._data):
+            raise EOFError
+        table = np.frombuffer(self._data, dtype, count, self._position) if count else np.empty(0, dtype)
+        self._position = end
+        return [table[name] for name in dtype.names]
+
+    def peek(self, kind: str, skip: list[str]) -> int:
+        """The value that comes after ones of the types ``skip``."""
+        offset = self._position + self._dtype(skip).itemsize
+        item = np.dtype(self._order + kind)
+        if offset + item.itemsize > len(self._data):
+            raise EOFError
+        return int(np.frombuffer(self._data, item, 1, offset)[0])
+
+    @property
+    def mark(self):
+        """Where to go back to."""
+        return self._position
+
+    @mark.setter
+    def mark(self, value):
+        self._position = value
+
+
+def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.ndarray]]:
+    """Reads rows with lists as long as the next row's, as many as there are (in doubling steps)."""
+    kinds, lengths = [], []
+    for _, kind, length_kind in element.properties:
+        if length_kind:
+            lengths.append((len(kinds), rows.peek(length_kind, kinds)))
+            if lengths[-1][1] < 0:
+                raise EOFError
+            kinds += [length_kind] + [kind] * lengths[-1][1]
+        else:
+            kinds.append(kind)
+    start, step = rows.mark, 8
+    while True:
+        count = min(step, left)
+        rows.mark = start
+        try:
+            table = rows.rows(kinds, count)
+        except EOFError:
+            if count == 1:
+                raise
+            # The rows behind may be shorter ones.
+            step = max(1, count // 2)
+            left = min(left, step)
+            continue
+        same = np.ones(count, dtype=bool)
+        for column, length in lengths:
+            same &= table[column] == length
+        good = count if same.all() else int(same.argmin())
+        if good < count or count == left:
+            break
+        step *= 2
+    rows.mark = start
+    table = rows.rows(kinds, good)
+    return good, [length for _, length in lengths], table
+
+
+def _read_lists(rows, element: _Element) -> None:
+    """Fills the columns of an element with lists: (lengths, values of all rows one after the other)."""
+    parts: dict[str, list] = {name: [] for name, _, _ in element.properties}
+    left = element.count
+    while left:
+        count, lengths, table = _run(rows, element, left)
+        left -= count
+        column, lengths = 0, iter(lengths)
+        for name, _, length_kind in element.properties:
+            if length_kind:
+                length = next(lengths)
+                values = (np.stack(table[column + 1:column + 1 + length], axis=1) if length
+                          else np.empty((count, 0), dtype=np.int64))
+                parts[name].append((np.full(count, length), values.reshape(-1)))
+                column += 1 + length
+            else:
+                parts[name].append(table[column])
+                column += 1
+    for name, _, length_kind in element.properties:
+        if length_kind:
+            pairs = parts[name] or [(np.empty(0, dtype=np.int64),) * 2]
+            element.columns[name] = tuple(np.concatenate(side) for side in zip(*pairs, strict=True))
+        else:
+            element.columns[name] = np.concatenate(parts[name]) if parts[name] else np.empty(0)
+
+
+def _colours(element: _Element) -> np.ndarray | None:
+    """N x 3 linear colours, if the element has any: integers are sRGB of their full range, floats are linear."""
+    kinds = {name: kind for name, kind, _ in element.properties}
+    if not all(name in element.columns for name in COLOURS):
+        return None
+    colours = np.stack([element.columns[name] for name in COLOURS], axis=1).astype(np.float64)
+    kind = kinds["red"]
+    if kind[0] == "f":
+        return np.clip(np.nan_to_num(colours), 0, 1)
+    return from_srgb(np.clip(colours / np.iinfo(kind).max, 0, 1))
+
+
+def read_ply(path: Path) -> Mesh:
+    """The mesh of a PLY file, text or binary.
+
+    A face's colour (or the mean of its corners') is its diffuse reflectance, as an 8-bit sRGB value; integers are taken
+    as sRGB, floats as linear. Faces are two-sided: PLY says nothing about sides.
+
+    Errors
+    ------
+    InputError
+        The file is no PLY file, ends too early, has no faces or no vertices, or a value is not a number.
+    OSError
+        The file cannot be read.
+    """
+    data, where = path.read_bytes(), str(path)
+    order, elements, body = _header(data, where)
+    rows = _Binary(data[body:], order) if order else _Text(data[body:])
+    for element in elements:
+        try:
+            _read_lists(rows, element)
+        except EOFError:
+            raise InputError(f"{where}: it ends within its {element.count} {element.name} rows") from None
+        except ValueError:
+            raise InputError(f"{where}: a value in its {element.name} rows is not a number") from None
+    named = {element.name: element for element in elements}
+    vertex, face = named.get("vertex", _Element("vertex", 0)), named.get("face", _Element("face", 0))
+    lists = next((face.columns[name] for name in CORNERS if name in face.columns), None)
+    if not face.count or lists is None or not isinstance(lists, tuple):
+        raise InputError(f"{where}: it has no faces")
+    if not all(name in vertex.columns for name in "xyz"):
+        raise InputError(f"{where}: its vertices have no x, y, z")
+    counts, corners = lists[0].astype(np.int64), lists[1].astype(np.int64)
+    points = np.stack([vertex.columns[name] for name in "xyz"], axis=1).astype(np.float64)
+    colours = _colours(face)
+    if colours is None and (at_vertices := _colours(vertex)) is not None and counts.all():
+        # Corners at vertices that do not exist are reported with the faces.
+        at_corners = at_vertices[np.clip(corners, 0, len(points) - 1)]
+        colours = np.add.reduceat(at_corners, np.cumsum(counts) - counts, axis=0) / counts[:, None]
+    if colours is None:
+        materials, material = (UNSPECIFIED,), np.zeros(len(counts), dtype=np.int64)
+    else:
+        materials, material = colour_materials(colours)
+    return Mesh(points=points, counts=counts, corners=corners, material=material, materials=materials,
+                one_sided=np.zeros(len(materials), dtype=bool))

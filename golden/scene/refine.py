@@ -1,0 +1,185 @@
+"""Patches cut into elements, for radiosities that change over a patch."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.scene import Scene
+
+__all__ = ["MOST_ELEMENTS", "Refinement", "refine"]
+
+MOST_ELEMENTS = 1 << 21
+"""More elements than this are taken for a mistake in a bound."""
+
+SLACK = 1e-12
+"""Relative excess over a bound that is rounding: 1 / 0.1 pieces are 10."""
+
+HALVINGS = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Refinement:
+    """A scene and its elements.
+
+    Parameters
+    ----------
+    scene
+        The scene whose patches are the elements; ``surface``, ``smooth`` and all else come from the patch. Neighbours
+        that cut their common edge alike share the cut points bit for bit.
+    parent
+        E int64: the patch of each element.
+    first
+        N int64: the first element of each patch; the others follow.
+    cuts
+        N x 2 int64: elements of a quad along u and v; twice n for a triangle of n x n elements.
+    is_triangle
+        N bool, of the patches.
+    """
+
+    scene: Scene
+    parent: np.ndarray
+    first: np.ndarray
+    cuts: np.ndarray
+    is_triangle: np.ndarray
+
+    def locate(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The elements at bilinear coordinates (u, v) in [0, 1] of patches: R int64 from three arrays of R.
+
+        In a quad element ``first + iv nu + iu``; in a triangle rows along v, in each row upright and turned elements in
+        turn (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
+        """
+        patch = np.asarray(patch)
+        cuts = self.cuts[patch]
+        in_triangle = self.is_triangle[patch]
+        along = np.where(in_triangle, u * (1 - np.asarray(v)), u) * cuts[:, 0]
+        up = np.asarray(v) * cuts[:, 1]
+        row = np.clip(np.floor(up), 0, cuts[:, 1] - 1).astype(np.int64)
+        last = np.where(in_triangle, cuts[:, 0] - 1 - row, cuts[:, 0] - 1)
+        column = np.clip(np.floor(along), 0, last).astype(np.int64)
+        turned = (along - column + up - row > 1) & (column < last)
+        return self.first[patch] + np.where(in_triangle, row * (2 * cuts[:, 0] - row) + 2 * column + turned,
+                                            row * cuts[:, 0] + column)
+
+
+def _pieces(length: np.ndarray, side: np.ndarray) -> np.ndarray:
+    return np.maximum(1, np.ceil(length / side * (1 - SLACK)))
+
+
+def _largest_cell(vertices: np.ndarray, cuts: np.ndarray) -> np.ndarray:
+    """Area of the largest cell of quads cut ``cuts[:, 0]`` x ``cuts[:, 1]`` times.
+
+    A cell's area is the Jacobian in its middle times its size in (u, v); the Jacobian is linear, so the largest cell is
+    at a corner.
+    """
+    a, b, c, d = np.swapaxes(vertices, 0, 1)
+    jacobians = []
+    for u in (0.5 / cuts[:, :1], 1 - 0.5 / cuts[:, :1]):
+        for v in (0.5 / cuts[:, 1:], 1 - 0.5 / cuts[:, 1:]):
+            along, up = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
+            jacobians.append(np.linalg.norm(np.cross(along, up), axis=1))
+    return np.max(jacobians, axis=0) / cuts.prod(axis=1)
+
+
+def _quad_cuts(vertices: np.ndarray, max_edge: float, max_area: float) -> np.ndarray:
+    """Cuts into cells no longer than ``max_edge`` and no larger than ``max_area``, as square as they can be."""
+    edges = np.linalg.norm(np.roll(vertices, -1, axis=1) - vertices, axis=2)
+    lengths = np.stack((np.maximum(edges[:, 0], edges[:, 2]), np.maximum(edges[:, 1], edges[:, 3])), axis=1)
+    high = np.minimum(lengths.max(axis=1), max_edge)
+    cuts = _pieces(lengths, high[:, None])
+    large = np.flatnonzero(_largest_cell(vertices, cuts) > max_area * (1 + 1e3 * SLACK))
+    if not len(large):
+        return cuts
+    vertices, lengths, high = vertices[large], lengths[large], high[large]
+    low = np.minimum(high, np.sqrt(max_area) / 4)
+    while (failing := _largest_cell(vertices, _pieces(lengths, low[:, None])) > max_area).any():
+        low = np.where(failing, low / 2, low)
+    for _ in range(HALVINGS):
+        middle = np.sqrt(low * high)
+        fits = _largest_cell(vertices, _pieces(lengths, middle[:, None])) <= max_area * (1 + 1e3 * SLACK)
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    cuts[large] = _pieces(lengths, low[:, None])
+    return cuts
+
+
+def _triangle_cuts(vertices: np.ndarray, max_edge: float, max_area: float) -> np.ndarray:
+    corners = vertices[:, :3]
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    count = np.maximum(_pieces(longest, max_edge), _pieces(np.sqrt(area), np.sqrt(max_area)))
+    return np.repeat(count[:, None], 2, axis=1)
+
+
+def _quad_elements(vertices: np.ndarray, nu: int, nv: int) -> np.ndarray:
+    """P x (nv nu) x 4 x 3 cells of P quads."""
+    column, row = np.meshgrid(np.arange(nu + 1), np.arange(nv + 1))
+    # On an edge two of the four weights are zero and the other two are k/n and (n - k)/n from either side: neighbours
+    # get the same bits.
+    right, left, upper, lower = column / nu, (nu - column) / nu, row / nv, (nv - row) / nv
+    a, b, c, d = (vertices[:, None, None, k] for k in range(4))
+    points = (((left * lower)[..., None] * a + (right * lower)[..., None] * b)
+              + ((right * upper)[..., None] * c + (left * upper)[..., None] * d))
+    cells = np.stack((points[:, :-1, :-1], points[:, :-1, 1:], points[:, 1:, 1:], points[:, 1:, :-1]), axis=3)
+    return cells.reshape(len(vertices), nu * nv, 4, 3)
+
+
+def _triangle_elements(vertices: np.ndarray, n: int) -> np.ndarray:
+    """P x (n n) x 4 x 3 congruent elements of P triangles."""
+    rows = np.concatenate([np.full(2 * (n - row) - 1, row) for row in range(n)])
+    columns = np.concatenate([np.arange(2 * (n - row) - 1) for row in range(n)])
+    turned, column = columns % 2 == 1, columns // 2
+    one = np.stack((np.where(turned, column + 1, column), rows), axis=1)
+    two = np.stack((column + 1, np.where(turned, rows + 1, rows)), axis=1)
+    three = np.stack((column, rows + 1), axis=1)
+    steps = np.stack((one, two, three, three), axis=1)
+    second, third, first = steps[..., 0], steps[..., 1], n - steps.sum(axis=-1)
+    a, b, c = (vertices[:, None, None, k] for k in range(3))
+    return ((first / n)[..., None] * a + (second / n)[..., None] * b) + (third / n)[..., None] * c
+
+
+def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | None = None) -> Refinement:
+    """Cuts every patch into elements that keep the bounds, as few as that takes.
+
+    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. To keep an area,
+    the cells of a quad become as square as they can.
+
+    Parameters
+    ----------
+    max_edge
+        Bound of the edges of elements, in scene units.
+    max_area
+        Bound of the areas of elements, in squared scene units.
+
+    Errors
+    ------
+    InputError
+        A bound is not a finite value above 0, or would take more than `MOST_ELEMENTS`.
+    """
+    for name, bound in (("edge", max_edge), ("area", max_area)):
+        if bound is not None and not (np.isfinite(bound) and bound > 0):
+            raise InputError(f"refinement: Max {name} must be a finite value above 0, not {bound!r}")
+    bounds = (np.inf if max_edge is None else max_edge, np.inf if max_area is None else max_area)
+    # A patch takes at least its area over that of the largest element allowed: no need to count what is absurd.
+    least = (scene.areas / min(bounds[0] ** 2, bounds[1])).sum()
+    is_triangle = scene.is_triangle
+    cuts = np.ones((len(scene), 2))
+    if least <= 2 * MOST_ELEMENTS:
+        cuts[~is_triangle] = _quad_cuts(scene.vertices[~is_triangle], *bounds)
+        cuts[is_triangle] = _triangle_cuts(scene.vertices[is_triangle], *bounds)
+    total = max(least, cuts.prod(axis=1).sum())
+    if total > MOST_ELEMENTS:
+        raise InputError(f"refinement: it would take {total:.3g} elements or more, at most {MOST_ELEMENTS} are allowed")
+    cuts = cuts.astype(np.int64)
+    counts = cuts.prod(axis=1)
+    first = np.cumsum(counts) - counts
+    parent = np.repeat(np.arange(len(scene)), counts)
+    vertices = np.empty((len(parent), 4, 3))
+    kinds, kind = np.unique(np.column_stack((cuts, is_triangle)), axis=0, return_inverse=True)
+    for number, (nu, nv, triangular) in enumerate(kinds.tolist()):
+        chosen = np.flatnonzero(kind.reshape(-1) == number)
+        pieces = (_triangle_elements(scene.vertices[chosen], nu) if triangular else
+                  _quad_elements(scene.vertices[chosen], nu, nv))
+        vertices[first[chosen, None] + np.arange(nu * nv)] = pieces
+    elements = replace(scene, vertices=vertices, **{name: getattr(scene, name)[parent] for name in
+                                                    ("material", "surface", "smooth", "two_sided")})
+    return Refinement(scene=elements, parent=parent, first=first, cuts=cuts, is_triangle=is_triangle)

@@ -1,0 +1,111 @@
+"""Where to look at a scene from that does not say so itself."""
+
+import numpy as np
+
+from golden.cast.grid import Grid
+from golden.cast.rays import Rays
+from golden.scene.camera import Camera
+from golden.scene.scene import Scene
+
+__all__ = ["default_camera"]
+
+PROBES = 256
+"""Rays from each of the points that find out whether the scene is a room."""
+
+WALL_SHARE = 2 / 3
+"""Share of the probes that must meet a wall: a room may lack a side."""
+
+WALL_DEPTH = 0.05
+"""How far from the scene box a hit still is one of a wall, in lengths of its longest side."""
+
+OUTSIDE_FOV, INSIDE_FOV = 40.0, 65.0
+ELEVATION, AZIMUTH = 25.0, 35.0
+MARGIN = 1.04
+
+
+def _directions(count: int) -> np.ndarray:
+    """Unit vectors spread evenly over the sphere: a Fibonacci lattice."""
+    step = np.arange(count) + 0.5
+    height, turn = 1 - 2 * step / count, np.pi * (1 + 5 ** 0.5) * step
+    radius = np.sqrt(1 - height * height)
+    return np.stack((radius * np.cos(turn), radius * np.sin(turn), height), axis=1)
+
+
+def _is_room(scene: Scene, caster) -> bool:
+    """Whether most rays from within meet the front of something at the border of the scene box.
+
+    The backs of a closed box are those of an object; with a light in it, it is a room all the same.
+    """
+    low, high = scene.bounds
+    signs = np.array([(0, 0, 0), *np.stack(np.meshgrid(*[(-1, 1)] * 3), axis=-1).reshape(-1, 3)])
+    points = (low + high) / 2 + signs * (high - low) / 4
+    directions = np.tile(_directions(PROBES), (len(points), 1))
+    origins = np.repeat(points, PROBES, axis=0)
+    hits = caster.nearest(Rays(origins, directions))
+    met = hits.patch >= 0
+    where = origins[met] + hits.t[met, None] * directions[met]
+    at_wall = (np.minimum(where - low, high - where) < WALL_DEPTH * scene.size).any(axis=1)
+    if at_wall.sum() < WALL_SHARE * len(met):
+        return False
+    walls = hits.patch[met][at_wall]
+    fronts = np.einsum("ij,ij->i", scene.normals[walls], directions[met][at_wall]) < 0
+    return fronts.mean() > 0.5 or any(material.emits for material in scene.materials)
+
+
+def _from_inside(scene: Scene, caster) -> Camera:
+    """From near an upper corner to the opposite lower part: of a few such places the one with the widest view."""
+    low, high = scene.bounds
+    axis = int(np.abs(scene.up).argmax())
+    upward = np.sign(scene.up[axis])
+    sides = [other for other in range(3) if other != axis]
+    best, camera = -1.0, None
+    for inset in (0.06, 0.14, 0.24):
+        for corner in ((-1, -1), (1, -1), (-1, 1), (1, 1)):
+            share = np.zeros(3)
+            share[sides] = np.multiply(corner, 0.5 - inset)
+            eye_share, target_share = share.copy(), -0.6 * share
+            eye_share[axis], target_share[axis] = 0.12 * upward, -0.15 * upward
+            eye, target = ((low + high) / 2 + part * (high - low) for part in (eye_share, target_share))
+            candidate = Camera(eye=tuple(eye), target=tuple(target), up=scene.up, fov=INSIDE_FOV)
+            directions = _directions(PROBES)
+            directions = directions[directions @ candidate.axes[2] > np.cos(np.radians(INSIDE_FOV / 2))]
+            hits = caster.nearest(Rays(np.tile(eye, (len(directions), 1)), directions))
+            # The geometric mean: one thing right before the eye hides more than a far wall shows.
+            distance = np.minimum(hits.t, np.linalg.norm(high - low))
+            openness = float(np.exp(np.log(np.maximum(distance, 1e-9 * scene.size)).mean()))
+            if openness > best * 1.01:
+                best, camera = openness, candidate
+    return camera
+
+
+def _from_outside(scene: Scene) -> Camera:
+    """A three-quarter view from above that frames the sphere around the scene."""
+    up = np.array(scene.up) / np.linalg.norm(scene.up)
+    right = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
+    right = right - (right @ up) * up
+    right /= np.linalg.norm(right)
+    toward = np.cross(right, up)
+    elevation, azimuth = np.radians(ELEVATION), np.radians(AZIMUTH)
+    direction = (np.cos(elevation) * (np.sin(azimuth) * right + np.cos(azimuth) * toward) + np.sin(elevation) * up)
+    centre = scene.bounds.mean(axis=0)
+    radius = np.linalg.norm(scene.vertices - centre, axis=2).max()
+    eye = centre + MARGIN * radius / np.sin(np.radians(OUTSIDE_FOV / 2)) * direction
+    return Camera(eye=tuple(eye), target=tuple(centre), up=scene.up, fov=OUTSIDE_FOV)
+
+
+def default_camera(scene: Scene, caster=None) -> Camera:
+    """The scene's own camera, or a good one for any scene.
+
+    A room is looked at from within, from near a corner to the opposite lower part; everything else from outside and
+    above, as a whole. It is a room if most rays from its middle parts end at the border of the scene box, on fronts, or
+    if there is a light. +z (with y up) or -y (with z up) is the side that is looked at.
+
+    Parameters
+    ----------
+    caster
+        A caster of the scene (``nearest``), if there is one already.
+    """
+    if scene.camera is not None:
+        return scene.camera
+    caster = caster or Grid(scene)
+    return _from_inside(scene, caster) if _is_room(scene, caster) else _from_outside(scene)
