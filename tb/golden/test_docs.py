@@ -1,0 +1,37 @@
+import re
+from pathlib import Path
+
+import pytest
+
+import golden.cli
+from golden.scene.builtin import BUILTIN
+
+ROOT = Path(__file__).parents[2]
+DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def test_gallery_shows_every_built_in_scene_with_its_patch_count():
+    page = (ROOT / "docs" / "scenes.md").read_text()
+    rows = re.findall(r"^\| !\[(\w+)\]\(pictures/(\w+)\.png\) \| `(\w+)` \| (\d+) \|", page, re.MULTILINE)
+    assert [(*names, int(count)) for *names, count in rows] == [
+        (name, name, name, len(scene.make())) for name, scene in BUILTIN.items()]
+
+
+@pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
+def test_links_and_pictures_of_the_documentation_exist(page):
+    targets = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text())
+    assert not [target for target in targets if not (page.parent / target).exists()]
+
+
+@pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
+def test_options_named_in_the_documentation_exist(page):
+    known = {option for command in golden.cli.main.commands.values() for parameter in command.params
+             for option in parameter.opts} | {"--help"}
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", page.read_text())) <= known
+
+
+def test_targets_named_in_the_readme_exist_in_the_makefile():
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    named = set(re.findall(r"(?:`|^|\s)make ([a-z]+)", (ROOT / "README.md").read_text()))
+    assert named
+    assert named <= targets
