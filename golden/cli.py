@@ -17,10 +17,10 @@ from golden.light.tone import CURVES, tone_map
 from golden.light.two_pass import METHODS, RenderSettings, render
 from golden.output import check_outputs, whole_file
 from golden.scene.builtin import BUILTIN
-from golden.scene.default_camera import default_camera
 from golden.scene.export import FORMATS, export_scene
 from golden.scene.open import open_scene
 from golden.scene.refine import refine
+from golden.scene.view import default_camera
 from golden.summary import summary
 
 __all__ = ["main"]
@@ -269,5 +269,4 @@ def _distinct(*paths):
 
 def _camera(scene, **changes):
     """The scene's view, or one of all of it, with the parts that the user gave."""
-    return replace(scene.camera or default_camera(scene), **{name: value for name, value in changes.items()
-                                                              if value is not None})
+    return replace(default_camera(scene), **{name: value for name, value in changes.items() if value is not None})

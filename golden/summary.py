@@ -9,7 +9,7 @@ def summary(stats: dict) -> str:
     converged = "" if solver["converged"] else ", not converged"
     lines = [f"{stats['scene']}: {stats['patches']} patches, {stats['elements']} elements, {stats['nodes']} nodes, "
              f"{settings['width']}x{settings['height']} pixels",
-             f"{settings['solver']}: {solver['iterations']} iterations{converged}",
+             f"{settings['solver']}: {solver['steps']} steps{converged}",
              "",
              f"{'rays':12} {'count':>12} {'hit':>7} {'tests/ray':>10} {'steps/ray':>10}"]
     for kind, counts in {**stats["rays"], "total": stats["total"]}.items():
