@@ -140,8 +140,8 @@ def _triangle_elements(vertices: np.ndarray, n: int) -> np.ndarray:
 def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | None = None) -> Refinement:
     """Cuts every patch into elements that keep the bounds, as few as that takes.
 
-    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. To keep an area,
-    the cells of a quad become as square as they can.
+    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. To keep an
+    area, the cells of a quad become as square as they can.
 
     Parameters
     ----------

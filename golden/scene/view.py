@@ -1,5 +1,7 @@
 """Where to look at a scene from that does not say so itself."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from golden.cast.grid import Grid
@@ -12,8 +14,13 @@ __all__ = ["default_camera"]
 PROBES = 256
 """Rays from each of the points that find out whether the scene is a room."""
 
-WALL_SHARE = 2 / 3
-"""Share of the probes that must meet a wall: a room may lack a side."""
+WALL_SHARE, OPEN_SHARE = 1 / 3, 1 / 3
+"""Of the probes in a room at least this share meets a wall, and of those that no furniture stops at most this share
+gets out: a room may lack a side.
+"""
+
+OPENING = 0.04
+"""Share of the probes that get out through a missing side."""
 
 WALL_DEPTH = 0.05
 """How far from the scene box a hit still is one of a wall, in lengths of its longest side."""
@@ -31,7 +38,14 @@ def _directions(count: int) -> np.ndarray:
     return np.stack((radius * np.cos(turn), radius * np.sin(turn), height), axis=1)
 
 
-def _is_room(scene: Scene, caster) -> bool:
+@dataclass(frozen=True)
+class _Room:
+    """``opening``: the axis and the sign of the side that is missing, or None."""
+
+    opening: tuple[int, float] | None
+
+
+def _room(scene: Scene, caster) -> _Room | None:
     """Whether most rays from within meet the front of something at the border of the scene box.
 
     The backs of a closed box are those of an object; with a light in it, it is a room all the same.
@@ -45,17 +59,38 @@ def _is_room(scene: Scene, caster) -> bool:
     met = hits.patch >= 0
     where = origins[met] + hits.t[met, None] * directions[met]
     at_wall = (np.minimum(where - low, high - where) < WALL_DEPTH * scene.size).any(axis=1)
-    if at_wall.sum() < WALL_SHARE * len(met):
-        return False
+    walled, escaped = at_wall.sum(), (~met).sum()
+    if walled < WALL_SHARE * len(met) or escaped > OPEN_SHARE * (walled + escaped):
+        return None
     walls = hits.patch[met][at_wall]
     fronts = np.einsum("ij,ij->i", scene.normals[walls], directions[met][at_wall]) < 0
-    return fronts.mean() > 0.5 or any(material.emits for material in scene.materials)
+    if fronts.mean() < 0.5 and not any(material.emits for material in scene.materials):
+        return None
+    out = directions[~met].mean(axis=0) if escaped > OPENING * len(met) else np.zeros(3)
+    axis = int(np.abs(out).argmax())
+    return _Room((axis, float(np.sign(out[axis]))) if abs(out[axis]) > 0.5 and axis != _vertical(scene) else None)
+
+
+def _vertical(scene: Scene) -> int:
+    return int(np.abs(scene.up).argmax())
+
+
+def _through(scene: Scene, opening: tuple[int, float]) -> Camera:
+    """From outside straight through the missing side, which the image just holds."""
+    low, high = scene.bounds
+    axis, sign = opening
+    half = (high - low) / 2
+    centre = (low + high) / 2
+    eye = centre.copy()
+    extent = max(half[other] for other in range(3) if other != axis)
+    eye[axis] += sign * (half[axis] + MARGIN * extent / np.tan(np.radians(OUTSIDE_FOV / 2)))
+    return Camera(eye=tuple(eye), target=tuple(centre), up=scene.up, fov=OUTSIDE_FOV)
 
 
 def _from_inside(scene: Scene, caster) -> Camera:
     """From near an upper corner to the opposite lower part: of a few such places the one with the widest view."""
     low, high = scene.bounds
-    axis = int(np.abs(scene.up).argmax())
+    axis = _vertical(scene)
     upward = np.sign(scene.up[axis])
     sides = [other for other in range(3) if other != axis]
     best, camera = -1.0, None
@@ -79,7 +114,7 @@ def _from_inside(scene: Scene, caster) -> Camera:
 
 
 def _from_outside(scene: Scene) -> Camera:
-    """A three-quarter view from above that frames the sphere around the scene."""
+    """A three-quarter view from above that frames the sphere around all but the lights."""
     up = np.array(scene.up) / np.linalg.norm(scene.up)
     right = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
     right = right - (right @ up) * up
@@ -87,8 +122,10 @@ def _from_outside(scene: Scene) -> Camera:
     toward = np.cross(right, up)
     elevation, azimuth = np.radians(ELEVATION), np.radians(AZIMUTH)
     direction = (np.cos(elevation) * (np.sin(azimuth) * right + np.cos(azimuth) * toward) + np.sin(elevation) * up)
-    centre = scene.bounds.mean(axis=0)
-    radius = np.linalg.norm(scene.vertices - centre, axis=2).max()
+    shown = scene.vertices[~scene.channels("emission").any(axis=1)]
+    points = (shown if len(shown) else scene.vertices).reshape(-1, 3)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = np.linalg.norm(points - centre, axis=1).max()
     eye = centre + MARGIN * radius / np.sin(np.radians(OUTSIDE_FOV / 2)) * direction
     return Camera(eye=tuple(eye), target=tuple(centre), up=scene.up, fov=OUTSIDE_FOV)
 
@@ -96,9 +133,9 @@ def _from_outside(scene: Scene) -> Camera:
 def default_camera(scene: Scene, caster=None) -> Camera:
     """The scene's own camera, or a good one for any scene.
 
-    A room is looked at from within, from near a corner to the opposite lower part; everything else from outside and
-    above, as a whole. It is a room if most rays from its middle parts end at the border of the scene box, on fronts, or
-    if there is a light. +z (with y up) or -y (with z up) is the side that is looked at.
+    A room is looked at from within, from near a corner to the opposite lower part, or through the side that is missing;
+    everything else (but lights) from outside and above, as a whole, with +z (y up) or -y (z up) in front. It is a room
+    if most rays from its middle parts end at the border of the scene box, on fronts or with a light in the scene.
 
     Parameters
     ----------
@@ -108,4 +145,7 @@ def default_camera(scene: Scene, caster=None) -> Camera:
     if scene.camera is not None:
         return scene.camera
     caster = caster or Grid(scene)
-    return _from_inside(scene, caster) if _is_room(scene, caster) else _from_outside(scene)
+    room = _room(scene, caster)
+    if room is None:
+        return _from_outside(scene)
+    return _from_inside(scene, caster) if room.opening is None else _through(scene, room.opening)
