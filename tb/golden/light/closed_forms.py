@@ -1,0 +1,40 @@
+"""Closed forms from Howell's catalogue of radiation configuration factors, by their numbers there."""
+
+import numpy as np
+
+__all__ = ["b_4", "b_5", "c_11", "c_14", "c_41"]
+
+
+def c_11(x, y):
+    """Equal, parallel, directly opposed rectangles of sides ``x`` and ``y`` at distance 1."""
+    p, q = np.sqrt(1 + x * x), np.sqrt(1 + y * y)
+    inner = np.log(p * q / np.sqrt(1 + x * x + y * y)) + x * q * np.arctan(x / q) + y * p * np.arctan(y / p)
+    return 2 / (np.pi * x * y) * (inner - x * np.arctan(x) - y * np.arctan(y))
+
+
+def c_14(w, h):
+    """From a rectangle 1 x ``w`` to one 1 x ``h`` at right angles that shares the edge of length 1."""
+    a, b = w * w, h * h
+    logs = (np.log((1 + a) * (1 + b) / (1 + a + b)) + a * np.log(a * (1 + a + b) / ((1 + a) * (a + b)))
+            + b * np.log(b * (1 + a + b) / ((1 + b) * (a + b))))
+    diagonal = np.sqrt(a + b)
+    return (w * np.arctan(1 / w) + h * np.arctan(1 / h) - diagonal * np.arctan(1 / diagonal) + logs / 4) / (np.pi * w)
+
+
+def b_4(a, b):
+    """From an element to a parallel rectangle ``a`` x ``b`` at distance 1 whose corner is on the element's normal."""
+    p, q = np.sqrt(1 + a * a), np.sqrt(1 + b * b)
+    return (a / p * np.arctan(b / p) + b / q * np.arctan(a / q)) / (2 * np.pi)
+
+
+def b_5(a, b, c):
+    """From an element to a rectangle at right angles, height ``a``, width ``b``, at distance ``c``."""
+    x, y = a / b, c / b
+    distance = np.sqrt(x * x + y * y)
+    return (np.arctan(1 / y) - y / distance * np.arctan(1 / distance)) / (2 * np.pi)
+
+
+def c_41(r1, r2):
+    """From a disc of radius ``r1`` to a parallel, coaxial one of radius ``r2`` at distance 1."""
+    s = 1 + (1 + r2 * r2) / (r1 * r1)
+    return (s - np.sqrt(s * s - 4 * (r2 / r1) ** 2)) / 2

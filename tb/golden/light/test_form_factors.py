@@ -1,0 +1,215 @@
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.cast.naive import Naive
+from golden.cast.rays import Rays
+from golden.errors import InputError
+from golden.frustum import Hemisphere
+from golden.light import form_factors
+from golden.light.analytic import point_to_polygon
+from golden.light.form_factors import PatchRows, gauss_points, hemisphere_sums, patch_columns, patch_form_factors
+from golden.scene.builder import SceneBuilder
+from golden.scene.builtin import builtin_scene
+from golden.scene.material import Material
+from tb.golden.light.closed_forms import b_4, c_11, c_14, c_41
+from tb.golden.light.cube import cube
+
+PLATE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+RAYS = (1024, 256)
+
+
+def build(*patches, **properties):
+    builder = SceneBuilder("test")
+    builder.add(np.array(patches), Material(name="grey"), **properties)
+    return builder.build()
+
+
+def lifted(polygon, z):
+    """The polygon at height z, its front down."""
+    return polygon[::-1] + np.array((0, 0, z))
+
+
+def disc(sides):
+    """Quadrilaterals of a regular polygon of area pi, front up; every second vertex is one of theirs alone."""
+    angle = 2 * np.pi * np.arange(sides + 1) / sides
+    radius = np.sqrt(2 * np.pi / sides / np.sin(2 * np.pi / sides))
+    border = radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    border[-1] = border[0]
+    return np.stack([np.zeros((sides // 2, 3)), border[:-2:2], border[1:-1:2], border[2::2]], axis=1)
+
+
+@pytest.mark.parametrize(("scene", "truth"), [
+    (build(PLATE, lifted(PLATE, 1)), c_11(1, 1)),
+    (build(PLATE, PLATE[:, [2, 0, 1]]), c_14(1, 1)),
+], ids=["C-11", "C-14"])
+def test_casting_meets_the_catalogue_at_nine_gauss_points(scene, truth):
+    factors, _ = PatchRows(scene, Naive(scene), rays=RAYS, samples=3).cast([0])
+    assert factors[0, 1] == pytest.approx(truth, rel=0, abs=5e-4)
+
+
+def test_casting_meets_b4_at_one_point():
+    scene = build(lifted(PLATE, 1))
+    sums = hemisphere_sums(Naive(scene), Hemisphere(*RAYS), [(0, 0, 0)], [(0, 0, 1)], -1, columns=1,
+                           column_of=patch_columns(scene))
+    assert sums.row_sums[0] / 2**32 == pytest.approx(b_4(1, 1), rel=0, abs=5e-4)
+
+
+def test_casting_meets_c41_at_eight_rings_of_equal_area():
+    scene = build(*(lifted(patch, 1) for patch in disc(128)))
+    points = np.zeros((8, 3))
+    points[:, 0] = np.sqrt((np.arange(8) + 0.5) / 8)
+    sums = hemisphere_sums(Grid(scene), Hemisphere(*RAYS), points, np.tile((0.0, 0, 1), (8, 1)), -1, columns=len(scene),
+                           column_of=patch_columns(scene))
+    assert (sums.row_sums / 2**32).mean() == pytest.approx(c_41(1, 1), rel=0, abs=5e-4)
+
+
+def test_casting_meets_the_analytic_form_factors_of_every_pair():
+    scene = cube(3)
+    points, _ = gauss_points(scene, 1)
+    exact = point_to_polygon(points[:, 0], scene.normals, scene.vertices)
+    some = [0, 13, 43]
+    cast = PatchRows(scene, Grid(scene), rays=RAYS).rows(some)
+    assert np.abs(cast.toarray() - exact[some]).max() < 5e-4
+
+
+@pytest.mark.parametrize("scene", [cube(1), cube(5), builtin_scene("furnace:4")], ids=["cube1", "cube5", "furnace4"])
+@pytest.mark.parametrize("rays", [(64, 16), (2048, 8)])
+def test_a_hemisphere_in_a_closed_scene_sums_to_one_exactly(scene, rays):
+    some = np.unique(np.linspace(0, len(scene) - 1, 12).astype(int))
+    factors, row_sums = PatchRows(scene, Grid(scene), rays=rays, samples=2).cast(some)
+    assert row_sums.dtype == np.int64
+    assert row_sums.shape == (len(some), 4)
+    assert (row_sums == 2**Hemisphere(*rays).weight_bits).all()
+    np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=0, atol=1e-14)
+
+
+def test_a_turned_and_stretched_closed_scene_loses_no_ray():
+    generator = np.random.default_rng(11)
+    scene = cube(4)
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0] * (1.0, 0.37, 11.0)
+    turn *= np.sign(np.linalg.det(turn))
+    turned = build(*(scene.vertices @ turn), surface=scene.surface)
+    result = patch_form_factors(turned, Grid(turned), rays=(64, 16))
+    assert (result.row_sums == 2**32).all()
+
+
+def test_patches_see_nothing_of_their_own_surface():
+    scene = cube(3)
+    factors = patch_form_factors(scene, Grid(scene), rays=(64, 16)).F
+    assert (factors[scene.surface[:, None] == scene.surface] == 0).all()
+
+
+def test_reciprocity_and_row_sums_of_the_cube():
+    scene = cube(2)
+    result = patch_form_factors(scene, Grid(scene), rays=(128, 16), samples=3)
+    np.testing.assert_allclose(result.F.sum(axis=1), 1, rtol=0, atol=1e-14)
+    # An edge that runs along an azimuth is seen up to half a step beside its place, and a patch has two.
+    exchange = result.area[:, None] * result.F
+    np.testing.assert_allclose(exchange, exchange.T, rtol=0, atol=result.area[0] / 128)
+
+
+def test_what_stands_between_hides():
+    scene = build(PLATE, lifted(PLATE, 1), PLATE * 20 + np.array((-10, -10, 0.5)))
+    factors = patch_form_factors(scene, Naive(scene), rays=(64, 16), samples=2).F
+    assert factors[0, 1] == factors[1, 0] == 0
+    assert factors[1, 2] > 0.9
+
+
+def test_backs_of_one_sided_patches_block_but_take_no_light():
+    plates = (PLATE, lifted(PLATE, 1)[::-1])
+    for two_sided in (False, True):
+        scene = build(*plates, two_sided=two_sided)
+        result = patch_form_factors(scene, Naive(scene), rays=(64, 16))
+        assert (result.F[0, 1] > 0.2) == two_sided
+        assert result.row_sums[0, 0] > 0.2 * 2**32
+        assert result.row_sums[1, 0] == 0
+
+
+def test_callers_may_count_by_their_own_columns():
+    scene = cube(1)
+
+    def half_of_the_hit_patch(rays, hits):
+        assert isinstance(rays, Rays)
+        return np.where(hits.u < 0.5, 2 * hits.patch, 2 * hits.patch + 1)
+
+    points, normals = scene.vertices.mean(axis=1), scene.normals
+    arguments = Grid(scene), Hemisphere(64, 16), points, normals, scene.surface
+    whole = hemisphere_sums(*arguments, columns=6, column_of=patch_columns(scene))
+    halves = hemisphere_sums(*arguments, columns=12, column_of=half_of_the_hit_patch)
+    pairs = halves.weights.toarray().reshape(6, 6, 2)
+    assert (pairs.sum(axis=2) == whole.weights.toarray()).all()
+    assert (pairs[0, 1] > 0).all()
+
+
+def test_results_do_not_depend_on_the_size_of_blocks(monkeypatch):
+    scene = builtin_scene("furnace:2")
+    results = []
+    for block in (1 << 18, 1000, 77):
+        monkeypatch.setattr(form_factors, "_BLOCK", block)
+        results.append(patch_form_factors(scene, Grid(scene), rays=(16, 8), samples=2))
+    for result in results[1:]:
+        np.testing.assert_array_equal(result.F, results[0].F)
+        np.testing.assert_array_equal(result.row_sums, results[0].row_sums)
+
+
+def test_rows_on_demand_are_rows_of_the_whole():
+    scene = cube(2)
+    rows = PatchRows(scene, Grid(scene), rays=(32, 8), samples=2)
+    whole = patch_form_factors(scene, Grid(scene), rays=(32, 8), samples=2).F
+    np.testing.assert_array_equal(rows.rows([7, 3]).toarray(), whole[[7, 3]])
+
+
+def test_no_points_give_an_empty_matrix():
+    scene = cube(1)
+    sums = hemisphere_sums(Naive(scene), Hemisphere(4, 4), np.empty((0, 3)), np.empty((0, 3)), -1, columns=6,
+                           column_of=patch_columns(scene))
+    assert sums.weights.shape == (0, 6)
+    assert sums.row_sums.shape == (0,)
+
+
+TRIANGLE = np.array([(0, 0, 0), (3, 0, 1), (1, 2, 0), (1, 2, 0)], dtype=float)
+TRAPEZOID = np.array([(0, 0, 0), (4, 0, 0), (2.5, 2, 0), (2, 2, 0)], dtype=float)
+
+
+@pytest.mark.parametrize("order", range(1, 8))
+def test_gauss_points_share_out_the_area(order):
+    scene = build(TRIANGLE, TRAPEZOID, PLATE)
+    points, shares = gauss_points(scene, order)
+    assert points.shape == (3, order**2, 3)
+    assert shares.min() > 0
+    np.testing.assert_allclose(shares.sum(axis=1), 1, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(("patch", "order"), [(TRIANGLE, 1), (TRIANGLE, 3), (PLATE, 1), (TRAPEZOID, 2), (TRAPEZOID, 5)])
+def test_gauss_points_have_the_patch_centroid(patch, order):
+    points, shares = gauss_points(build(patch), order)
+    halves = patch[[[0, 1, 2], [0, 2, 3]]]
+    areas = np.linalg.norm(np.cross(halves[:, 1] - halves[:, 0], halves[:, 2] - halves[:, 0]), axis=1)
+    np.testing.assert_allclose(shares[0] @ points[0], areas @ halves.mean(axis=1) / areas.sum(), atol=1e-14)
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4])
+def test_gauss_points_integrate_powers_over_a_triangle(degree):
+    points, shares = gauss_points(build(np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)], dtype=float)), 3)
+    # The mean of x^k over the unit triangle is 2 / ((k + 1)(k + 2)).
+    assert shares[0] @ points[0, :, 0]**degree == pytest.approx(2 / ((degree + 1) * (degree + 2)), rel=1e-13)
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    ({"rays": (1000, 256)}, "Azimuths must be a power of two"),
+    ({"rays": (64, 16), "samples": 0}, "Samples must be 1 to 16"),
+    ({"rays": (64, 16), "samples": 17}, "Samples must be 1 to 16"),
+    ({"rays": (64, 16), "samples": 1.5}, "Samples must be 1 to 16"),
+])
+def test_unusable_grids_are_refused(arguments, message):
+    scene = cube(1)
+    with pytest.raises(InputError, match=message):
+        patch_form_factors(scene, Naive(scene), **arguments)
+
+
+def test_points_without_normals_are_refused():
+    scene = cube(1)
+    with pytest.raises(InputError, match="Normals must be one for each of 2 points, not 1"):
+        hemisphere_sums(Naive(scene), Hemisphere(4, 4), np.zeros((2, 3)), [(0, 0, 1)], -1, columns=6,
+                        column_of=patch_columns(scene))
