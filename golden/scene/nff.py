@@ -70,7 +70,7 @@ def _is_number(word: str) -> bool:
         float(word)
     except ValueError:
         return False
-    return True
+    return "_" not in word  # Python's own digit separator
 
 
 def _check_count(statement: _Statement) -> None:

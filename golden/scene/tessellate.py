@@ -199,7 +199,7 @@ def bezier(control, *, cuts: int) -> np.ndarray:
     -------
     ndarray
         At most ``2 * cuts**2`` patches for each Bezier patch: a cell that is planar is one quad, another is cut into
-        two triangles, one at a collapsed border is one triangle.
+        two triangles, one at a collapsed border is one triangle, one without area is left out.
 
     Errors
     ------
@@ -213,7 +213,8 @@ def bezier(control, *, cuts: int) -> np.ndarray:
     points = _bezier_points(control.reshape(-1, 4, 4, 3), cuts)
     quads = _without_collapsed_sides(_cells(points).reshape(-1, 4, 3))
     patches, _ = split_nonplanar(_without_twisted(quads))
-    return patches
+    areas = np.linalg.norm(np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1]), axis=1)
+    return patches[areas > PLANAR * np.ptp(points) ** 2]
 
 
 def _bezier_points(control: np.ndarray, cuts: int) -> np.ndarray:

@@ -51,13 +51,13 @@ def flake(levels: int) -> list[np.ndarray]:
 def balls(size: int) -> Scene:
     """A sphereflake of ``size`` levels on a floor."""
     builder = SceneBuilder("balls")
-    glossy = Material(name="ball", diffuse=(0.45, 0.36, 0.22), specular=(0.4, 0.4, 0.4))
+    glossy = Material(name="ball", diffuse=(0.45, 0.36, 0.22), specular=(0.5, 0.43, 0.32))
     for generation, segments in zip(flake(size), SEGMENTS, strict=False):
         for *center, radius in generation:
             builder.add(sphere(center, radius, segments=segments), glossy, smooth=True)
-    floor = square((0, 0, -0.5), 24, cuts=8)
+    floor = square((0, 0, -0.5), 5, cuts=8)
     builder.add(floor, Material(name="floor", diffuse=(0.75, 0.6, 0.35)), surface=np.zeros(len(floor)))
-    lamp = square((2.0, -2.5, 5.0), 2.5, facing=(-2.0, 2.5, -5.0), cuts=2)
+    lamp = square((0.8, -1.4, 3.2), 1.6, facing=(-0.8, 1.4, -3.2), cuts=2)
     builder.add(lamp, Material(name="lamp", emission=(13.0, 12.5, 11.5)), surface=np.zeros(len(lamp)))
-    return builder.build(camera=Camera(eye=(2.1, 1.3, 1.7), target=(0, 0, 0), fov=45),
+    return builder.build(camera=Camera(eye=(2.1, 1.3, 1.7), target=(0, 0, 0), fov=38),
                          background=(0.25, 0.42, 0.7))

@@ -17,9 +17,9 @@ OUTER = 0.995
 """Radius to the tips of the teeth, less than 1 so that they do not touch the next gear."""
 
 INNER = 0.9
-TIP = 0.19
-ROOT = 0.3
-"""Half widths of a tooth at its tip and its root, in teeth."""
+TIP = 0.16
+ROOT = 0.28
+"""Half widths of a tooth at its tip and its root, in teeth: a little less than makes neighbours touch."""
 
 COLORS = ((0.75, 0.2, 0.15), (0.85, 0.6, 0.12), (0.3, 0.6, 0.2), (0.15, 0.55, 0.6), (0.2, 0.3, 0.75),
           (0.55, 0.25, 0.65), (0.7, 0.7, 0.68))
@@ -83,10 +83,10 @@ def gears(size: int) -> Scene:
             material = Material(name=f"gear {number}", diffuse=tuple(0.9 * color), specular=(0.08, 0.08, 0.08))
         patches, surface = _gear(center, radius, turn, thickness)
         builder.add(patches, material, surface=surface)
-    ground = square((0, 0, 0), 4, cuts=8)
+    ground = square((0, 0, 0), 3.4, cuts=8)
     builder.add(ground, Material(name="ground", diffuse=(0.4, 0.35, 0.28), specular=(0.35, 0.35, 0.35)),
                 surface=np.zeros(len(ground)))
-    lamp = square((-2.5, 0.5, 5.0), 2.5, facing=(2.5, -0.5, -4.5), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(12.0, 11.6, 11.0)), surface=np.zeros(len(lamp)))
-    return builder.build(camera=Camera(eye=(-1.1, -2.1, 2.6), target=(0, 0, 0.25), fov=45),
+    lamp = square((-1.4, 0.5, 3.6), 1.5, facing=(1.4, -0.5, -3.1), cuts=2)
+    builder.add(lamp, Material(name="lamp", emission=(15.0, 14.5, 13.7)), surface=np.zeros(len(lamp)))
+    return builder.build(camera=Camera(eye=(-1.2, -2.5, 2.9), target=(0, 0, 0.4), fov=43),
                          background=(0.25, 0.42, 0.7))

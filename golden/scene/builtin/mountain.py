@@ -14,7 +14,7 @@ __all__ = ["crystal", "mountain", "terrain"]
 DIMENSION = 2.2
 """Fractal dimension of the terrain."""
 
-SEED = 21
+SEED = 79
 BALL = 0.17
 SEGMENTS = 24
 
@@ -63,12 +63,12 @@ def mountain(size: int) -> Scene:
     rock = Material(name="rock", diffuse=(0.5, 0.44, 0.34))
     builder.add(as_patches(terrain(size)), rock, smooth=False)
     glass = Material(name="glass", specular=(0.08, 0.08, 0.08), transparent=(0.9, 0.9, 0.9), refraction_index=1.5)
-    for *center, radius in crystal((-0.85, -0.85, 0.75)):
+    for *center, radius in crystal((-1.05, -0.5, 0.72)):
         builder.add(sphere(center, radius, segments=SEGMENTS), glass, smooth=True)
-    sea = square((0, 0, 0.02), 12, cuts=8)
+    sea = square((0, 0, 0.02), 3.6, cuts=8)
     water = Material(name="water", diffuse=(0.03, 0.1, 0.14), specular=(0.25, 0.28, 0.3))
     builder.add(sea, water, surface=np.zeros(len(sea)))
-    lamp = square((3.0, -4.0, 5.0), 2.5, facing=(-3.0, 4.0, -5.0), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(30.0, 28.0, 24.0)), surface=np.zeros(len(lamp)))
-    return builder.build(camera=Camera(eye=(-1.9, -1.9, 1.5), target=(0, 0, 0.25), fov=45),
+    lamp = square((1.4, -1.6, 3.2), 1.2, facing=(-1.4, 1.6, -3.2), cuts=2)
+    builder.add(lamp, Material(name="lamp", emission=(42.0, 39.0, 34.0)), surface=np.zeros(len(lamp)))
+    return builder.build(camera=Camera(eye=(-3.3, -2.6, 2.2), target=(0, 0, 0.35), fov=37),
                          background=(0.45, 0.62, 0.9))

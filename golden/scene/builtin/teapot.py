@@ -56,11 +56,11 @@ def _mirrored(sections) -> np.ndarray:
 
 
 def _control_points() -> np.ndarray:
-    outward = [_turned(part).swapaxes(1, 2) for part in (RIM, *BODY)]
-    tubes = [_mirrored(part) for part in (*HANDLE, *SPOUT)]
-    ends = [_turned(part).swapaxes(1, 2) for part in (*LID, BOTTOM)]
+    upper = [_turned(part) for part in (RIM, *BODY)]
+    tubes = [_mirrored(part).swapaxes(1, 2) for part in (*HANDLE, *SPOUT)]
+    ends = [_turned(part) for part in (*LID, BOTTOM)]
     # Products are rounded to the decimals in which the points are published; adding zero turns -0 into 0.
-    return np.round(np.concatenate((*outward, *tubes, *ends)), 9) + 0.0
+    return np.round(np.concatenate((*upper, *tubes, *ends)), 9) + 0.0
 
 
 CONTROL_POINTS = _control_points()
@@ -74,12 +74,12 @@ def teapot(size: int) -> Scene:
     builder = SceneBuilder("teapot")
     glaze = Material(name="glaze", diffuse=(0.62, 0.58, 0.5), specular=(0.07, 0.07, 0.07))
     builder.add(bezier(CONTROL_POINTS, cuts=size), glaze, smooth=True)
-    board = square((0, 0, 0), 14, cuts=size)
+    board = square((0, 0, 0), 12, cuts=size)
     odd = np.add.outer(np.arange(size), np.arange(size)).ravel() % 2 == 1
     for squares, name, shade in ((board[odd], "dark square", 0.25), (board[~odd], "light square", 0.7)):
         material = Material(name=name, diffuse=(shade, 0.95 * shade, 0.85 * shade), specular=(0.04, 0.04, 0.04))
         builder.add(squares, material, surface=np.zeros(len(squares)))
     lamp = square((-3.0, -4.0, 9.0), 4.0, facing=(3.0, 4.0, -8.0), cuts=2)
     builder.add(lamp, Material(name="lamp", emission=(16.0, 15.5, 14.5)), surface=np.zeros(len(lamp)))
-    return builder.build(camera=Camera(eye=(3.5, -8.0, 5.5), target=(0.2, 0, 1.3), fov=38),
+    return builder.build(camera=Camera(eye=(2.6, -8.6, 5.4), target=(0.35, 0, 1.35), fov=41),
                          background=(0.45, 0.5, 0.6))

@@ -40,5 +40,5 @@ def tetra(size: int) -> Scene:
     builder.add(as_patches(_upright(pyramid(size), size)), red)
     lights = (PointLight(position=(-6.0, -9.0, 10.0), intensity=(500.0, 490.0, 470.0)),
               PointLight(position=(9.0, -4.0, 2.0), intensity=(90.0, 100.0, 120.0)))
-    return builder.build(camera=Camera(eye=(-0.9, -4.0, 1.5), target=(0, 0, 0.28), fov=42), lights=lights,
+    return builder.build(camera=Camera(eye=(-0.9, -4.6, 1.5), target=(0, 0, 0.3), fov=41), lights=lights,
                          background=(0.25, 0.42, 0.7))
