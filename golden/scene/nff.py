@@ -25,6 +25,9 @@ UNFILLED = Material(name="unfilled", diffuse=(0.7, 0.7, 0.7))
 NEAREST_LIGHT = 0.1
 """A light nearer to the middle of the scene counts as this far away, in diagonals of the scene box."""
 
+LARGEST = 1e30
+"""What a value may be at most: areas and intensities of such coordinates are still finite."""
+
 VIEW = {"from": 3, "at": 3, "up": 3, "angle": 1, "hither": 1, "resolution": 2}
 REQUIRED_VIEW = ("from", "at", "up", "angle")
 COUNTS = {"v": (0,), "b": (3,), "l": (3, 6), "f": (8,), "s": (4,), "c": (8,)}
@@ -61,6 +64,8 @@ def _statements(text: str, name: str) -> list[_Statement]:
             value = float(word)
             if not math.isfinite(value):
                 raise InputError(f"{where}: {word!r} is not a finite number")
+            if abs(value) > LARGEST:
+                raise InputError(f"{where}: {word!r} is beyond {LARGEST:g}")
             statements[-1].values.append(value)
     return statements
 

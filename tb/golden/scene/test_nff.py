@@ -137,6 +137,7 @@ def test_camera_is_optional():
     ("s 0 0 0 1_0", "bad.nff:1: '1_0' is not a number"),
     ("s 0 0 nan 1", "bad.nff:1: 'nan' is not a finite number"),
     ("s 0 0 1e999 1", "bad.nff:1: '1e999' is not a finite number"),
+    ("s 0 0 0 1e200", "bad.nff:1: '1e200' is beyond 1e+30"),
     ("s 0 0 0 -1", "bad.nff:1: Radius must be a finite value above 0, not -1.0"),
     ("s 0 0 0 0", "bad.nff:1: Radius must be a finite value above 0, not 0.0"),
     ("c\n0 0 0 -1\n0 0 1 -1", "bad.nff:1: Base radius must be a finite value of at least 0, not -1.0"),
