@@ -3,8 +3,9 @@
 import numpy as np
 
 from golden.scene.builder import SceneBuilder
-from golden.scene.builtin.shapes import box, lathe, placed
+from golden.scene.builtin.shapes import box, placed
 from golden.scene.material import Material
+from golden.scene.tessellate import revolution
 
 __all__ = ["armchair", "bookshelf", "chair", "computer", "floor_lamp", "plant", "sheets", "table", "vase"]
 
@@ -47,11 +48,12 @@ def chair(builder: SceneBuilder, **place) -> None:
 
 
 def armchair(builder: SceneBuilder, **place) -> None:
-    """A low upholstered seat that looks along +y, 25 patches."""
-    parts = [box((-0.3, -0.25, 0.1), (0.3, 0.45, 0.42)), box((-0.45, -0.45, 0.0), (0.45, -0.25, 0.85), omit=("-z",))]
+    """A low upholstered seat that looks along +y, 22 patches."""
+    parts = [box((-0.295, -0.25, 0.1), (0.295, 0.45, 0.42), omit=("-y",)),
+             box((-0.28, -0.25, 0.42), (0.28, 0.43, 0.5), omit=("-y", "-z")),
+             box((-0.45, -0.45, 0.0), (0.45, -0.25, 0.85), omit=("-z",))]
     for side in (-0.45, 0.3):
-        parts.append(box((side, -0.25, 0.0), (side + 0.15, 0.42, 0.6), omit=("-z", "-y")))
-    parts.append(box((-0.28, -0.25, 0.42), (0.28, 0.43, 0.5), omit=("-z",)))
+        parts.append(box((side, -0.25, 0.0), (side + 0.15, 0.42, 0.6), omit=("-y", "-z")))
     builder.add(placed(np.concatenate(parts), **place), CLOTH)
 
 
@@ -72,7 +74,7 @@ def bookshelf(builder: SceneBuilder, *, books, seed: int, **place) -> None:
     random = np.random.default_rng(seed)
     for level, count in zip(levels, books, strict=False):
         x = -inner + 0.02
-        for thick, tall, deep, cover in zip(random.uniform(0.05, 0.11, count), random.uniform(0.28, 0.42, count),
+        for thick, tall, deep, cover in zip(random.uniform(0.07, 0.13, count), random.uniform(0.28, 0.42, count),
                                             random.uniform(0.18, 0.26, count), random.integers(len(COVERS), size=count),
                                             strict=True):
             book = box((x, 0.03, level + board), (x + thick, 0.03 + deep, level + board + tall), omit=("-z",))
@@ -81,7 +83,7 @@ def bookshelf(builder: SceneBuilder, *, books, seed: int, **place) -> None:
 
 
 def computer(builder: SceneBuilder, **place) -> None:
-    """A deep old screen on a foot, looking along +y, with a keyboard before it; 23 patches."""
+    """A deep old screen on a foot, looking along +y, with a keyboard before it; 19 patches."""
     screen = box((-0.21, -0.22, 0.08), (0.21, 0.12, 0.44))
     front = screen[3]
     inset = np.mean(front, axis=0) + 0.84 * (front - np.mean(front, axis=0))
@@ -98,12 +100,12 @@ def vase(builder: SceneBuilder, *, size: float, material: Material, **place) -> 
     """A turned vase of height ``size``, 64 patches."""
     profile = [(0.13, 0.0), (0.2, 0.14), (0.235, 0.34), (0.2, 0.56), (0.1, 0.78), (0.085, 0.88), (0.13, 1.0),
                (0.11, 0.99), (0.0, 0.8)]
-    builder.add(placed(lathe(profile, sides=8), scale=(size,) * 3, **place), material, smooth=True)
+    builder.add(placed(revolution(profile, segments=8), scale=(size,) * 3, **place), material, smooth=True)
 
 
 def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> None:
     """A pot (24 patches) with earth (3) and ``leaves`` two-sided leaves that fan out of it to the height ``size``."""
-    pot = lathe([(0.14, 0.0), (0.2, 0.34), (0.18, 0.34), (0.17, 0.28)], sides=8)
+    pot = revolution([(0.14, 0.0), (0.2, 0.34), (0.18, 0.34), (0.17, 0.28)], segments=8)
     builder.add(placed(pot, at=at), CLAY, smooth=True)
     rim = pot[-8:, 3]
     builder.add(placed(rim[[[0, 1, 2, 3], [0, 3, 4, 7], [4, 5, 6, 7]]], at=at), EARTH, surface=np.zeros(3))
@@ -119,9 +121,10 @@ def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> 
 
 def floor_lamp(builder: SceneBuilder, **place) -> None:
     """A brass foot and pole (21 patches), a shade open at both ends (8) and a bulb (6 patches)."""
-    stand = lathe([(0.16, 0.0), (0.15, 0.03), (0.012, 0.05), (0.012, 1.52)], sides=7)
+    stand = revolution([(0.16, 0.0), (0.15, 0.03), (0.012, 0.05), (0.012, 1.52)], segments=7)
     builder.add(placed(stand, **place), BRASS, smooth=True)
-    builder.add(placed(lathe([(0.26, 1.4), (0.15, 1.75)], sides=8), **place), SHADE, smooth=True, two_sided=True)
+    shade = revolution([(0.26, 1.4), (0.15, 1.75)], segments=8)
+    builder.add(placed(shade, **place), SHADE, smooth=True, two_sided=True)
     builder.add(placed(box((-0.04, -0.04, 1.52), (0.04, 0.04, 1.62)), **place), BULB)
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 
 from golden.scene.builder import SceneBuilder
-from golden.scene.builtin.shapes import box, framed, lathe, placed
+from golden.scene.builtin.shapes import box, framed, placed
 from golden.scene.camera import Camera
 from golden.scene.material import Material
 from golden.scene.scene import Scene
+from golden.scene.tessellate import revolution
 
 __all__ = ["CAMERA", "HEIGHT", "LENGTH", "WIDTH", "hall", "lobby"]
 
@@ -80,7 +81,7 @@ def _panelled(builder: SceneBuilder, patches: np.ndarray, around: Material, pane
 def _column(builder: SceneBuilder, x: float, y: float) -> None:
     """An octagonal column between a plinth and a capital."""
     builder.add(box((x - 0.4, y - 0.4, 0.0), (x + 0.4, y + 0.4, 0.3), omit=("-z",)), COLUMN)
-    builder.add(placed(lathe([(0.3, 0.3), (0.3, HEIGHT - 0.25)], sides=8), at=(x, y, 0.0)), COLUMN, smooth=True)
+    builder.add(placed(revolution([(0.3, 0.3), (0.3, HEIGHT - 0.25)], segments=8), at=(x, y, 0.0)), COLUMN, smooth=True)
     builder.add(box((x - 0.4, y - 0.4, HEIGHT - 0.25), (x + 0.4, y + 0.4, HEIGHT), omit=("+z",)), COLUMN)
 
 

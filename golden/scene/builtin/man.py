@@ -3,10 +3,11 @@
 import numpy as np
 
 from golden.scene.builder import SceneBuilder
-from golden.scene.builtin.shapes import ball, box, cap, framed, lathe, loft, placed, rounded
+from golden.scene.builtin.shapes import box, cap, framed, loft, placed, rounded
 from golden.scene.camera import Camera
 from golden.scene.material import Material
 from golden.scene.scene import Scene
+from golden.scene.tessellate import revolution, sphere
 
 __all__ = ["man"]
 
@@ -20,14 +21,15 @@ FILL = Material(name="fill light", diffuse=(0.60, 0.60, 0.60), emission=(5.0, 5.
 CRATE = Material(name="crate", diffuse=(0.55, 0.16, 0.10))
 
 GROUND = 0.12
-SIDES = 14
+SIDES = 12
 
 # Joints of the figure in metres above the stage; it looks towards -y, its left is +x.
-HIP, KNEE, ANKLE, TOES = "hip", "knee", "ankle", "toes"
+# Hip, knee, ankle, and how many degrees the toes turn to the figure's left.
 LEGS = (
-    {HIP: (0.10, 0.0, 0.93), KNEE: (0.115, -0.03, 0.51), ANKLE: (0.12, 0.03, 0.10), TOES: 12.0},
-    {HIP: (-0.10, 0.0, 0.93), KNEE: (-0.17, -0.13, 0.53), ANKLE: (-0.22, -0.12, 0.10), TOES: -25.0},
+    ((0.10, 0.0, 0.93), (0.115, -0.03, 0.51), (0.12, 0.03, 0.10), 12.0),
+    ((-0.10, 0.0, 0.93), (-0.17, -0.13, 0.53), (-0.22, -0.12, 0.10), -25.0),
 )
+# Shoulder, elbow, wrist, knuckles.
 ARMS = (
     ((0.235, 0.0, 1.42), (0.38, 0.05, 1.17), (0.27, -0.13, 1.02), (0.16, -0.16, 0.97)),
     ((-0.235, 0.0, 1.42), (-0.50, -0.03, 1.50), (-0.56, -0.08, 1.76), (-0.555, -0.10, 1.89)),
@@ -46,17 +48,17 @@ def man() -> Scene:
     return builder.build(camera=Camera(eye=(0.9, -3.6, 1.45), target=(0.05, 0.0, 1.0), fov=37.0))
 
 
-def _between(builder: SceneBuilder, start, end, radii, *, flat: float = 1.0) -> None:
+def _between(builder: SceneBuilder, start, end, radii) -> None:
     """A turned limb with round ends from one joint to the next; ``radii`` are those at equal steps between its ends."""
     length = np.linalg.norm(np.subtract(end, start))
     heights = length * np.linspace(0.1, 0.9, len(radii))
     profile = [(0.0, 0.05 * length), *zip(radii, heights, strict=True), (0.0, 0.95 * length)]
-    limb = placed(lathe(profile, sides=SIDES), scale=(1.0, flat, 1.0))
-    builder.add(placed(limb, axis=np.subtract(end, start), at=np.add(start, (0, 0, GROUND))), BEECH, smooth=True)
+    limb = placed(revolution(profile, segments=SIDES), axis=np.subtract(end, start), at=np.add(start, (0, 0, GROUND)))
+    builder.add(limb, BEECH, smooth=True)
 
 
-def _joint(builder: SceneBuilder, centre, radius: float, *, sides: int = 12) -> None:
-    builder.add(placed(ball(radius, sides=sides, rings=6), at=np.add(centre, (0, 0, GROUND))), JOINT, smooth=True)
+def _joint(builder: SceneBuilder, centre, radius: float) -> None:
+    builder.add(sphere(np.add(centre, (0, 0, GROUND)), radius, segments=SIDES), JOINT, smooth=True)
 
 
 def _trunk(builder: SceneBuilder) -> None:
@@ -70,25 +72,26 @@ def _trunk(builder: SceneBuilder) -> None:
           (0.045, 0.24), (0.0, 0.25)], 1.555, 1.12),
     )
     for profile, height, flat in parts:
-        shape = lathe(profile, sides=18)
+        shape = revolution(profile, segments=18)
         builder.add(placed(shape, scale=(1.0, flat, 1.0), at=(0.0, 0.0, height + GROUND)), BEECH, smooth=True)
     _joint(builder, (0.0, 0.0, 1.075), 0.085)
     _joint(builder, (0.0, 0.0, 1.52), 0.06)
 
 
-def _leg(builder: SceneBuilder, leg: dict) -> None:
+def _leg(builder: SceneBuilder, leg) -> None:
     """From the hip to the sole."""
-    _joint(builder, leg[HIP], 0.072)
-    _between(builder, leg[HIP], leg[KNEE], (0.045, 0.072, 0.083, 0.085, 0.08, 0.072, 0.062, 0.045))
-    _joint(builder, leg[KNEE], 0.052)
-    _between(builder, leg[KNEE], leg[ANKLE], (0.035, 0.054, 0.064, 0.062, 0.054, 0.046, 0.039, 0.028))
-    _joint(builder, leg[ANKLE], 0.04, sides=8)
+    hip, knee, ankle, toes = leg
+    _joint(builder, hip, 0.072)
+    _between(builder, hip, knee, (0.045, 0.072, 0.083, 0.085, 0.08, 0.072, 0.062, 0.045))
+    _joint(builder, knee, 0.052)
+    _between(builder, knee, ankle, (0.035, 0.054, 0.064, 0.062, 0.054, 0.046, 0.039, 0.028))
+    _joint(builder, ankle, 0.04)
     # Sections of one shape, smaller and further back as they rise: the walls between them are planar.
     sole = rounded(0.1, 0.26, radius=0.048, steps=4)
     rings = [sole * (size, size, 0.0) + (0.0, back, height) for size, back, height in (
         (0.88, -0.07, 0.002), (1.0, -0.07, 0.015), (0.98, -0.068, 0.03), (0.86, -0.05, 0.05), (0.62, -0.018, 0.075),
         (0.34, 0.005, 0.085))]
-    place = {"turn": leg[TOES], "at": (leg[ANKLE][0], leg[ANKLE][1], GROUND)}
+    place = {"turn": toes, "at": (*ankle[:2], GROUND)}
     builder.add(placed(loft(rings), **place), BEECH, smooth=True)
     builder.add(placed(np.concatenate([cap(rings[0][::-1]), cap(rings[-1])]), **place), BEECH)
 
@@ -98,9 +101,9 @@ def _arm(builder: SceneBuilder, joints) -> None:
     shoulder, elbow, wrist, knuckles = joints
     _joint(builder, shoulder, 0.066)
     _between(builder, shoulder, elbow, (0.032, 0.05, 0.055, 0.053, 0.048, 0.042, 0.03))
-    _joint(builder, elbow, 0.04, sides=8)
+    _joint(builder, elbow, 0.04)
     _between(builder, elbow, wrist, (0.026, 0.041, 0.045, 0.042, 0.036, 0.031, 0.022))
-    _joint(builder, wrist, 0.028, sides=8)
+    _joint(builder, wrist, 0.028)
     _hand(builder, np.array(wrist), np.array(knuckles))
 
 
@@ -111,8 +114,8 @@ def _hand(builder: SceneBuilder, wrist: np.ndarray, knuckles: np.ndarray) -> Non
     # The palm is wide along this direction and thin square to it.
     wide = np.cross(along, (0.0, 1.0, 0.0))
     wide = wide / np.linalg.norm(wide)
-    palm = lathe([(0.0, 0.015), (0.55, 0.022), (0.85, 0.045), (1.0, 0.07), (0.95, 0.095), (0.6, 0.11), (0.0, 0.115)],
-                 sides=12)
+    profile = [(0.0, 0.015), (0.55, 0.022), (0.85, 0.045), (1.0, 0.07), (0.95, 0.095), (0.6, 0.11), (0.0, 0.115)]
+    palm = revolution(profile, segments=SIDES)
     matrix = np.array([0.042 * wide, 0.017 * np.cross(along, wide), along])
     points = sum(palm[..., k, None] * matrix[k] for k in range(3)) + np.add(wrist, (0, 0, GROUND))
     builder.add(points, BEECH, smooth=True)
@@ -130,7 +133,7 @@ def _finger(builder: SceneBuilder, root: np.ndarray, reach: np.ndarray, radius: 
     for start, share in ((0.0, 0.55), (0.52, 0.48)):
         heights = length * (start + share * np.array([0.0, 0.08, 0.5, 0.92, 1.0]))
         radii = radius * (1 - 0.25 * start) * np.array([0.0, 0.75, 1.0, 0.7, 0.0])
-        link = lathe(np.stack([radii, heights], axis=-1), sides=6)
+        link = revolution(np.stack([radii, heights], axis=-1), segments=6)
         builder.add(placed(link, axis=reach, at=np.add(root, (0, 0, GROUND))), BEECH, smooth=True)
 
 
@@ -152,10 +155,10 @@ def _studio(builder: SceneBuilder) -> None:
     for wall in left, right[::-1]:
         sides = cap(wall)
         builder.add(sides, STUDIO, surface=np.zeros(len(sides)))
-    stage = lathe([(0.75, 0.0), (0.75, GROUND - 0.01), (0.74, GROUND)], sides=38)
+    stage = revolution([(0.75, 0.0), (0.75, GROUND - 0.01), (0.74, GROUND)], segments=34)
     builder.add(stage, STAGE, smooth=True)
-    top = cap(stage[-38:, 3])
+    top = cap(stage[-34:, 3])
     builder.add(top, STAGE, surface=np.zeros(len(top)))
     crate = box((-0.25, -0.25, 0.0), (0.25, 0.25, 0.5), omit=("-z",))
     builder.add(placed(crate, turn=25.0, at=(1.1, 0.8, 0.0)), CRATE)
-    builder.add(placed(ball(0.2, sides=12, rings=8), at=(1.1, 0.8, 0.7)), JOINT, smooth=True)
+    builder.add(sphere((1.1, 0.8, 0.7), 0.2, segments=14), JOINT, smooth=True)

@@ -4,10 +4,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from golden.scene.builder import SceneBuilder
-from golden.scene.builtin.shapes import box, cap, framed, frames, lathe, loft, placed, rounded, tube
+from golden.scene.builtin.shapes import box, cap, framed, frames, loft, placed, rounded, tube
 from golden.scene.camera import Camera
 from golden.scene.material import Material
 from golden.scene.scene import Scene
+from golden.scene.tessellate import revolution
 
 __all__ = ["phone"]
 
@@ -45,7 +46,7 @@ def phone() -> Scene:
     _handset(builder)
     _cord(builder)
     _things(builder)
-    return builder.build(camera=Camera(eye=(10.0, -39.0, 32.0), target=(1.2, -1.5, 2.5), fov=46.0))
+    return builder.build(camera=Camera(eye=(10.0, -40.0, 33.0), target=(1.0, -2.0, 2.0), fov=47.0))
 
 
 def _tilted(patches) -> np.ndarray:
@@ -79,9 +80,9 @@ def _body(builder: SceneBuilder) -> None:
         builder.add(ends, RED, surface=np.zeros(len(ends)))
     for x in -8.0, 8.0:
         for y in -8.5, 8.5:
-            builder.add(placed(lathe([(0.7, 0.0), (0.8, 0.3)], sides=10), at=(x, y, 0.0)), BLACK, smooth=True)
+            builder.add(placed(revolution([(0.7, 0.0), (0.8, 0.3)], segments=10), at=(x, y, 0.0)), BLACK, smooth=True)
     for y in -8.2, 8.2:
-        pad = lathe([(2.1, 0.0), (2.0, 0.25), (0.0, 0.25)], sides=16)
+        pad = revolution([(2.1, 0.0), (2.0, 0.25), (0.0, 0.25)], segments=16)
         builder.add(_tilted(placed(pad, at=(HANDSET, y, 0.0))), BLACK)
     for x in 5.6 + 0.55 * np.arange(7):
         slot = box((x, -9.7, 0.0), (x + 0.3, -8.3, 0.02))[5]
@@ -111,9 +112,9 @@ def _key(builder: SceneBuilder, centre, size, *, steps: int, material: Material)
 def _stroked(text: str, height: float) -> np.ndarray:
     """Characters of straight strokes side by side around the origin."""
     half, thick = height / 2, 0.08 * height
-    across, long = 0.28 * height, half - 3 * thick
+    across, long = 0.28 * height, (half - thick) / 2
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-    flat, upright = corners * (across - thick / 2, thick), corners * (thick, long / 2 + thick)
+    flat, upright = corners * (across - 1.3 * thick, thick), corners * (thick, long)
     places = np.array([(0, half), (across, half / 2), (across, -half / 2), (0, -half), (-across, -half / 2),
                        (-across, half / 2), (0, 0)])
     strokes = []
@@ -131,7 +132,7 @@ def _display(builder: SceneBuilder) -> None:
     builder.add(_tilted(np.concatenate([case[:-1], front[4:8]])), BLACK)
     builder.add(_tilted(front[:4]), BLACK, surface=np.zeros(4))
     builder.add(_tilted(front[8]), DISPLAY)
-    builder.add(_tilted(_stroked("2271297", 1.2) + (3.6, 6.9, 0.76)), PRINT)
+    builder.add(_tilted(np.add(_stroked("2271297", 1.2), (3.6, 6.9, 0.76))), PRINT)
 
 
 def _handset(builder: SceneBuilder) -> None:
@@ -143,17 +144,17 @@ def _handset(builder: SceneBuilder) -> None:
     reach = bend + section[:, 1]
     rings = np.stack([np.broadcast_to(section[:, 0], (17, len(section))), reach * np.sin(angle),
                       middle - bend + reach * np.cos(angle)], axis=-1)
-    builder.add(_tilted(loft(rings[::-1]) + (HANDSET, 0.0, 0.0)), RED, smooth=True)
-    cup = lathe([(0.0, 0.3), (1.9, 0.3), (2.4, 0.45), (2.65, 0.9), (2.7, 1.6), (2.6, 2.4), (2.25, 3.05), (1.5, 3.45),
-                 (0.0, 3.6)], sides=24)
+    builder.add(_tilted(np.add(loft(rings[::-1]), (HANDSET, 0.0, 0.0))), RED, smooth=True)
+    cup = revolution([(0.0, 0.3), (1.9, 0.3), (2.4, 0.45), (2.65, 0.9), (2.7, 1.6), (2.6, 2.4), (2.25, 3.05),
+                      (1.5, 3.45), (0.0, 3.6)], segments=24)
     for y in -half, half:
         builder.add(_tilted(placed(cup, at=(HANDSET, y, 0.0))), RED, smooth=True)
 
 
 def _cord(builder: SceneBuilder) -> None:
     """A wire from the handset's mouthpiece over the desk into the body's side, coiled but for its ends."""
-    spine = np.array([(HANDSET, -9.6, 5.1), (HANDSET - 0.2, -12.6, 4.6), (-7.2, -16.0, 1.9), (-11.0, -19.2, 1.55),
-                      (-17.0, -17.5, 1.55), (-20.0, -10.0, 1.55), (-17.5, -2.0, 1.55), (-14.0, 3.0, 1.6),
+    spine = np.array([(HANDSET, -9.6, 5.1), (HANDSET - 0.2, -12.6, 4.6), (-7.2, -16.0, 1.9), (-10.5, -18.6, 1.55),
+                      (-15.5, -16.5, 1.55), (-18.0, -9.5, 1.55), (-16.5, -2.0, 1.55), (-13.5, 3.0, 1.6),
                       (-9.5, 5.0, 1.9)])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spine, axis=0), axis=1))])
     turns, pieces = 26, 243
@@ -168,13 +169,13 @@ def _cord(builder: SceneBuilder) -> None:
 
 def _things(builder: SceneBuilder) -> None:
     """A cup of coffee, a pad of paper and a pencil."""
-    cup = lathe([(2.6, 0.0), (3.6, 1.2), (3.9, 3.5), (4.0, 7.5), (3.75, 7.5), (3.6, 4.0)], sides=20)
-    builder.add(placed(cup, at=(21.0, 13.0, 0.0)), GLAZE, smooth=True)
+    cup = revolution([(2.6, 0.0), (3.6, 1.2), (3.9, 3.5), (4.0, 7.5), (3.75, 7.5), (3.6, 4.0)], segments=20)
+    builder.add(placed(cup, at=(18.5, 13.5, 0.0)), GLAZE, smooth=True)
     angle = 2 * np.pi * np.arange(20) / 20
-    coffee = cap(np.stack([3.71 * np.cos(angle), 3.71 * np.sin(angle), np.full(20, 6.6)], axis=-1))
-    builder.add(placed(coffee, at=(21.0, 13.0, 0.0)), COFFEE, surface=np.zeros(len(coffee)))
+    coffee = cap(np.stack([3.75 * np.cos(angle), 3.75 * np.sin(angle), np.full(20, 6.6)], axis=-1))
+    builder.add(placed(coffee, at=(18.5, 13.5, 0.0)), COFFEE, surface=np.zeros(len(coffee)))
     pad = box((-5.0, -7.0, 0.0), (5.0, 7.0, 0.8), omit=("-z",))
-    builder.add(placed(pad, turn=-14.0, at=(20.5, -6.0, 0.0)), PAPER)
-    place = {"axis": (0.55, 0.9, 0.0), "at": (18.0, -11.0, 1.2)}
-    builder.add(placed(lathe([(0.0, -0.1), (0.35, 0.0), (0.35, 9.0)], sides=6), **place), LACQUER)
-    builder.add(placed(lathe([(0.35, 9.0), (0.0, 10.4)], sides=6), **place), TIP)
+    builder.add(placed(pad, turn=-14.0, at=(19.0, -6.0, 0.0)), PAPER)
+    place = {"axis": (0.55, 0.9, 0.0), "at": (16.5, -11.0, 1.2)}
+    builder.add(placed(revolution([(0.0, -0.1), (0.35, 0.0), (0.35, 9.0)], segments=6), **place), LACQUER)
+    builder.add(placed(revolution([(0.35, 9.0), (0.0, 10.4)], segments=6), **place), TIP)

@@ -40,7 +40,7 @@ def _study(builder: SceneBuilder) -> None:
     furniture.table(builder, width=2.0, depth=1.0, at=(2.3, 2.1, 0.012))
     for x, y, turn in ((1.8, 1.4, 0.0), (2.8, 1.38, 8.0), (1.8, 2.85, 180.0), (2.85, 2.9, 165.0)):
         furniture.chair(builder, at=(x, y, 0.012), turn=turn)
-    furniture.sheets(builder, count=7, seed=3, at=(2.0, 2.1, 0.752))
+    furniture.sheets(builder, count=11, seed=3, at=(2.0, 2.1, 0.752))
     furniture.vase(builder, size=0.36, material=GLAZE, at=(2.95, 2.2, 0.752))
     furniture.floor_lamp(builder, at=(0.45, 0.45, 0.0))
     furniture.plant(builder, leaves=14, size=1.5, seed=5, at=(0.8, 3.6, 0.0))

@@ -5,7 +5,7 @@ Neighbouring patches of one shape hold the same coordinates to the bit, also aft
 
 import numpy as np
 
-__all__ = ["ball", "box", "cap", "framed", "frames", "lathe", "loft", "placed", "rounded", "tube"]
+__all__ = ["FACES", "box", "cap", "framed", "frames", "loft", "placed", "rounded", "tube"]
 
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # Corners are numbered by bits: 1 is the upper x, 2 the upper y, 4 the upper z.
@@ -53,22 +53,6 @@ def loft(rings) -> np.ndarray:
     quads = np.stack([lower, np.roll(lower, -1, axis=1), np.roll(upper, -1, axis=1), upper], axis=2).reshape(-1, 4, 3)
     quads = np.where((quads[:, 0] == quads[:, 1]).all(axis=1)[:, None, None], quads[:, [1, 2, 3, 3]], quads)
     return np.where((quads[:, 2] == quads[:, 3]).all(axis=1)[:, None, None], quads[:, [0, 1, 2, 2]], quads)
-
-
-def lathe(profile, *, sides: int) -> np.ndarray:
-    """The surface of revolution around z of ``profile``, M x 2 (radius, height), seen from outside if it rises."""
-    profile = np.asarray(profile, dtype=np.float64)
-    angle = 2 * np.pi * np.arange(sides) / sides
-    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=-1)
-    return loft(circle * profile[:, :1, None] + np.array([0.0, 0.0, 1.0]) * profile[:, 1:, None])
-
-
-def ball(radius: float, *, sides: int, rings: int) -> np.ndarray:
-    """A sphere around the origin with poles on z."""
-    angle = np.pi * np.arange(rings + 1) / rings
-    profile = np.stack([np.sin(angle), -np.cos(angle)], axis=-1) * radius
-    profile[[0, -1], 0] = 0
-    return lathe(profile, sides=sides)
 
 
 def frames(path) -> tuple[np.ndarray, np.ndarray]:
@@ -120,8 +104,9 @@ def placed(patches, *, at=(0.0, 0.0, 0.0), turn: float = 0.0, axis=None, scale=(
 
     Equal points stay equal to the bit: a matrix product may round them differently by their place in the array.
     """
-    angle = np.radians(turn)
-    matrix = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    # Rounded so that a quarter turn is exact: what stands against a wall does not reach through it.
+    cos, sin = np.round([np.cos(np.radians(turn)), np.sin(np.radians(turn))], 15)
+    matrix = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     if axis is not None:
         up = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
         right = np.cross([0.0, 1.0, 0.0] if abs(up[1]) < 0.9 else [1.0, 0.0, 0.0], up)
