@@ -109,9 +109,9 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
     """Merges pairs of triangles that form a quad, as before a file format cut it.
 
     Two triangles merge if they share an edge (equal coordinates, opposite directions), are of one group and form a
-    planar, strictly convex quad (`is_convex_quad`). Neighbours in the order of the input that look like the two halves
-    of a fan, (a, b, c), (a, c, d) or (a, b, c), (c, d, a), are taken first; then the pair that is closest to a
-    rectangle, so that the grid comes back from which an array of triangles was cut.
+    planar, strictly convex quad (`is_convex_quad`). If most of those that can merge come one after the other like the
+    halves of a quad, (a, b, c), (a, c, d) or (a, b, c), (c, d, a), such pairs are taken first; then the pair that is
+    closest to a rectangle, so that the grid comes back from which an array of triangles was cut.
 
     Parameters
     ----------
@@ -146,6 +146,8 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)
     skew = np.abs(np.einsum("nij,nij->ni", ahead, np.roll(ahead, 1, axis=1))).max(axis=1, initial=0)
     is_fan = (pairs.right == pairs.left + 1) & (pairs.left_edge == 3) & (pairs.right_edge != 1)
+    able = len(np.union1d(pairs.left, pairs.right))
+    is_fan &= 2 * np.count_nonzero(is_fan) > able / 2
     # Coarse steps of skewness: rounding must not mix two ways to pair up a grid.
     order = np.lexsort((pairs.left, np.where(is_fan, 0, 1 + np.floor(SHAPES * skew))))
     left, right, quads = pairs.left[order], pairs.right[order], quads[order]

@@ -160,7 +160,8 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
             raise InputError(f"refinement: Max {name} must be a finite value above 0, not {bound!r}")
     bounds = (np.inf if max_edge is None else max_edge, np.inf if max_area is None else max_area)
     # A patch takes at least its area over that of the largest element allowed: no need to count what is absurd.
-    least = (scene.areas / min(bounds[0] ** 2, bounds[1])).sum()
+    with np.errstate(divide="ignore", over="ignore"):
+        least = (scene.areas / min(bounds[0] ** 2, bounds[1])).sum()
     is_triangle = scene.is_triangle
     cuts = np.ones((len(scene), 2))
     if least <= 2 * MOST_ELEMENTS:
