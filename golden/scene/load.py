@@ -83,8 +83,6 @@ def load_scene(path, *, up=None) -> Scene:
             return read_nff(path.read_text(encoding="utf-8", errors="replace"), str(path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            # numpy's way to say that text in an ASCII STL is not numbers.
-            warnings.filterwarnings("error", message="string or file could not be read")
             return _read(path, None if up is None else tuple(float(value) for value in up))
     except InputError as error:
         if str(error).startswith(str(path)):

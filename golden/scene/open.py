@@ -27,6 +27,6 @@ def open_scene(spec: str, *, up=None) -> Scene:
     if spec.partition(":")[0] in BUILTIN:
         return builtin_scene(spec)
     path = Path(spec)
-    if path.suffix.lower() in SUFFIXES or path.exists():
+    if spec and (path.suffix.lower() in SUFFIXES or path.exists()):
         return load_scene(path, up=up)
     raise InputError(f"scene {spec!r}: no built-in scene and no file has that name; built in are {', '.join(BUILTIN)}")

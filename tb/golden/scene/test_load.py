@@ -1,0 +1,469 @@
+import json
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+
+from golden.errors import InputError
+from golden.scene.load import load_scene
+
+BOX = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0), (0, 0, 1), (2, 0, 1), (2, 3, 1), (0, 3, 1)]
+BOX_QUADS = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+ELL = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)]
+
+
+def write(folder, name, content):
+    path = folder / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        path.write_text(content, encoding="utf-8")
+    return path
+
+
+def obj(points, faces, *, head=""):
+    return (head + "".join(f"v {x} {y} {z}\n" for x, y, z in points)
+            + "".join("f " + " ".join(str(corner + 1) for corner in face) + "\n" for face in faces))
+
+
+def ply(points, faces, *, kind="ascii", vertex_colours=None, face_colours=None):
+    colour = "".join(f"property uchar {channel}\n" for channel in ("red", "green", "blue"))
+    head = (f"ply\nformat {kind} 1.0\ncomment made for a test\nelement vertex {len(points)}\n"
+            "property float x\nproperty float y\nproperty float z\n" + (colour if vertex_colours else "")
+            + f"element face {len(faces)}\nproperty list uchar int vertex_indices\n" + (colour if face_colours else "")
+            + "end_header\n")
+    rows = [(tuple(point), vertex_colours[k] if vertex_colours else ()) for k, point in enumerate(points)]
+    cells = [((len(face), *face), face_colours[k] if face_colours else ()) for k, face in enumerate(faces)]
+    if kind == "ascii":
+        return (head + "".join(" ".join(map(str, a + tuple(b))) + "\n" for a, b in rows + cells)).encode()
+    order = "<" if "little" in kind else ">"
+    body = b"".join(struct.pack(f"{order}3f{len(b)}B", *a, *b) for a, b in rows)
+    body += b"".join(struct.pack(f"{order}B{len(a) - 1}i{len(b)}B", *a, *b) for a, b in cells)
+    return head.encode() + body
+
+
+def box_mesh():
+    quads = np.array(BOX_QUADS)
+    return trimesh.Trimesh(np.array(BOX, dtype=float), quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), process=False)
+
+
+def grid_quads(count):
+    number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
+    points = [(0.1 * i, 0.1 * j, 0.5) for i in range(count + 1) for j in range(count + 1)]
+    quads = np.stack((number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]), axis=2).reshape(-1, 4)
+    return points, [tuple(quad) for quad in quads.tolist()]
+
+
+def fans(quads):
+    return [half for a, b, c, d in quads for half in ((a, b, c), (a, c, d))]
+
+
+FORMATS = {
+    "quads.obj": lambda points, quads: obj(points, quads),
+    "triangles.obj": lambda points, quads: obj(points, fans(quads)),
+    "text.ply": lambda points, quads: ply(points, quads),
+    "little.ply": lambda points, quads: ply(points, quads, kind="binary_little_endian"),
+    "big.ply": lambda points, quads: ply(points, quads, kind="binary_big_endian"),
+    "triangles.ply": lambda points, quads: ply(points, fans(quads), kind="binary_little_endian"),
+    "binary.stl": lambda points, quads: trimesh.Trimesh(points, fans(quads), process=False).export(file_type="stl"),
+    "text.stl": lambda points, quads: trimesh.Trimesh(points, fans(quads), process=False).export(file_type="stl_ascii"),
+    "mesh.glb": lambda points, quads: trimesh.Trimesh(points, fans(quads), process=False).export(file_type="glb"),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("shape", ["box", "grid"])
+def test_every_quad_of_a_file_survives(tmp_path, name, shape):
+    points, quads = (BOX, BOX_QUADS) if shape == "box" else grid_quads(17)
+    scene = load_scene(write(tmp_path, name, FORMATS[name](points, quads)))
+    assert len(scene) == len(quads)
+    assert not scene.is_triangle.any()
+    assert len(set(scene.surface)) == (6 if shape == "box" else 1)
+    area = 22 if shape == "box" else 2.89
+    assert scene.areas.sum() == pytest.approx(area, rel=1e-6)
+
+
+def test_a_gltf_file_with_its_buffer_beside_it_is_read(tmp_path):
+    files = trimesh.Scene(box_mesh()).export(file_type="gltf")
+    for name, content in files.items():
+        write(tmp_path, name, content)
+    assert len(load_scene(tmp_path / "model.gltf")) == 6
+
+
+@pytest.mark.parametrize("name", ["ell.obj", "ell.ply"])
+def test_a_concave_polygon_keeps_its_area(tmp_path, name):
+    content = obj(ELL, [range(6)]) if name.endswith("obj") else ply(ELL, [tuple(range(6))])
+    scene = load_scene(write(tmp_path, name, content))
+    assert scene.areas.sum() == pytest.approx(3)
+    assert (scene.normals[:, 2] > 0).all()
+    assert len(set(scene.surface)) == 1
+    # The notch stays open.
+    assert not (scene.vertices.mean(axis=1)[:, :2] > 1).all(axis=1).any()
+
+
+def test_a_quad_that_is_not_planar_is_split(tmp_path):
+    scene = load_scene(write(tmp_path, "a.obj", obj([(0, 0, 0), (1, 0, 0), (1, 1, 0.3), (0, 1, 0)], [range(4)])))
+    assert len(scene) == 2
+    assert scene.is_triangle.all()
+
+
+def test_triangles_among_polygons_stay_triangles(tmp_path):
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)]
+    scene = load_scene(write(tmp_path, "a.obj", obj(points, [(0, 1, 2, 3), (1, 4, 5), (1, 5, 2)])))
+    assert scene.is_triangle.tolist() == [False, True, True]
+
+
+def test_a_binary_ply_with_faces_of_all_sizes_is_read(tmp_path):
+    random = np.random.default_rng(4)
+    points, faces = [], []
+    for k in range(300):
+        count = int(random.integers(3, 8))
+        angle = np.arange(count) * 2 * np.pi / count
+        faces.append(tuple(range(len(points), len(points) + count)))
+        points += [(3 * k + np.cos(turn), np.sin(turn), 0.0) for turn in angle]
+    expected = sum(len(face) / 2 * np.sin(2 * np.pi / len(face)) for face in faces)
+    for kind in ("binary_little_endian", "binary_big_endian", "ascii"):
+        scene = load_scene(write(tmp_path, "a.ply", ply(points, faces, kind=kind)))
+        assert scene.areas.sum() == pytest.approx(expected, rel=1e-3)
+        assert len(set(scene.surface)) == len(faces)
+
+
+def test_coordinates_stay_and_up_is_the_formats(tmp_path):
+    points, quads = grid_quads(1)
+    for name, up in (("a.obj", (0, 1, 0)), ("a.ply", (0, 0, 1)), ("a.stl", (0, 0, 1)), ("a.glb", (0, 1, 0))):
+        key = next(key for key in FORMATS if key.endswith(name[1:]))
+        scene = load_scene(write(tmp_path, name, FORMATS[key](points, quads)))
+        assert scene.up == up
+        assert np.allclose(scene.bounds, [(0, 0, 0.5), (0.1, 0.1, 0.5)])
+    assert load_scene(tmp_path / "a.obj", up=(1, 0, 0)).up == (1, 0, 0)
+
+
+def test_files_are_two_sided(tmp_path):
+    for name in ("quads.obj", "text.ply", "binary.stl", "mesh.glb"):
+        assert load_scene(write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS))).two_sided.all()
+
+
+def test_faces_over_an_edge_below_the_crease_are_smooth(tmp_path):
+    angle = np.linspace(0, 2 * np.pi, 25)[:-1]
+    points = [(x, y, z) for z in (0, 1) for x, y in zip(np.cos(angle), np.sin(angle), strict=True)]
+    faces = [(k, (k + 1) % 24, 24 + (k + 1) % 24, 24 + k) for k in range(24)] + [tuple(range(24, 48))]
+    scene = load_scene(write(tmp_path, "a.obj", obj(points, faces)))
+    assert len(set(scene.smooth[:24])) == 1
+    assert len(set(scene.smooth)) == 2
+    assert len(set(scene.surface)) == 25
+
+
+def test_a_face_that_is_there_twice_counts_once_and_back_to_back_ones_are_two_sided(tmp_path):
+    faces = [(0, 1, 2, 3), (1, 2, 3, 0), (3, 2, 1, 0)]
+    scene = load_scene(write(tmp_path, "a.obj", obj(BOX, faces)))
+    assert len(scene) == 1
+
+
+def test_obj_corners_may_have_textures_normals_and_negative_numbers(tmp_path):
+    text = ("# comment\no thing\ng part\ns 1\nvt 0 0\nvn 0 0 1\nv 0 0 0\nv 1 0 0 # here\nv 1 1 0\nv 0 1 0 1.0\n"
+            "f 1/1/1 2//1 \\\n 3/1 4\nv 0 0 5\nv 1 0 5\nv 1 1 5\nf -3 -2 -1\nl 1 2\n")
+    scene = load_scene(write(tmp_path, "a.obj", text))
+    assert scene.is_triangle.tolist() == [False, True]
+
+
+MTL = """newmtl wall
+Kd 0.2 0.4 0.6
+Ks 0.5 0.5 0.5
+Ns 250
+illum 2
+newmtl mirror
+Kd 0.1 0.1 0.1
+Ks 0.8 0.7 0.6
+illum 3
+newmtl glass
+Kd 0 0 0
+Ks 0.1 0.1 0.1
+d 0.1
+Tf 1 0.5 1
+Ni 1.33
+illum 7
+newmtl film
+Kd 0.5 0.5 0.5
+Tr 0.4
+newmtl lamp
+Kd 0.9 0.9 0.9
+Ke 10 20 30
+newmtl bright
+Kd 0.9 0.9 0.9
+Ks 0.9 0.9 0.9
+Ns 1000
+"""
+
+
+def test_mtl_materials_arrive_whole(tmp_path):
+    write(tmp_path, "a.mtl", MTL)
+    names = ["wall", "mirror", "glass", "film", "lamp", "bright"]
+    text = "mtllib a.mtl\n" + obj(BOX, []) + "".join(
+        f"usemtl {name}\nf {' '.join(str(corner + 1) for corner in face)}\n"
+        for name, face in zip(names, BOX_QUADS, strict=True))
+    scene = load_scene(write(tmp_path, "a.obj", text))
+    wall, mirror, glass, film, lamp, bright = (scene.materials[number] for number in scene.material)
+    assert [material.name for material in (wall, mirror, glass, film, lamp, bright)] == names
+    assert (wall.diffuse, wall.specular) == ((0.2, 0.4, 0.6), (0, 0, 0))
+    assert (mirror.diffuse, mirror.specular) == ((0.1, 0.1, 0.1), (0.8, 0.7, 0.6))
+    assert glass.transparent == pytest.approx((0.9, 0.45, 0.9))
+    assert glass.specular == pytest.approx((0.1, 0.1, 0.1))
+    assert glass.refraction_index == 1.33
+    assert film.diffuse == pytest.approx((0.3, 0.3, 0.3))
+    assert (film.transparent, film.refraction_index) == (pytest.approx((0.4, 0.4, 0.4)), 1)
+    assert lamp.emission == (10, 20, 30)
+    assert bright.diffuse == bright.specular == (0.5, 0.5, 0.5)
+
+
+def test_the_mean_colour_of_a_picture_is_linear(tmp_path):
+    from PIL import Image
+    Image.fromarray(np.array([[[0, 0, 0], [255, 255, 255]]], dtype=np.uint8)).save(tmp_path / "my map.png")
+    write(tmp_path, "a.mtl", "newmtl a\nKd 1 0.5 1\nmap_Kd my map.png\n")
+    scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + obj(BOX, BOX_QUADS)))
+    assert scene.materials[0].diffuse == pytest.approx((0.5, 0.25, 0.5))
+
+
+def test_ply_face_and_vertex_colours_become_materials(tmp_path):
+    points, quads = grid_quads(2)
+    by_face = load_scene(write(tmp_path, "a.ply", ply(points, quads, face_colours=[(255, 0, 0)] * 3 + [(0, 0, 255)])))
+    assert by_face.channels("diffuse").tolist() == [[1, 0, 0]] * 3 + [[0, 0, 1]]
+    by_vertex = load_scene(write(tmp_path, "b.ply", ply(points, quads, vertex_colours=[(255, 255, 255)] * 4
+                                                        + [(0, 0, 0)] + [(255, 255, 255)] * 4)))
+    assert by_vertex.channels("diffuse") == pytest.approx(np.full((4, 3), 0.75), abs=0.005)
+
+
+def refusal(path):
+    try:
+        load_scene(path)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def gltf(folder, *, materials=(), nodes=None, meshes=None, name="a.glb", **more):
+    """One square, whose nodes and materials are given, as a file."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype="<f4").tobytes()
+    corners = np.array([0, 1, 2, 0, 2, 3], dtype="<u2").tobytes()
+    tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes or [{"mesh": 0}],
+            "meshes": meshes or [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1,
+                                                  **({"material": 0} if materials else {})}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                          {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+            "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48},
+                            {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+            "buffers": [{"byteLength": 60}], "materials": list(materials), **more}
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    binary = points + corners
+    return write(folder, name, struct.pack("<4s4I", b"glTF", 2, 28 + len(text) + len(binary), len(text), 0x4E4F534A)
+                 + text + struct.pack("<2I", len(binary), 0x004E4942) + binary)
+
+
+@pytest.mark.parametrize(("said", "expected"), [
+    ({"pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.4, 0.6, 1], "metallicFactor": 0}},
+     {"diffuse": (0.123456, 0.4, 0.6)}),
+    ({"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.6, 0.4, 1], "metallicFactor": 1, "roughnessFactor": 0.1}},
+     {"specular": (0.8, 0.6, 0.4)}),
+    ({"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.6, 0.4, 1], "metallicFactor": 1, "roughnessFactor": 0.9}},
+     {"diffuse": (0.8, 0.6, 0.4)}),
+    ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25], "metallicFactor": 0}, "alphaMode": "BLEND"},
+     {"diffuse": (0.25, 0.25, 0.25), "transparent": (0.75, 0.75, 0.75), "refraction_index": 1}),
+    ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25], "metallicFactor": 0}}, {"diffuse": (1, 1, 1)}),
+    ({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 0.8}, "KHR_materials_ior": {"ior": 1.7},
+        "KHR_materials_volume": {"thicknessFactor": 1}}},
+     {"diffuse": (0.2, 0.2, 0.2), "transparent": (0.8, 0.8, 0.8), "refraction_index": 1.7}),
+    ({"pbrMetallicRoughness": {"metallicFactor": 0}, "emissiveFactor": [1, 0.5, 0.25], "extensions": {
+        "KHR_materials_emissive_strength": {"emissiveStrength": 40}}},
+     {"diffuse": (1, 1, 1), "emission": (40, 20, 10)}),
+])
+def test_gltf_materials_arrive_whole(tmp_path, said, expected):
+    scene = load_scene(gltf(tmp_path, materials=[{"name": "it", **said}]))
+    whole = {"diffuse": (0, 0, 0), "specular": (0, 0, 0), "transparent": (0, 0, 0), "emission": (0, 0, 0),
+             "refraction_index": 1.5, **expected}
+    assert scene.materials[0].name == "it"
+    for name, value in whole.items():
+        assert getattr(scene.materials[0], name) == pytest.approx(value), name
+
+
+@pytest.mark.parametrize(("said", "two_sided"),
+                         [({}, True), ({"doubleSided": True}, True), ({"doubleSided": False}, False)])
+def test_gltf_is_one_sided_only_where_it_says_so(tmp_path, said, two_sided):
+    assert load_scene(gltf(tmp_path, materials=[said])).two_sided.tolist() == [two_sided]
+
+
+def test_gltf_nodes_transform_and_instance(tmp_path):
+    nodes = [{"children": [1, 2], "translation": [10, 0, 0]}, {"mesh": 0, "scale": [2, 3, 1]},
+             {"mesh": 0, "rotation": [0, 0, 0.5 ** 0.5, 0.5 ** 0.5]}]
+    scene = load_scene(gltf(tmp_path, nodes=nodes))
+    assert sorted(scene.areas.tolist()) == pytest.approx([1, 6])
+    assert np.allclose(scene.bounds, [(9, 0, 0), (12, 3, 0)])
+
+
+def test_a_mirrored_gltf_mesh_keeps_its_front(tmp_path):
+    scene = load_scene(gltf(tmp_path, nodes=[{"mesh": 0, "scale": [-1, 1, 1]}]))
+    assert scene.normals.tolist() == [[0, 0, 1]]
+
+
+def test_a_gltf_camera_below_other_nodes_is_where_they_put_it(tmp_path):
+    half = 0.5 ** 0.5
+    nodes = [{"children": [1], "translation": [0, 5, 0]}, {"children": [2, 3], "rotation": [0, half, 0, half]},
+             {"camera": 0, "translation": [0, 0, 4]}, {"mesh": 0}]
+    cameras = [{"type": "perspective", "perspective": {"yfov": np.pi / 6, "znear": 0.1}}]
+    camera = load_scene(gltf(tmp_path, nodes=nodes, cameras=cameras)).camera
+    assert camera.eye == pytest.approx((4, 5, 0))
+    assert camera.axes == pytest.approx(np.array([(0, 0, -1), (0, 1, 0), (-1, 0, 0)]), abs=1e-12)
+    assert camera.fov == pytest.approx(30)
+
+
+def test_a_node_with_a_camera_keeps_its_mesh(tmp_path):
+    cameras = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+    assert len(load_scene(gltf(tmp_path, nodes=[{"camera": 0, "mesh": 0}], cameras=cameras))) == 1
+
+
+def test_gltf_point_lights_are_read(tmp_path):
+    nodes = [{"mesh": 0, "children": [1]},
+             {"translation": [1, 2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}]
+    lights = {"KHR_lights_punctual": {"lights": [{"type": "point", "color": [1, 0.5, 0], "intensity": 8}]}}
+    (light,) = load_scene(gltf(tmp_path, nodes=nodes, extensions=lights)).lights
+    assert (light.position, light.intensity) == ((1, 2, 3), (8, 4, 0))
+
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+BAD = {
+    "no corner number": ("a.obj", SQUARE + "f 1 2 x\n", ":5: 'x' is not a corner of a face"),
+    "corner out of range": ("a.obj", SQUARE + "f 1 2 9\n",
+                            ":5: face 1 has a corner at vertex 9, but there are 4 vertices so far"),
+    "corner zero": ("a.obj", SQUARE + "f 0 1 2\n",
+                    ":5: face 1 has a corner at vertex 0, but there are 4 vertices so far"),
+    "corner too far back": ("a.obj", SQUARE + "f -5 -1 -2\n",
+                            ":5: face 1 has a corner at vertex -5, but there are 4 vertices so far"),
+    "two corners": ("a.obj", SQUARE + "f 1 2\n", ":5: face 1 has 2 corners, three at least are needed"),
+    "vertex not a number": ("a.obj", "v 0 0 zero\n", ":1: '0 0 zero' is not a vertex"),
+    "vertex with two": ("a.obj", "v 0 0\n", ":1: '0 0' is not a vertex"),
+    "NaN vertex": ("a.obj", "v 0 0 nan\n", ":1: vertex 1 is not finite: 0 0 nan"),
+    "infinite vertex": ("a.obj", SQUARE + "v 0 1e999 0\n", ":5: vertex 5 is not finite: 0 1e999 0"),
+    "no faces": ("a.obj", SQUARE, ": it has no faces"),
+    "empty file": ("a.obj", "", ": it has no faces"),
+    "no area": ("a.obj", SQUARE + "f 1 2 3 4\nf 1 2 2\n", ": face 2 has no area"),
+    "many without area": ("a.obj", SQUARE + "v 2 0 0\nf 1 2 3 4\nf 1 2 2\nf 1 2 5\n",
+                          ": face 2 and 1 more have no area"),
+    "crossed polygon": ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0.5 2 0\nf 1 2 3 4 5\n",
+                        ": face 1: polygon: it crosses itself"),
+    "no library": ("a.obj", "mtllib gone.mtl\n" + SQUARE + "f 1 2 3\n",
+                   ":1: material library 'gone.mtl' cannot be read (No such file or directory)"),
+    "no material": ("a.obj", SQUARE + "usemtl steel\nf 1 2 3\n",
+                    ":5: material 'steel' is in no material library of the file"),
+    "no PLY": ("a.ply", "hello\n", ": not a PLY file"),
+    "PLY type": ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n",
+                 ":4: 'property quad x' is not a PLY header line"),
+    "PLY without faces": ("a.ply", ply(ELL, []), ": it has no faces"),
+    "short text PLY": ("a.ply", ply(ELL, [tuple(range(6))])[:-8], ": it ends within its 1 face rows"),
+    "short binary PLY": ("a.ply", ply(ELL, [tuple(range(6))], kind="binary_little_endian")[:-8],
+                         ": it ends within its 1 face rows"),
+    "PLY word": ("a.ply", ply(ELL, [tuple(range(6))]).replace(b"0 0 0", b"0 0 o", 1),
+                 ": a value in its vertex rows is not a number"),
+    "PLY corner": ("a.ply", ply(ELL, [(0, 1, 2), (0, 1, 6)]),
+                   ": face 2 has a corner at vertex 7, but there are 6 vertices"),
+    "PLY colours at a corner that is not there": (
+        "a.ply", ply(ELL, [(0, 1, 2), (0, 1, 6)], vertex_colours=[(1, 2, 3)] * 6),
+        ": face 2 has a corner at vertex 7, but there are 6 vertices"),
+    "PLY negative corner": ("a.ply", ply(ELL, [(0, 1, -1)], kind="binary_big_endian"),
+                            ": face 1 has a corner at vertex 0, but there are 6 vertices"),
+    "PLY NaN": ("a.ply", ply([*ELL[:5], (0, 2, "nan")], [tuple(range(6))]), ": vertex 6 is not finite: 0 2 nan"),
+    "PLY face of two": ("a.ply", ply(ELL, [(0, 1)]), ": face 1 has 2 corners, three at least are needed"),
+    "empty STL": ("a.stl", b"", ": it has no faces"),
+    "STL of words": ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex x y z\n"
+                     "endloop\nendfacet\nendsolid a\n",
+                     ": not a readable STL file (string or file could not be read to its end due to unmatched data)"),
+    "short binary STL": ("a.stl", b"\0" * 80 + struct.pack("<I", 5) + b"\0" * 50, ": it has no faces"),
+    "flat STL": ("a.stl", b"\0" * 80 + struct.pack("<I", 1) + b"\0" * 50, ": face 1 has no area"),
+    "no GLB": ("a.glb", b"this is not a GLB file", ": not a readable GLB file (it does not start like one)"),
+    "old GLB": ("a.glb", struct.pack("<4s4I", b"glTF", 1, 20, 0, 0),
+                ": not a readable GLB file (it is version 1, only version 2 is supported)"),
+    "short GLB": ("a.glb", struct.pack("<4s4I", b"glTF", 2, 100, 80, 0x4E4F534A),
+                  ": not a readable GLB file (it is 20 bytes long and should be 100)"),
+    "glTF that is no JSON": ("a.gltf", "{", ": not a readable GLTF file (Expecting property name enclosed in double "
+                             "quotes: line 1 column 2 (char 1))"),
+    "glTF of other JSON": ("a.gltf", "[1]", ": not a readable GLTF file (it is not of version 2)"),
+    "glTF without nodes": ("a.gltf", '{"asset": {"version": "2.0"}}', ": it has no faces"),
+    "packed glTF": ("a.gltf", '{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_draco_mesh_compression"]}',
+                    ": its geometry is packed with KHR_draco_mesh_compression, which cannot be read"),
+    "wrong suffix": ("a.doc", "x", ": Suffix must be one of .obj .ply .stl .gltf .glb .nff, not '.doc'"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_file_gives_one_line_that_says_what_and_where(tmp_path, case):
+    name, content, message = BAD[case]
+    path = write(tmp_path, name, content)
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(error.value) == f"{path}{message}"
+
+
+def test_a_bad_value_in_a_library_is_found_from_the_scene(tmp_path):
+    write(tmp_path, "a.mtl", "newmtl a\nKd 1 x 1\n")
+    path = write(tmp_path, "a.obj", "mtllib a.mtl\n" + SQUARE + "f 1 2 3\n")
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(error.value) == f"{path}:1: a.mtl:2: '1 x 1' is not three finite numbers"
+
+
+def test_relative_paths_are_named_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, "a.obj", SQUARE + "f 1 2 9\n")
+    with pytest.raises(InputError, match=r"^a\.obj:5: face 1 has"):
+        load_scene("a.obj")
+    gltf(tmp_path, nodes=[{"mesh": 0, "scale": [0, 0, 0]}])
+    with pytest.raises(InputError, match=r"^a\.glb: face 1 and 1 more have no area$"):
+        load_scene("a.glb")
+
+
+def test_missing_files_and_directories_are_named(tmp_path):
+    with pytest.raises(InputError) as error:
+        load_scene(tmp_path / "gone.obj")
+    assert str(error.value) == f"{tmp_path / 'gone.obj'}: no such file"
+    with pytest.raises(InputError) as error:
+        load_scene(tmp_path)
+    assert str(error.value) == f"{tmp_path}: it is a directory, not a scene file"
+
+
+def test_a_gltf_buffer_that_is_not_there_is_one_line(tmp_path):
+    files = trimesh.Scene(box_mesh()).export(file_type="gltf")
+    path = write(tmp_path, "model.gltf", files["model.gltf"])
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_degenerate_gltf_camera_is_an_error_with_the_path(tmp_path):
+    cameras = [{"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}]
+    path = gltf(tmp_path, nodes=[{"camera": 0, "mesh": 0}], cameras=cameras)
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(error.value) == f"{path}: camera: Field of view must be between 0 and 180 degrees, not 0.0"
+
+
+@pytest.mark.parametrize("up", [(0, 0, 0), (0, 1), (0, float("nan"), 1), "y"])
+def test_an_up_that_is_none_is_refused(tmp_path, up):
+    with pytest.raises(InputError) as error:
+        load_scene(write(tmp_path, "a.obj", SQUARE + "f 1 2 3\n"), up=up)
+    assert str(error.value) == f"scene: Up must be three finite values, not all zero, not {up!r}"
+
+
+@pytest.mark.parametrize("name", ["quads.obj", "little.ply", "text.ply", "binary.stl", "text.stl", "mesh.glb"])
+def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, name):
+    content = FORMATS[name](BOX, BOX_QUADS)
+    content = content.encode() if isinstance(content, str) else content
+    random = np.random.default_rng(8)
+    for _ in range(60):
+        damaged = bytearray(content)
+        for place in random.integers(0, len(damaged), 4):
+            damaged[place] = random.integers(0, 256)
+        path = write(tmp_path, name, bytes(damaged[:random.integers(len(damaged) // 2, len(damaged) + 1)]))
+        message = refusal(path)
+        assert message is None or (message.startswith(str(path)) and "\n" not in message)
