@@ -51,8 +51,10 @@ def split_glb(data: bytes) -> tuple[dict, bytes]:
     if len(data) < 20 or data[:4] != b"glTF":
         raise ValueError("it does not start like one")
     _, version, length, chunk, kind = struct.unpack("<5I", data[:20])
-    if version != 2 or kind != JSON_CHUNK:
+    if version != 2:
         raise ValueError(f"it is version {version}, only version 2 is supported")
+    if kind != JSON_CHUNK:
+        raise ValueError("it does not begin with JSON")
     if length > len(data) or 20 + chunk > length:
         raise ValueError(f"it is {len(data)} bytes long and should be {max(length, 20 + chunk)}")
     return json.loads(data[20:20 + chunk].decode("utf-8")), data[20 + chunk:length]

@@ -1,5 +1,6 @@
 """Scenes from files."""
 
+import io
 import logging
 import warnings
 from pathlib import Path
@@ -27,8 +28,13 @@ logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def _read_stl(path: Path) -> Mesh:
-    with path.open("rb") as file:
-        scene = trimesh.load_scene(file, file_type="stl", process=False)
+    data = path.read_bytes()
+    expected = 84 + 50 * int.from_bytes(data[80:84], "little")
+    if len(data) < 84 or len(data) != expected:  # not a binary one, then: a text
+        if b"\0" in data:
+            raise ValueError(f"it is {len(data)} bytes long and should be {expected}")
+        data = data.decode("latin-1").encode("utf-8")
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
     corners = [np.asarray(part.vertices, dtype=np.float64)[part.faces].reshape(-1, 3)
                for part in scene.geometry.values()]
     points = np.concatenate(corners) if corners else np.empty((0, 3))

@@ -143,9 +143,10 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     material = mesh.material[face]
     patches, material, one_sided = _without_twins(patches, material, one_sided=mesh.one_sided[material])
     if (mesh.counts == 3).all():
-        patches, _, parent = merge_triangles(patches[:, :3], 2 * material + one_sided)
+        patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided)
         material, one_sided = material[parent], one_sided[parent]
-    surface = surface_numbers(patches, material)
+    else:
+        surface = surface_numbers(patches, material)
     used, material = np.unique(material, return_inverse=True)
     return Scene(name=name, vertices=patches, material=material.reshape(-1),
                  materials=tuple(mesh.materials[number] for number in used), surface=surface,

@@ -378,7 +378,8 @@ BAD = {
     "STL of words": ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex x y z\n"
                      "endloop\nendfacet\nendsolid a\n",
                      ": not a readable STL file (string or file could not be read to its end due to unmatched data)"),
-    "short binary STL": ("a.stl", b"\0" * 80 + struct.pack("<I", 5) + b"\0" * 50, ": it has no faces"),
+    "short binary STL": ("a.stl", b"\0" * 80 + struct.pack("<I", 5) + b"\0" * 50,
+                         ": not a readable STL file (it is 134 bytes long and should be 334)"),
     "flat STL": ("a.stl", b"\0" * 80 + struct.pack("<I", 1) + b"\0" * 50, ": face 1 has no area"),
     "no GLB": ("a.glb", b"this is not a GLB file", ": not a readable GLB file (it does not start like one)"),
     "old GLB": ("a.glb", struct.pack("<4s4I", b"glTF", 1, 20, 0, 0),
