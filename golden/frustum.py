@@ -93,7 +93,6 @@ class Hemisphere:
         """``polars`` int64: the weight of one ray of each polar index."""
         borders = np.arange(self.polars + 1) * (np.pi / 2 / self.polars)
         share = np.sin(borders) ** 2
-        share[-1] = 1.0
         cumulative = np.rint(share * (2**self.weight_bits // self.azimuths)).astype(np.int64)
         return np.diff(cumulative)
 

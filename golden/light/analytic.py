@@ -55,7 +55,7 @@ def point_to_polygon(points, normals, polygons) -> np.ndarray:
 def polygon_to_polygon(source, target, *, tolerance: float = 1e-9) -> float:
     """Form factor from one polygon's front to another's, averaged over the first, without occlusion.
 
-    The part of each polygon behind the other's plane is cut off first, so that what is integrated is smooth except
+    The part of the source behind the target's plane is cut off first, so that what is integrated is smooth except
     where the polygons touch. There, the cells of the integration are halved until their estimated errors sum to less
     than ``tolerance``.
 
@@ -76,15 +76,14 @@ def polygon_to_polygon(source, target, *, tolerance: float = 1e-9) -> float:
         raise InputError(f"form factor: Tolerance must be 1e-12 to 1, not {tolerance!r}")
     vectors = [_area_vector(name, polygon) for name, polygon in (("Source", source), ("Target", target))]
     normal, facing = (vector / np.linalg.norm(vector) for vector in vectors)
-    visible = _clip(target, source[0], normal)
     receiving = _clip(source, target[0], facing)
-    if len(visible) < 3 or len(receiving) < 3:
+    if len(receiving) < 3:
         return 0.0
     centre = np.broadcast_to(receiving.mean(axis=0), receiving.shape)
     cells = np.stack([centre, receiving, np.roll(receiving, -1, axis=0)], axis=1)
     total = 0.0
     for depth in range(_DEPTH):
-        fine, coarse = (_cell_integrals(cells, normal, visible, order) for order in (_FINE, _COARSE))
+        fine, coarse = (_cell_integrals(cells, normal, target, order) for order in (_FINE, _COARSE))
         error = np.abs(fine - coarse) / np.linalg.norm(vectors[0])
         order = np.argsort(error, kind="stable")
         settled = np.cumsum(error[order]) <= tolerance / 2 ** (depth + 1)
