@@ -7,8 +7,9 @@ from scipy import sparse
 
 from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
+from golden.light.elements import Elements
 from golden.light.form_factors import hemisphere_sums
-from golden.light.nodes import Nodes
+from golden.light.lattice import Lattice
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
 from golden.light.surface_points import SurfacePoints, bilinear
@@ -22,33 +23,49 @@ __all__ = ["IndirectLight", "indirect_light"]
 POINTS = 4
 # A node that sees more than this share of its hemisphere filled with backs of one-sided patches is inside a body.
 BURIED = 0.5
+# Elements whose corners differ by more than this share of the scene's mean are looked at more closely: cut CLOSER times
+# along each side, at most one in EVERY.
+CONTRAST, CLOSER, EVERY = 0.05, 4, 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IndirectLight:
-    """The indirect light at the nodes of a scene.
+    """The indirect light on the surfaces of a scene.
 
     Parameters
     ----------
-    nodes
-        The nodes.
-    irradiance
-        M x 3, irradiance over pi in units of radiance; light that comes straight from light sources not included.
     elements
-        How many elements there are, backs of two-sided ones included.
+        The elements of the radiosity system, with the lattice of nodes at their corners.
+    irradiance
+        M x 3 for the M nodes: irradiance over pi in units of radiance; light straight from light sources not included.
+    closer, closer_irradiance
+        The same for a lattice with a sheet for each element that was looked at more closely.
+    sheet
+        For each cell of the elements' lattice its sheet in ``closer``, or -1.
     solution
         The radiosity solver's report.
     """
 
-    nodes: Nodes
+    elements: Elements
     irradiance: np.ndarray
-    elements: int
+    closer: Lattice
+    closer_irradiance: np.ndarray
+    sheet: np.ndarray
     solution: Solution
 
+    @property
+    def nodes(self) -> int:
+        """How many nodes there are in all."""
+        return len(self.irradiance) + len(self.closer_irradiance)
+
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
-        """Interpolated irradiance over pi at K points of patches (see `Nodes.at`), K x 3."""
-        nodes, weights = self.nodes.at(patch, u, v, front)
-        return np.einsum("kn,knc->kc", weights, self.irradiance[nodes])
+        """Interpolated irradiance over pi at K points of patches, K x 3; ``front`` tells on which side."""
+        place = self.elements.at(patch, u, v, front)
+        result = _interpolated(place, self.irradiance)
+        sheet = self.sheet[place.cell]
+        some = np.flatnonzero(sheet >= 0)
+        result[some] = _interpolated(self.closer.at(sheet[some], place.a[some], place.b[some]), self.closer_irradiance)
+        return result
 
 
 def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *, hemisphere: Hemisphere, solver: str,
@@ -57,7 +74,8 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
 
     The light sources are not part of the system: what arrives straight from them at an element is sampled by shadow
     rays and takes the place of the element's emission. Form factors are cast at the nodes; an element's row is the mean
-    of its corners' rows. The same rows then give the irradiance at the nodes from the solution. Specular and
+    of its corners' rows. The same rows then give the irradiance at the nodes from the solution. Where it changes most
+    from node to node, next to bodies that stand on a surface, more nodes gather from the solution. Specular and
     transparent shares count as diffuse in this pass. The background lights a node through the rays that hit nothing.
 
     Parameters
@@ -79,76 +97,93 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
 
     Source: Shen 1993, section 2.4.
     """
-    with tally.stage("nodes"):
-        nodes = Nodes(scene, refinement)
-    columns = nodes.of_elements.shape[0]
+    elements = Elements(scene, refinement)
+    gather = _Gathering(scene, elements, tally.counting("hemisphere", caster), hemisphere, progress)
     with tally.stage("form factors"):
-        sums = hemisphere_sums(tally.counting("hemisphere", caster), hemisphere, nodes.position, nodes.normal,
-                               nodes.source, columns=columns, column_of=_element_columns(scene, refinement, nodes),
-                               progress=progress)
+        rows, sky, buried = gather.rows(elements.lattice)
+        mean = _mean_of_open(elements.of_corners, buried)
+    with tally.stage("direct light of elements"):
+        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), seed)
+    with tally.stage("solver"):
+        reflectance = sum(scene.channels(name)[elements.patch] for name in ("diffuse", "specular", "transparent"))
+        system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
+                                 emission=reflectance * (direct + mean @ sky), area=elements.area,
+                                 centre=elements.vertices.mean(axis=1), normal=elements.normal)
+        solution = SOLVERS[solver](system, progress=progress)
+        irradiance = rows @ solution.display + sky
+    with tally.stage("closer look"):
+        chosen = _contrasting(elements, irradiance, buried)
+        closer = elements.closer(chosen, CLOSER)
+        fine_rows, fine_sky, fine_buried = gather.rows(closer)
+        fine = _fill(closer.neighbours, fine_rows @ solution.display + fine_sky, fine_buried)
+        sheet = np.full(elements.lattice.cells, -1)
+        sheet[elements.place.cell[chosen]] = np.arange(len(chosen))
+    return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, buried),
+                         closer=closer, closer_irradiance=fine, sheet=sheet, solution=solution)
+
+
+class _Gathering:
+    """Casts hemispheres at nodes."""
+
+    def __init__(self, scene, elements, caster, hemisphere, progress):
+        self._scene, self._elements, self._caster = scene, elements, caster
+        self._hemisphere, self._progress = hemisphere, progress
+
+    def rows(self, lattice):
+        """Form factors from M nodes to C elements, background that each sees, and whether it is inside a body."""
+        sums = hemisphere_sums(self._caster, self._hemisphere, lattice.position, lattice.normal, lattice.source,
+                               columns=len(self._elements), column_of=self._column_of, progress=self._progress)
         unit = 2.0**-sums.weight_bits
         rows = sums.weights.astype(np.float64) * unit
-        missed = 1 - sums.row_sums * unit
-        buried = sums.row_sums * unit - rows.sum(axis=1) > BURIED
-        sky = missed[:, None] * np.asarray(scene.background)
-        mean = _mean_of_open(nodes.of_elements, buried)
-    with tally.stage("direct light of elements"):
-        direct = _direct(scene, refinement, nodes, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), seed)
-    with tally.stage("solver"):
-        element = nodes.elements
-        parent = refinement.parent[element]
-        reflectance = sum(scene.channels(name)[parent] for name in ("diffuse", "specular", "transparent"))
-        system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
-                                 emission=reflectance * (direct + mean @ sky), area=refinement.scene.areas[element],
-                                 centre=refinement.scene.vertices[element].mean(axis=1),
-                                 normal=nodes.sides[:, None] * scene.normals[parent])
-        solution = SOLVERS[solver](system, progress=progress)
-        irradiance = _fill(nodes.of_elements, rows @ solution.display + sky, buried)
-    return IndirectLight(nodes=nodes, irradiance=irradiance, elements=columns, solution=solution)
+        hit = sums.row_sums * unit
+        return rows, (1 - hit)[:, None] * np.asarray(self._scene.background), hit - rows.sum(axis=1) > BURIED
+
+    def _column_of(self, rays, hits):
+        front = np.einsum("rj,rj->r", rays.direction, self._scene.normals[hits.patch]) < 0
+        return self._elements.number(hits.patch, hits.u, hits.v, front)
 
 
-def _element_columns(scene, refinement, nodes):
-    """The rule that counts a ray for the side of the element it hit."""
-
-    def column_of(rays, hits):
-        element = refinement.locate(hits.patch, hits.u, hits.v)
-        front = np.einsum("rj,rj->r", rays.direction, scene.normals[hits.patch]) < 0
-        return np.where(front, element, nodes.back[element])
-
-    return column_of
+def _interpolated(place, values):
+    return np.einsum("kn,knc->kc", place.weights, values[place.nodes])
 
 
-def _direct(scene, refinement, nodes, light, seed):
-    """Direct irradiance over pi of each side of each element: the mean of a few points on it."""
-    column = np.repeat(np.arange(len(nodes.elements)), POINTS)
-    element, side = nodes.elements[column], nodes.sides[column]
-    keys = mix(seed, 1, column, np.tile(np.arange(POINTS), len(column) // POINTS))
-    # One point in each quarter of the element.
-    quarter = np.arange(len(column)) % POINTS
+def _direct(scene, elements, light, seed):
+    """Direct irradiance over pi of each element: the mean of one point in each of its quarters."""
+    element, quarter = np.divmod(np.arange(len(elements) * POINTS), POINTS)
+    keys = mix(seed, 1, element, quarter)
     u, v = (quarter % 2 + uniform(keys, 2)) / 2, (quarter // 2 + uniform(keys, 3)) / 2
-    v = np.where(refinement.scene.is_triangle[element], 1 - np.sqrt(1 - v), v)
-    patch = refinement.parent[element]
-    points = SurfacePoints(bilinear(refinement.scene.vertices[element], u, v),
-                           side[:, None] * scene.normals[patch], patch)
+    v = np.where(scene.is_triangle[elements.patch[element]], 1 - np.sqrt(1 - v), v)
+    points = SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
+                           elements.patch[element])
     return light.irradiance(points, keys).reshape(-1, POINTS, 3).mean(axis=1)
 
 
-def _mean_of_open(of_elements, buried):
+def _mean_of_open(of_corners, buried):
     """The mean over an element's corners that are not inside a body."""
-    mean = of_elements @ sparse.diags_array(np.where(buried, 0.0, 1.0))
+    mean = of_corners @ sparse.diags_array(np.where(buried, 0.0, 1.0))
     total = mean.sum(axis=1)
     return sparse.diags_array(1 / np.where(total > 0, total, 1)) @ mean
 
 
-def _fill(of_elements, values, buried):
+def _contrasting(elements, irradiance, buried):
+    """The elements whose corners differ most, as numbers: only quadrilaterals with a corner in the open."""
+    corners = irradiance.mean(axis=1)[elements.place.nodes]
+    inside = buried[elements.place.nodes]
+    # A corner inside a body tells nothing of the light outside: it counts as dark.
+    corners = np.where(inside, 0, corners)
+    contrast = np.where(elements.triangle | inside.all(axis=1), 0, corners.max(axis=1) - corners.min(axis=1))
+    order = np.argsort(-contrast, kind="stable")[:len(elements) // EVERY]
+    return order[contrast[order] > CONTRAST * irradiance[~buried].mean()] if not buried.all() else order[:0]
+
+
+def _fill(neighbours, values, buried):
     """Give nodes inside bodies the mean of their neighbours outside, and theirs in turn, so that no dark creeps out."""
     values, known = np.where(buried[:, None], 0.0, values), ~buried
-    touch = (of_elements.T @ of_elements).tocsr()
     while not known.all():
-        share = touch @ known.astype(np.float64)
+        share = neighbours @ known.astype(np.float64)
         fresh = np.flatnonzero(~known & (share > 0))
         if not len(fresh):
             break
-        values[fresh] = (touch[fresh] @ (values * known[:, None])) / share[fresh, None]
+        values[fresh] = (neighbours[fresh] @ (values * known[:, None])) / share[fresh, None]
         known[fresh] = True
     return values

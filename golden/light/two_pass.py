@@ -273,8 +273,8 @@ def _stats(scene, settings, hemisphere, indirect, tally):
         "settings": {field.name: getattr(settings, field.name) for field in fields(settings)}
         | {"rays": [hemisphere.azimuths, hemisphere.polars]},
         "patches": len(scene),
-        "elements": indirect.elements,
-        "nodes": len(indirect.nodes),
+        "elements": len(indirect.elements),
+        "nodes": indirect.nodes,
         "solver": {"steps": indirect.solution.steps, "converged": indirect.solution.converged},
         "rays": kinds,
         "total": total,

@@ -1,0 +1,103 @@
+"""The elements of a scene as the unknowns of radiosity: their sides, their corners, who lies where."""
+
+import numpy as np
+from scipy import sparse
+
+from golden.light.lattice import Lattice, Place
+from golden.scene.refine import Refinement
+from golden.scene.scene import Scene
+
+__all__ = ["Elements"]
+
+
+class Elements:
+    """The fronts of a refinement's elements, then the backs of those of two-sided patches: C in all.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    refinement
+        Their elements.
+
+    Members
+    -------
+    patch, vertices, normal, area, triangle
+        Of each element: its patch (C), corners (C x 4 x 3), unit normal on its side (C x 3), area (C), and whether it
+        is a triangle (C).
+    lattice
+        The nodes at the elements' corners. Its sheets are the sides of patches.
+    place
+        The elements' centres in the lattice.
+    of_corners
+        Sparse C x M: the mean over an element's corners.
+    """
+
+    def __init__(self, scene: Scene, refinement: Refinement):
+        self._scene, self._refinement = scene, refinement
+        backs = np.flatnonzero(scene.two_sided)
+        self._back_sheet = np.full(len(scene), -1)
+        self._back_sheet[backs] = len(scene) + np.arange(len(backs))
+        sheet_patch = np.concatenate([np.arange(len(scene)), backs])
+        self._sheet_side = np.repeat([1.0, -1.0], [len(scene), len(backs)])
+        self.lattice = Lattice(scene, patch=sheet_patch, side=self._sheet_side, cuts=refinement.cuts[sheet_patch],
+                               lower=np.zeros((len(sheet_patch), 2)), upper=np.ones((len(sheet_patch), 2)))
+        count = len(refinement.parent)
+        behind = np.flatnonzero(scene.two_sided[refinement.parent])
+        self._back = np.full(count, -1)
+        self._back[behind] = count + np.arange(len(behind))
+        self._element = np.concatenate([np.arange(count), behind])
+        self._front = np.arange(len(self._element)) < count
+        self.patch = refinement.parent[self._element]
+        self.vertices = refinement.scene.vertices[self._element]
+        self.area = refinement.scene.areas[self._element]
+        self.triangle = scene.is_triangle[self.patch]
+        self.normal = np.where(self._front, 1.0, -1.0)[:, None] * scene.normals[self.patch]
+        patch, u, v = _centres(scene.is_triangle, refinement.cuts)
+        order = np.argsort(refinement.locate(patch, u, v))[self._element]
+        self.place = self.at(self.patch, u[order], v[order], self._front)
+        self.of_corners = _matrix(self.place, len(self.lattice))
+
+    def __len__(self) -> int:
+        return len(self.patch)
+
+    def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> Place:
+        """Where points of patches lie in the lattice; ``front`` must hold where a patch is not two-sided."""
+        return self.lattice.at(np.where(front, patch, self._back_sheet[patch]), u, v)
+
+    def number(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
+        """The element at points of patches, or -1 on the back of a one-sided patch."""
+        element = self._refinement.locate(patch, u, v)
+        return np.where(front, element, self._back[element])
+
+    def closer(self, elements: np.ndarray, cuts: int) -> Lattice:
+        """A lattice whose sheets are the given elements (of quadrilaterals), cut ``cuts`` times along each side."""
+        patch = self.patch[elements]
+        size = 1 / self._refinement.cuts[patch]
+        rank = self._element[elements] - self._refinement.first[patch]
+        column, row = rank % self._refinement.cuts[patch, 0], rank // self._refinement.cuts[patch, 0]
+        lower = np.stack([column, row], axis=1) * size
+        return Lattice(self._scene, patch=patch, side=np.where(self._front[elements], 1.0, -1.0),
+                       cuts=np.full((len(elements), 2), cuts), lower=lower, upper=lower + size)
+
+
+def _matrix(place, nodes):
+    shape = len(place.nodes), nodes
+    rows = np.repeat(np.arange(len(place.nodes)), 4)
+    return sparse.csr_array((place.weights.ravel(), (rows, place.nodes.ravel())), shape=shape)
+
+
+def _centres(triangle, cuts):
+    """Patch and (u, v) of every element's centre."""
+    count = cuts.prod(axis=1)
+    patch = np.repeat(np.arange(len(cuts)), count)
+    rank = np.arange(len(patch)) - np.repeat(np.cumsum(count) - count, count)
+    j, i = np.divmod(rank, cuts[patch, 0])
+    # A triangle of n x n elements is half a square of n x n cells; what lies beyond the diagonal folds back onto the
+    # far halves of the cells before it.
+    n = cuts[patch, 0]
+    beyond = triangle[patch] & (i + j >= n)
+    share = np.where(triangle[patch], np.where(beyond, 2 / 3, 1 / 3), 0.5)
+    i, j = np.where(beyond, n - 1 - i, i), np.where(beyond, n - 1 - j, j)
+    x, y = (i + share) / n, (j + share) / cuts[patch, 1]
+    return patch, np.where(triangle[patch], x / (1 - y), x), y

@@ -1,0 +1,156 @@
+"""Lattices of nodes: the points of a scene's surfaces between which light is interpolated."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from golden.light.surface_points import bilinear, corner_normals
+from golden.scene.scene import Scene
+
+__all__ = ["Lattice", "Place"]
+
+# A node on the rim of a patch moves this share of the way to the patch's centre, out of the corner that it shares with
+# the next surface, which would else be seen edge-on.
+INSET = 1e-3
+# A node of a curved surface rises by this share of its patch's size above it, free of its neighbours' facets.
+LIFT = 2e-3
+# Positions nearer than this share of the scene's size are one node.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where K points lie in a lattice.
+
+    Parameters
+    ----------
+    cell
+        K: the number of the cell.
+    a, b
+        K each, 0 to 1: where in its cell.
+    nodes, weights
+        K x 4: the nodes around the point and their shares in the interpolated value, which sum to 1: bilinear in a
+        quadrilateral's cell, linear in either half of a triangle's.
+    """
+
+    cell: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    nodes: np.ndarray
+    weights: np.ndarray
+
+
+class Lattice:
+    """Sheets, each a rectangle of a patch's (u, v) on one of its sides, cut into cells with nodes at their corners.
+
+    Sheets of one smooth surface share the nodes where their cells' corners meet, so what is interpolated from nodes has
+    no edges inside a surface.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    patch, side
+        S each: the patch of each sheet, and 1 for its front or -1 for its back.
+    cuts
+        S x 2: cells along u and along v. On a triangle both are n, and the cells are those of the triangle's edges from
+        vertex 0, of which the ones beyond the third edge stay unused.
+    lower, upper
+        S x 2: the rectangle. Triangles take (0, 0) to (1, 1) only.
+
+    Members
+    -------
+    position, normal
+        M x 3: where each node stands, and its unit normal on the sheet's side.
+    source
+        M: the surface that it lies on.
+    """
+
+    def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper):
+        self._cuts, self._triangle = cuts, scene.is_triangle[patch]
+        self._first_cell = np.cumsum(cuts.prod(axis=1)) - cuts.prod(axis=1)
+        sheet, x, y = _points(self._triangle, cuts)
+        count = np.bincount(sheet, minlength=len(cuts))
+        self._first = np.cumsum(count) - count
+        u, v = (lower[sheet] + np.stack([x, y], axis=1) * (upper - lower)[sheet]).T
+        patch, side = patch[sheet], side[sheet]
+        position = bilinear(scene.vertices[patch], u, v)
+        keys = np.column_stack([np.rint(position / (SAME * scene.size)), scene.smooth[patch], side])
+        _, one, self._node = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        normal = self._mean(bilinear(corner_normals(scene)[patch], u, v) * side[:, None])
+        self.normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        inset = INSET * (bilinear(scene.vertices[patch], *np.full((2, len(patch)), 0.5)) - position)
+        lift = LIFT * np.sqrt(scene.areas[patch]) * _curved(scene)[patch]
+        self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
+        self.source = scene.surface[patch[one]]
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def cells(self) -> int:
+        """How many cells there are, the unused ones of triangles included."""
+        return int(self._cuts.prod(axis=1).sum())
+
+    def at(self, sheet: np.ndarray, x: np.ndarray, y: np.ndarray) -> Place:
+        """The places at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
+        n, m = self._cuts[sheet].T
+        triangle = self._triangle[sheet]
+        x = np.where(triangle, x * (1 - y), x) * n
+        y = y * m
+        i = np.clip(x.astype(int), 0, n - 1)
+        j = np.clip(y.astype(int), 0, np.where(triangle, m - 1 - i, m - 1))
+        a, b = np.clip(x - i, 0, 1), np.clip(y - j, 0, 1)
+        far = triangle & (a + b > 1) & (i + j < n - 1)
+        # Rounding may leave a triangle over its third edge.
+        over = np.where(triangle & ~far, np.maximum(a + b, 1), 1)
+        a, b = a / over, b / over
+        row = np.where(triangle, n + 1 - j, n + 1)
+        base = i + j * (n + 1) - np.where(triangle, j * (j - 1) // 2, 0)
+        beyond = base + row + np.where(triangle & ~far, 0, 1)
+        entries = self._first[sheet][:, None] + np.stack([base, base + 1, base + row, beyond], axis=1)
+        square = np.stack([(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b], axis=1)
+        near_half = np.stack([1 - a - b, a, b, 0 * a], axis=1)
+        far_half = np.stack([0 * a, 1 - b, 1 - a, a + b - 1], axis=1)
+        weights = np.where(triangle[:, None], np.where(far[:, None], far_half, near_half), square)
+        return Place(self._first_cell[sheet] + j * n + i, a, b, self._node[entries], weights)
+
+    @cached_property
+    def neighbours(self) -> sparse.csr_array:
+        """M x M: in how many cells two nodes are corners together."""
+        sheet = np.repeat(np.arange(len(self._cuts)), self._cuts.prod(axis=1))
+        j, i = np.divmod(np.arange(len(sheet)) - self._first_cell[sheet], self._cuts[sheet, 0])
+        used = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
+        sheet, i, j = sheet[used], i[used], j[used]
+        share = np.where(self._triangle[sheet], 1 / 3, 0.5)
+        x, y = (i + share) / self._cuts[sheet, 0], (j + share) / self._cuts[sheet, 1]
+        place = self.at(sheet, np.where(self._triangle[sheet], x / (1 - y), x), y)
+        rows = np.repeat(np.arange(len(sheet)), 4)
+        corners = sparse.csr_array(((place.weights > 0).ravel().astype(np.float64), (rows, place.nodes.ravel())),
+                                   shape=(len(sheet), len(self)))
+        return (corners.T @ corners).tocsr()
+
+    def _mean(self, values):
+        """Mean over the sheets' own corners that are one node."""
+        total = np.stack([np.bincount(self._node, column) for column in values.T], axis=1)
+        return total / np.bincount(self._node)[:, None]
+
+
+def _curved(scene):
+    """N bool: whether the patch's smooth group is more than one plane."""
+    group, _ = np.unique(np.stack([scene.smooth, scene.surface]), axis=1)
+    return np.bincount(group, minlength=scene.smooth.max() + 1)[scene.smooth] > 1
+
+
+def _points(triangle, cuts):
+    """Sheet and (x, y) of every lattice point: rows of constant y, the one from vertex 0 to vertex 1 first."""
+    rows = np.repeat(np.arange(len(cuts)), cuts[:, 1] + 1)
+    j = np.arange(len(rows)) - np.repeat(np.cumsum(cuts[:, 1] + 1) - cuts[:, 1] - 1, cuts[:, 1] + 1)
+    length = cuts[rows, 0] + 1 - np.where(triangle[rows], j, 0)
+    sheet, j = np.repeat(rows, length), np.repeat(j, length)
+    i = np.arange(len(sheet)) - np.repeat(np.cumsum(length) - length, length)
+    # A triangle's rows shrink; its last one is a point, at which any x will do.
+    x = i / np.maximum(cuts[sheet, 0] - np.where(triangle[sheet], j, 0), 1)
+    return sheet, x, j / cuts[sheet, 1]
