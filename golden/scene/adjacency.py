@@ -4,8 +4,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-__all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "patch_normals", "rounded_sine", "shared_edges",
-           "smooth_numbers", "surface_numbers"]
+__all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "inside_out", "patch_normals", "rounded_sine",
+           "shared_edges", "smooth_numbers", "surface_numbers"]
 
 FLAT = 1e-5
 """Sine of the angle between two patches that still counts as flat, for exact coordinates."""
@@ -113,6 +113,23 @@ def _components(count: int, pairs: SharedEdges) -> np.ndarray:
     first, numbers = np.unique(labels, return_index=True)[1], np.empty(count, dtype=np.int64)
     numbers[np.argsort(first)] = np.arange(len(first))
     return numbers[labels]
+
+
+def inside_out(patches: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """N bool: the patch belongs to a closed body of one group whose fronts look inwards.
+
+    A body is closed if all its edges are shared, in opposite directions, by as many patches on either side.
+    """
+    pairs = shared_edges(patches, groups)
+    body = _components(len(patches), pairs)
+    edges = (patches != np.roll(patches, -1, axis=1)).any(axis=2).sum(axis=1)
+    shared = np.bincount(body[pairs.left], minlength=len(patches))
+    is_closed = 2 * shared == np.bincount(body, edges, minlength=len(patches))
+    normals, areas = patch_normals(patches)
+    middle = patches[np.unique(body, return_index=True)[1][body], 0]
+    heights = np.einsum("ij,ij->i", patches[:, 0] - middle, normals)
+    volume = np.bincount(body, heights * areas, minlength=len(patches))
+    return (is_closed & (volume < 0))[body]
 
 
 def surface_numbers(patches: np.ndarray, groups: np.ndarray) -> np.ndarray:

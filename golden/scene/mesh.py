@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.errors import InputError
-from golden.scene.adjacency import corner_numbers, patch_normals, smooth_numbers, surface_numbers
+from golden.scene.adjacency import corner_numbers, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
@@ -123,7 +123,7 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     has triangles only, those that are the halves of a quad are merged (`merge_triangles`). Faces that lie on an earlier
     one corner by corner are dropped; where one looked the other way, the first becomes two-sided. Patches of one
     material that hang together over edges are one surface if they are coplanar and one smooth group if their angle is
-    below `CREASE`.
+    below `CREASE`. Closed bodies that bend light are turned so that their fronts look outwards.
 
     Parameters
     ----------
@@ -147,6 +147,9 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
         material, one_sided = material[parent], one_sided[parent]
     else:
         surface = surface_numbers(patches, material)
+    bends = np.array([it.refraction_index > 1 and max(it.transparent) > 0 for it in mesh.materials])[material]
+    turned = bends & inside_out(patches, material)
+    patches[turned] = patches[turned][:, [1, 0, 3, 2]]  # a triangle still ends in its repeated vertex
     used, material = np.unique(material, return_inverse=True)
     return Scene(name=name, vertices=patches, material=material.reshape(-1),
                  materials=tuple(mesh.materials[number] for number in used), surface=surface,

@@ -40,7 +40,7 @@ def _directions(count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Room:
-    """``opening``: the axis and the sign of the side that is missing, or None."""
+    """A scene seen from within; ``opening`` is the axis and the sign of the side that is missing, if one is."""
 
     opening: tuple[int, float] | None
 

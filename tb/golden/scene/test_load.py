@@ -216,6 +216,21 @@ def test_mtl_materials_arrive_whole(tmp_path):
     assert bright.diffuse == bright.specular == (0.5, 0.5, 0.5)
 
 
+@pytest.mark.parametrize("faces", [BOX_QUADS, fans(BOX_QUADS)])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_glass_bodies_look_outwards_however_they_are_wound(tmp_path, faces, reverse):
+    write(tmp_path, "a.mtl", "newmtl glass\nd 0\nNi 1.5\nillum 6\n")
+    faces = [face[::-1] for face in faces] if reverse else faces
+    # One face on its own is no body: its side stays as it is.
+    points = [*BOX, (9, 0, 0), (10, 0, 0), (9, 1, 0)]
+    content = "mtllib a.mtl\nusemtl glass\n" + obj(points, [*faces, (8, 9, 10)])
+    scene = load_scene(write(tmp_path, "a.obj", content))
+    outward = scene.vertices.mean(axis=1) - (1, 1.5, 0.5)
+    assert (np.einsum("ij,ij->i", outward, scene.normals)[:6] > 0).all()
+    assert scene.normals[6].tolist() == [0, 0, 1]
+    assert scene.is_triangle[6]
+
+
 def test_the_mean_colour_of_a_picture_is_linear(tmp_path):
     from PIL import Image
     Image.fromarray(np.array([[[0, 0, 0], [255, 255, 255]]], dtype=np.uint8)).save(tmp_path / "my map.png")

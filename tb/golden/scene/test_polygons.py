@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from golden.errors import InputError
-from golden.scene.adjacency import patch_normals, shared_edges, smooth_numbers, surface_numbers
+from golden.scene.adjacency import inside_out, patch_normals, shared_edges, smooth_numbers, surface_numbers
 from golden.scene.polygons import as_patches, cut_polygon, is_convex_quad, merge_triangles, split_nonplanar
 
 
@@ -180,6 +180,12 @@ def box():
 
 def test_every_edge_of_a_closed_box_is_shared_once():
     assert len(shared_edges(box(), np.zeros(6))) == 12
+
+
+def test_only_a_closed_body_whose_fronts_look_inwards_is_inside_out():
+    outwards, inwards = box() + 5, box()[:, ::-1] - 5
+    patches = np.concatenate((outwards, inwards, inwards[:5] + 20))
+    assert inside_out(patches, np.zeros(17)).tolist() == [False] * 6 + [True] * 6 + [False] * 5
 
 
 def test_a_box_has_six_surfaces_and_no_smooth_edge():
