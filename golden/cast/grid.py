@@ -11,7 +11,7 @@ from golden.scene.scene import Scene
 __all__ = ["Grid"]
 
 # Rays at a time: what a step reads and writes of them stays in a second-level cache.
-BLOCK = 1 << 14
+BLOCK = 1 << 15
 FAR = 1e300
 
 
