@@ -1,9 +1,13 @@
 """The conventional technique: each ray from cell to cell of a uniform grid until it has hit something."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from golden.cast.nearest import Nearest
 from golden.cast.rays import Hits, Rays
+from golden.errors import InputError
 from golden.oracle import Oracle
 from golden.scene.cells import Cells
 from golden.scene.scene import Scene
@@ -13,6 +17,7 @@ __all__ = ["Grid"]
 # Rays at a time: what a step reads and writes of them stays in a second-level cache.
 BLOCK = 1 << 15
 FAR = 1e300
+MOST_JOBS = 256
 
 
 class Grid:
@@ -27,11 +32,19 @@ class Grid:
         The patches.
     cell
         Cell size, see `Cells`.
+    jobs
+        Threads, at least 1; what they give does not depend on how many they are. Default: one for each processor.
+
+    Errors
+    ------
+    InputError
+        Cell size or jobs out of range.
     """
 
-    name = "grid"
-
-    def __init__(self, scene: Scene, cell: float | None = None):
+    def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None):
+        if jobs is not None and not 1 <= jobs <= MOST_JOBS:
+            raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
+        self._jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
         self.oracle = Oracle(scene)
         self.cells = Cells(scene, cell)
         # A shell of cells around the grid, told by a count of -1, ends a ray without a test of its indices.
@@ -57,13 +70,21 @@ class Grid:
         sheared = self.oracle.sheared(rays)
         best = Nearest(rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
+        # Each thread walks rays of its own, so none writes where another reads.
+        parts = np.array_split(np.arange(len(rays)), min(self._jobs, max(1, len(rays) // BLOCK)))
+        with ThreadPoolExecutor(len(parts)) as threads:
+            for _ in threads.map(lambda part: self._walk(rays, sheared, part, best, tests, steps, any_hit), parts):
+                pass
+        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
+
+    def _walk(self, rays, sheared, part, best, tests, steps, any_hit):
+        """Walk the rays numbered ``part`` through the grid."""
         waiting = 0
-        live = self._enter(rays, np.arange(0))
-        while len(live.ray) or waiting < len(rays):
-            if len(live.ray) <= BLOCK // 2 and waiting < len(rays):
-                fresh = np.arange(waiting, min(waiting + BLOCK // 2, len(rays)))
-                waiting += len(fresh)
-                live.join(self._enter(rays, fresh))
+        live = self._enter(rays, part[:0])
+        while len(live.ray) or waiting < len(part):
+            if len(live.ray) <= BLOCK // 2 and waiting < len(part):
+                live.join(self._enter(rays, part[waiting:waiting + BLOCK // 2]))
+                waiting += BLOCK // 2
             count = self._counts.take(live.cell)
             exit_ = live.exit()
             steps[live.ray] += count >= 0
@@ -77,7 +98,6 @@ class Grid:
             live.advance(exit_)
             if done.any():
                 live.keep(~done)
-        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
 
     def _enter(self, rays, ray):
         """The rays that meet the grid at all, each in its first cell."""

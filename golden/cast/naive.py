@@ -22,8 +22,6 @@ class Naive:
         The patches.
     """
 
-    name = "naive"
-
     def __init__(self, scene: Scene):
         self.oracle = Oracle(scene)
 

@@ -22,7 +22,7 @@ from golden.scene.scene import Scene
 
 __all__ = ["METHODS", "RenderResult", "RenderSettings", "render"]
 
-METHODS = {method.name: method for method in (Grid, Naive)}
+METHODS = {"grid": Grid, "naive": Naive}
 
 # Primary rays in work at once.
 BATCH = 1 << 16
@@ -58,6 +58,8 @@ class RenderSettings:
         Cell size of the grid (see `golden.scene.cells.Cells`).
     seed
         Of all samples, at least 0.
+    jobs
+        Threads that cast (see `golden.cast.grid.Grid`); the image does not depend on it.
 
     Errors
     ------
@@ -77,6 +79,7 @@ class RenderSettings:
     method: str = "grid"
     cell: float | None = None
     seed: int = 0
+    jobs: int | None = None
 
     def __post_init__(self):
         limits = {"width": (1, 16384), "height": (1, 16384), "samples": (1, 1024), "light_samples": (1, 1024),
@@ -139,7 +142,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: 
                          f"no background")
     tally = Tally()
     with tally.stage("cells"):
-        caster = Grid(scene, settings.cell) if settings.method == "grid" else METHODS[settings.method](scene)
+        caster = Grid(scene, settings.cell, jobs=settings.jobs) if settings.method == "grid" else Naive(scene)
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))

@@ -60,7 +60,7 @@ def measure(name: str) -> list[str]:
     """Table rows of a scene."""
     scene = open_scene(name)
     begin = time.process_time()
-    grid = Grid(scene)
+    grid = Grid(scene, jobs=1)
     building = time.process_time() - begin
     naive, embree = Naive(scene), Embree(scene)
     rows = []

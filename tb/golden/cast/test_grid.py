@@ -81,6 +81,23 @@ def test_hits_do_not_depend_on_how_rays_are_batched():
         np.testing.assert_array_equal(parts, getattr(whole, name)[order], err_msg=name)
 
 
+@pytest.mark.parametrize("block", [1 << 6, 1 << 15])
+def test_hits_do_not_depend_on_threads_and_blocks(monkeypatch, block):
+    scene = builtin_scene("lobby")
+    rays = random_rays(scene, 4, 5000)
+    whole = Grid(scene, jobs=1).nearest(rays)
+    monkeypatch.setattr("golden.cast.grid.BLOCK", block)
+    hits = Grid(scene, jobs=3).nearest(rays)
+    for name in ("patch", "t", "u", "v", "tests", "steps"):
+        np.testing.assert_array_equal(getattr(hits, name), getattr(whole, name), err_msg=name)
+
+
+@pytest.mark.parametrize("jobs", [0, -1, 257])
+def test_jobs_out_of_range(jobs):
+    with pytest.raises(InputError, match=f"Jobs must be 1 to 256, not {jobs}"):
+        Grid(builtin_scene("cornell"), jobs=jobs)
+
+
 def test_steps_are_the_cells_that_a_ray_passes():
     scene = closed_mesh("box")
     grid = Grid(scene, 0.125)
