@@ -151,7 +151,7 @@ class DirectLight:
             blocked = self._caster.occluded(rays).patch >= 0
             through[blocked] = 0
             return through
-        for _ in range(SHEETS):
+        for _ in range(SHEETS + 1):
             hits = self._caster.nearest(rays)
             met = np.flatnonzero(hits.patch >= 0)
             through[going[met]] *= self._transmittance[hits.patch[met]]

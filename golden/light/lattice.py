@@ -18,6 +18,8 @@ INSET = 1e-3
 LIFT = 2e-3
 # Positions nearer than this share of the scene's size are one node.
 SAME = 1e-6
+# Borders of that rounding lie this share aside, so that no coordinate that people choose is on one and rounds both ways.
+ASIDE = 0.381966
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class Lattice:
         u, v = (lower[sheet] + np.stack([x, y], axis=1) * (upper - lower)[sheet]).T
         patch, side = patch[sheet], side[sheet]
         position = bilinear(scene.vertices[patch], u, v)
-        keys = np.column_stack([np.rint(position / (SAME * scene.size)), scene.smooth[patch], side])
+        keys = np.column_stack([np.rint(position / (SAME * scene.size) + ASIDE), scene.smooth[patch], side])
         _, one, self._node = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         normal = self._mean(bilinear(corner_normals(scene)[patch], u, v) * side[:, None])
         self.normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)

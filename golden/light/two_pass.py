@@ -173,8 +173,10 @@ def _image(shader, screen, settings, progress):
     count = len(screen) * side * side
     totals = np.zeros((5, len(screen)))
     with tqdm(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
-        for start in range(0, count, BATCH):
-            ray = np.arange(start, min(start + BATCH, count))
+        # Whole pixels, so that their sums do not depend on the batch.
+        batch = max(1, BATCH // side**2) * side**2
+        for start in range(0, count, batch):
+            ray = np.arange(start, min(start + batch, count))
             pixel, sample = np.divmod(ray, side * side)
             keys = mix(settings.seed, 2, pixel, sample)
             offsets = (np.stack([sample % side, sample // side], axis=1)
