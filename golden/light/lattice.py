@@ -18,8 +18,10 @@ INSET = 1e-3
 LIFT = 2e-3
 # Positions nearer than this share of the scene's size are one node.
 SAME = 1e-6
-# Borders of that rounding lie this share aside, so that no coordinate that people choose is on one and rounds both ways.
+# Borders of that rounding lie this share aside, so that no coordinate that people choose is on one and goes both ways.
 ASIDE = 0.381966
+# Sheets of a surface that folds back on itself do not share nodes: the mean of their normals is shorter than this.
+FOLDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +82,14 @@ class Lattice:
         patch, side = patch[sheet], side[sheet]
         position = bilinear(scene.vertices[patch], u, v)
         keys = np.column_stack([np.rint(position / (SAME * scene.size) + ASIDE), scene.smooth[patch], side])
+        normal = bilinear(corner_normals(scene)[patch], u, v) * side[:, None]
         _, one, self._node = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        normal = self._mean(bilinear(corner_normals(scene)[patch], u, v) * side[:, None])
-        self.normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        folded = np.linalg.norm(self._mean(normal), axis=1)[self._node] < FOLDED
+        if folded.any():
+            keys = np.column_stack([keys, np.where(folded, sheet, -1)])
+            _, one, self._node = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        self.normal = self._mean(normal)
+        self.normal /= np.linalg.norm(self.normal, axis=1, keepdims=True)
         inset = INSET * (bilinear(scene.vertices[patch], *np.full((2, len(patch)), 0.5)) - position)
         lift = LIFT * np.sqrt(scene.areas[patch]) * _curved(scene)[patch]
         self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
