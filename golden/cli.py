@@ -219,6 +219,8 @@ def formfactors(scene, output, samples, rays, max_edge, max_area, method):
 @click.option("--solver", type=click.Choice(list(SOLVERS)), default=RenderSettings.solver,
               help="Of the radiosity system.")
 @_elements
+@click.option("--jobs", type=int,
+              help="Threads that cast; the image does not depend on it.  [default: one per processor]")
 @click.option("--seed", type=int, default=RenderSettings.seed, help="Of all random choices.")
 @click.option("--exposure", type=Positive(), help="Factor before the tone curve.  [default: automatic]")
 @click.option("--tone", type=click.Choice(CURVES), default="reinhard", help="Tone curve.")

@@ -3,38 +3,31 @@
 import json
 import os
 import platform
-import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from tb.command import golden
+
 # Name of the pictures, what is rendered, how. The telephone goes through a file on disk.
 RENDERS = (
-    ("cornell", "cornell", ("--size", "512x512", "--spp", "9")),
+    ("cornell", "cornell", ("--size", "512x512")),
     ("room1627", "room1627", ("--size", "480x360")),
     ("phone", "phone.glb", ("--size", "480x360")),
     ("mountain", "mountain", ("--size", "480x360")),
 )
 
 
-def golden(folder: Path, *arguments: str) -> str:
-    """Run a golden command in the folder; gives the command for the report."""
-    line = " ".join(("python -m golden", *arguments))
-    sys.stdout.write(f"\n$ {line}\n")
-    sys.stdout.flush()
-    subprocess.run([sys.executable, "-m", "golden", *arguments], cwd=folder, check=True)
-    return line
-
-
-def render(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> list[str]:
+def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> list[str]:
     """A section of the report: command, picture, heat map, and what it took."""
     line = golden(folder, "render", scene, "-o", f"{name}.png", "-o", f"{name}.exr", "--heatmap", name,
                   "--stats", f"{name}.json", *options)
     stats = json.loads((folder / f"{name}.json").read_text())
     rows = [f"| {kind} | {counts['rays']:,} | {counts['hits']:,} | {counts['tests'] / max(1, counts['rays']):.2f} "
-            f"| {counts['steps'] / max(1, counts['rays']):.2f} |" for kind, counts in stats["rays"].items()]
+            f"| {counts['steps'] / max(1, counts['rays']):.2f} |"
+            for kind, counts in {**stats["rays"], "total": stats["total"]}.items()]
     seconds = [f"{stage} {value:.1f} s" for stage, value in stats["seconds"].items()]
     return [f"## {name}", "", f"`{line}`", "",
             f"![{name}]({name}.png) ![patch tests per pixel]({name}-tests.png)", "",
@@ -44,7 +37,7 @@ def render(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> lis
 
 def form_factors(folder: Path) -> list[str]:
     """A section of the report: form factors of a closed scene, whose rows must sum to one exactly."""
-    line = golden(folder, "formfactors", "furnace:4", "-o", "furnace.npz", "--rays", "256x64")
+    line = golden(folder, "formfactors", "furnace:4", "-o", "furnace.npz")
     with np.load(folder / "furnace.npz") as stored:
         exact = (stored["row_sums"] == 1 << int(stored["weight_bits"])).sum()
         count, worst = stored["row_sums"].size, np.abs(stored["F"].sum(axis=1) - 1).max()
@@ -61,11 +54,11 @@ def main(folder: Path) -> None:
               f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). All by the golden renderer in "
               "double precision; there is no hardware yet.", ""]
     golden(folder, "scene", "phone", "-o", "phone.glb")
-    for name, scene, options in RENDERS:
-        report += render(folder, name, scene, options)
+    for job in RENDERS:
+        report += picture(folder, *job)
     report += form_factors(folder)
     (folder / "report.md").write_text("\n".join(report))
-    sys.stdout.write(f"\npictures and report: {folder / 'report.md'}\n")
+    sys.stdout.write(f"\npictures and report in {folder}/report.md\n")
 
 
 if __name__ == "__main__":
