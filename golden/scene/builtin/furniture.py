@@ -19,7 +19,7 @@ EARTH = Material(name="earth", diffuse=(0.10, 0.07, 0.05))
 LEAF = Material(name="leaf", diffuse=(0.12, 0.36, 0.08))
 BRASS = Material(name="brass", diffuse=(0.35, 0.26, 0.10), specular=(0.25, 0.20, 0.08))
 SHADE = Material(name="lamp shade", diffuse=(0.78, 0.70, 0.55))
-BULB = Material(name="bulb", emission=(48.0, 38.0, 24.0))
+BULB = Material(name="opal glass", diffuse=(0.80, 0.80, 0.78))
 PAPER = Material(name="paper", diffuse=(0.85, 0.85, 0.82))
 COVERS = tuple(Material(name=f"book {name}", diffuse=diffuse) for name, diffuse in (
     ("red", (0.48, 0.07, 0.06)), ("blue", (0.08, 0.14, 0.42)), ("green", (0.08, 0.28, 0.14)),
@@ -120,7 +120,7 @@ def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> 
 
 
 def floor_lamp(builder: SceneBuilder, **place) -> None:
-    """A brass foot and pole (21 patches), a shade open at both ends (8) and a bulb (6 patches)."""
+    """A brass foot and pole (21 patches), a shade open at both ends (8) and a bulb (6 patches), switched off by day."""
     stand = revolution([(0.16, 0.0), (0.15, 0.03), (0.012, 0.05), (0.012, 1.52)], segments=7)
     builder.add(placed(stand, **place), BRASS, smooth=True)
     shade = revolution([(0.26, 1.4), (0.15, 1.75)], segments=8)

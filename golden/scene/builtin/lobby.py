@@ -73,8 +73,9 @@ def _shell(builder: SceneBuilder) -> None:
 
 def _panelled(builder: SceneBuilder, patches: np.ndarray, around: Material, panel: Material) -> None:
     """Adds what `framed` made: the frame is one surface, the sides of the recess and the panel are their own."""
-    sides = len(patches) - 5
-    builder.add(patches[:-1], around, surface=[0] * 4 + list(range(1, 1 + sides)))
+    builder.add(patches[:4], around, surface=np.zeros(4))
+    # Dark sides do not glare beside their own light.
+    builder.add(patches[4:-1], DARK_WOOD)
     builder.add(patches[-1], panel)
 
 

@@ -160,5 +160,5 @@ def _studio(builder: SceneBuilder) -> None:
     top = cap(stage[-34:, 3])
     builder.add(top, STAGE, surface=np.zeros(len(top)))
     crate = box((-0.25, -0.25, 0.0), (0.25, 0.25, 0.5), omit=("-z",))
-    builder.add(placed(crate, turn=25.0, at=(1.1, 0.8, 0.0)), CRATE)
-    builder.add(sphere((1.1, 0.8, 0.7), 0.2, segments=14), JOINT, smooth=True)
+    builder.add(placed(crate, turn=25.0, at=(1.15, 0.5, 0.0)), CRATE)
+    builder.add(sphere((1.15, 0.5, 0.7), 0.2, segments=14), JOINT, smooth=True)
