@@ -2,6 +2,7 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,14 +10,20 @@ from golden.cast.nearest import Nearest
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.oracle import Oracle
-from golden.scene.cells import Cells
+from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
 
 __all__ = ["Grid"]
 
 # Rays at a time: what a step reads and writes of them stays in a second-level cache.
 BLOCK = 1 << 15
+# The share of rays in a block that are done when it is worth while to close the ranks.
+IDLE = 0.25
 FAR = 1e300
+# What a test takes, in steps; measured.
+TEST_COST = 1.6
+# Rays and cell sizes, relative to the balanced one, that the default cell size is chosen by.
+TRIAL_RAYS, TRIAL_SIZES = 4096, np.array([1, 0.7, 0.5, 0.35])
 MOST_JOBS = 256
 
 
@@ -31,7 +38,7 @@ class Grid:
     scene
         The patches.
     cell
-        Cell size, see `Cells`.
+        Cell size, see `Cells`. Default: of a few sizes the one at which rays from the patches cost least.
     jobs
         Threads, at least 1; what they give does not depend on how many they are. Default: one for each processor.
 
@@ -46,7 +53,7 @@ class Grid:
             raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
         self._jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
         self.oracle = Oracle(scene)
-        self.cells = Cells(scene, cell)
+        self.cells = Cells(scene, _cheapest(scene) if cell is None else cell)
         # A shell of cells around the grid, told by a count of -1, ends a ray without a test of its indices.
         counts = np.pad(np.diff(self.cells.start).reshape(self.cells.shape), 1, constant_values=-1)
         start = np.pad(self.cells.start[:-1].reshape(self.cells.shape), 1)
@@ -67,42 +74,46 @@ class Grid:
         return self._cast(rays, any_hit=True)
 
     def _cast(self, rays, *, any_hit):
-        sheared = self.oracle.sheared(rays)
         best = Nearest(rays.tmax)
+        sheared = self.oracle.sheared(rays)
+        # Components first: a component is then gathered from without a copy of the whole.
+        lines = _Lines(np.ascontiguousarray(rays.origin.T), np.ascontiguousarray(rays.direction.T), rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
         # Each thread walks rays of its own, so none writes where another reads.
         parts = np.array_split(np.arange(len(rays)), min(self._jobs, max(1, len(rays) // BLOCK)))
         with ThreadPoolExecutor(len(parts)) as threads:
-            for _ in threads.map(lambda part: self._walk(rays, sheared, part, best, tests, steps, any_hit), parts):
+            for _ in threads.map(lambda part: self._walk(lines, sheared, part, best, tests, steps, any_hit), parts):
                 pass
         return best.hits(self.oracle, sheared, tests=tests, steps=steps)
 
-    def _walk(self, rays, sheared, part, best, tests, steps, any_hit):
+    def _walk(self, lines, sheared, part, best, tests, steps, any_hit):
         """Walk the rays numbered ``part`` through the grid."""
         waiting = 0
-        live = self._enter(rays, part[:0])
+        live = self._enter(lines, part[:0])
         while len(live.ray) or waiting < len(part):
             if len(live.ray) <= BLOCK // 2 and waiting < len(part):
-                live.join(self._enter(rays, part[waiting:waiting + BLOCK // 2]))
+                live.join(self._enter(lines, part[waiting:waiting + BLOCK // 2]))
                 waiting += BLOCK // 2
             count = self._counts.take(live.cell)
             exit_ = live.exit()
-            steps[live.ray] += count >= 0
+            live.steps += count >= 0
             full = np.flatnonzero(count > 0)
             if len(full):
-                tests[live.ray[full]] += count[full]
-                self._test(rays, sheared, live, full, count[full], exit_[full], best)
-            done = (count < 0) | (best.t[live.ray] <= exit_)
+                live.tests += np.maximum(count, 0)
+                self._test(lines, sheared, live, full, count[full], exit_[full], best)
+            done = (count < 0) | (best.t.take(live.ray) <= exit_)
             if any_hit:
-                done |= best.patch[live.ray] >= 0
+                done |= best.patch.take(live.ray) >= 0
             live.advance(exit_)
-            if done.any():
-                live.keep(~done)
+            live.stop(np.flatnonzero(done))
+            if np.count_nonzero(done) >= IDLE * len(done):
+                tests[live.ray[done]], steps[live.ray[done]] = live.tests[done], live.steps[done]
+                live.keep(np.flatnonzero(~done))
 
-    def _enter(self, rays, ray):
+    def _enter(self, lines, ray):
         """The rays that meet the grid at all, each in its first cell."""
         cells = self.cells
-        origin, direction = rays.origin[ray].T, rays.direction[ray].T
+        origin, direction = lines.origin[:, ray], lines.direction[:, ray]
         still = direction == 0
         with np.errstate(divide="ignore", invalid="ignore"):
             inverse = 1 / direction
@@ -112,7 +123,7 @@ class Grid:
         entry = np.where(still, np.where(inside, -FAR, FAR), np.minimum(low, high)).max(axis=0)
         leave = np.where(still, FAR, np.maximum(low, high)).min(axis=0)
         entry = np.maximum(entry, 0)
-        some = np.flatnonzero((entry <= leave) & (entry < rays.tmax[ray]))
+        some = np.flatnonzero((entry <= leave) & (entry < lines.tmax[ray]))
         origin, direction, inverse, still = (a[:, some] for a in (origin, direction, inverse, still))
         point = origin + direction * entry[some]
         index = np.clip(((point - cells.lower[:, None]) / cells.size).astype(int), 0, cells.shape[:, None] - 1)
@@ -124,12 +135,12 @@ class Grid:
         return _Walk(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
                      crossing=crossing, between=between, stride=stride)
 
-    def _test(self, rays, sheared, live, full, count, exit_, best):
+    def _test(self, lines, sheared, live, full, count, exit_, best):
         """Test the rays ``full`` of the walk against the patches of their cells."""
         ray = live.ray[full]
-        direction = [component.take(ray) for component in rays.direction.T]
+        direction = [component.take(ray) for component in lines.direction]
         entry = live.entry[full]
-        point = [origin.take(ray) + entry * d for origin, d in zip(rays.origin.T, direction, strict=True)]
+        point = [origin.take(ray) + entry * d for origin, d in zip(lines.origin, direction, strict=True)]
         span = np.minimum(exit_, best.t[ray]) - entry
         pair = np.repeat(np.arange(len(full)), count)
         first = self._start.take(live.cell[full]) - (np.cumsum(count) - count)
@@ -142,8 +153,33 @@ class Grid:
         crosses = np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
         patch = patch[crosses]
         ray = ray.take(pair[crosses])
-        hit, t = self.oracle.hits(sheared, ray, patch, rays.tmax[ray])
+        hit, t = self.oracle.hits(sheared, ray, patch, lines.tmax[ray])
         best.update(ray[hit], patch[hit], t)
+
+
+def _cheapest(scene):
+    """The best of a few cell sizes, tried with rays from the patches; half of these chosen by area."""
+    random = np.random.default_rng(0)
+    patch = np.concatenate([random.integers(len(scene), size=TRIAL_RAYS // 2),
+                            random.choice(len(scene), TRIAL_RAYS // 2, p=scene.areas / scene.areas.sum())])
+    # A point on the unit sphere added to the normal gives the cosine's distribution.
+    direction = random.normal(size=(len(patch), 3))
+    direction = scene.normals[patch] + 0.999 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    rays = Rays(scene.vertices[patch, :3].mean(axis=1), direction, scene.surface[patch])
+    sizes = np.clip(balanced_cell(scene) * TRIAL_SIZES, 1 / FINEST, 1)
+    return min(np.unique(sizes).tolist()[::-1], key=lambda cell: _cost(Grid(scene, cell, jobs=1).nearest(rays)))
+
+
+def _cost(hits):
+    return hits.steps.sum() + TEST_COST * hits.tests.sum()
+
+
+class _Lines(NamedTuple):
+    """Rays by components: origin and direction 3 x R, tmax R."""
+
+    origin: np.ndarray
+    direction: np.ndarray
+    tmax: np.ndarray
 
 
 class _Walk:
@@ -151,6 +187,7 @@ class _Walk:
 
     def __init__(self, *, ray, cell, entry, crossing, between, stride):
         self.ray, self.cell, self.entry = ray, cell, entry
+        self.tests, self.steps = np.zeros((2, len(ray)), dtype=np.int64)
         self.crossing, self.between, self.stride = list(crossing), list(between), list(stride)
 
     def exit(self):
@@ -165,16 +202,22 @@ class _Walk:
             crossing += np.where(moves, between, 0.0)
         self.entry = exit_
 
+    def stop(self, rows):
+        """Move rays out of the grid for good."""
+        self.cell[rows] = 0
+        for stride in self.stride:
+            stride[rows] = 0
+
     def keep(self, rows):
         """Forget the other rays."""
-        self._change(lambda own: own[rows])
+        self._change(lambda own: own.take(rows))
 
     def join(self, other):
         """Take in another walk's rays."""
         self._change(lambda own, others: np.concatenate([own, others]), other)
 
     def _change(self, change, *others):
-        for name in ("ray", "cell", "entry"):
+        for name in ("ray", "cell", "entry", "tests", "steps"):
             setattr(self, name, change(getattr(self, name), *(getattr(other, name) for other in others)))
         for name in ("crossing", "between", "stride"):
             components = zip(getattr(self, name), *(getattr(other, name) for other in others), strict=True)

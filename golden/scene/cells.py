@@ -5,7 +5,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.scene import Scene
 
-__all__ = ["Cells"]
+__all__ = ["FINEST", "Cells", "balanced_cell"]
 
 # A patch also belongs to cells that it misses by this share of the scene's size, so that no rounding in a traversal
 # can pass it by.
@@ -24,8 +24,7 @@ class Cells:
     scene
         The patches.
     cell
-        Cell size as a share of the scene box's longest side, 1/256 to 1. Default: so that there are about five times
-        as many cells as patches, which is where steps and tests of a ray cost about the same.
+        Cell size as a share of the scene box's longest side, 1/256 to 1.
 
     Members
     -------
@@ -46,10 +45,8 @@ class Cells:
         Cell size out of range.
     """
 
-    def __init__(self, scene: Scene, cell: float | None = None):
+    def __init__(self, scene: Scene, cell: float):
         lower, upper = scene.bounds
-        if cell is None:
-            cell = _balanced(scene)
         if not 1 / FINEST <= cell <= 1:
             raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
         self.margin = MARGIN_SHARE * scene.size
@@ -58,8 +55,7 @@ class Cells:
         self.lower = lower - self.margin
         self.shape = np.maximum(np.ceil((upper - lower + 2 * self.margin) / self.size).astype(int), 1)
         cells, patches = [], []
-        for some in self._candidates(scene):
-            patch, index = some
+        for patch, index in self._candidates(scene):
             keep = self._touches(scene.vertices[patch], index)
             cells.append(np.ravel_multi_index(index[keep].T, self.shape))
             patches.append(patch[keep])
@@ -116,7 +112,10 @@ def _overlap(points, direction, half):
     return (along.min(axis=1) <= reach) & (along.max(axis=1) >= -reach)
 
 
-def _balanced(scene):
-    """The default cell size as a share of the scene's longest side."""
+def balanced_cell(scene: Scene) -> float:
+    """The cell size at which there are about five times as many cells as patches, as a share of the longest side.
+
+    Where patches are spread evenly over the scene, steps and tests of a ray then cost about the same.
+    """
     extent = np.maximum((scene.bounds[1] - scene.bounds[0]) / scene.size, 1e-3)
     return float(np.clip((extent.prod() / (5 * len(scene))) ** (1 / 3), 1 / 128, 1 / 4))
