@@ -1,0 +1,1 @@
+"""Images by a third party, and how to make them again."""
