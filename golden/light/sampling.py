@@ -8,9 +8,9 @@ import numpy as np
 
 __all__ = ["lattice", "mix", "uniform"]
 
-# The additive recurrence of the plastic number: its points (k g, k g^2) modulo 1 are evenly spread for every count.
-_PLASTIC = 1.324717957244746
-_STEP = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
+# Of the points (k / n, k g) modulo 1 the first coordinates are evenly spaced; the golden ratio g spreads the second
+# ones evenly for every n.
+_GOLDEN = (5**0.5 - 1) / 2
 
 
 def mix(seed, *keys) -> np.ndarray:
@@ -31,7 +31,8 @@ def uniform(state: np.ndarray, dimension: int) -> np.ndarray:
 def lattice(state: np.ndarray, count: int) -> np.ndarray:
     """``count`` points of [0, 1)^2 for each use, evenly spread and shifted at random: M x count x 2."""
     shift = np.stack([uniform(state, 0), uniform(state, 1)], axis=-1)
-    return (shift[:, None] + np.arange(count)[:, None] * _STEP) % 1.0
+    step = np.array([1 / count, _GOLDEN])
+    return (shift[:, None] + np.arange(count)[:, None] * step) % 1.0
 
 
 def _scramble(state):
