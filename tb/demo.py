@@ -14,9 +14,9 @@ from tb.command import golden
 # Name of the pictures, what is rendered, how. The telephone goes through a file on disk.
 RENDERS = (
     ("cornell", "cornell", ("--size", "512x512")),
-    ("room1627", "room1627", ("--size", "480x360")),
-    ("phone", "phone.glb", ("--size", "480x360")),
-    ("mountain", "mountain", ("--size", "480x360")),
+    ("room1627", "room1627", ("--size", "400x300")),
+    ("phone", "phone.glb", ("--size", "400x300")),
+    ("mountain", "mountain", ("--size", "400x300")),
 )
 
 

@@ -8,7 +8,11 @@ __all__ = ["CURVES", "automatic_exposure", "luminance", "tone_map"]
 
 CURVES = ("reinhard", "linear")
 
-_MIDDLE_GREY = 0.18  # the reflectance in which a typical scene's log-average lies
+# A typical scene's log-average is that of a reflectance of 0.18, which the curve below makes of this.
+_KEY = 0.18 / (1 - 0.18)
+
+# Share of the pixels that may be as white as white: lamps, mostly.
+_WHITE_SHARE = 0.01
 
 
 def luminance(image: np.ndarray) -> np.ndarray:
@@ -24,7 +28,7 @@ def automatic_exposure(image: np.ndarray) -> float:
     """
     lit = luminance(image)
     lit = lit[lit > 0]
-    return float(_MIDDLE_GREY / np.exp(np.log(lit).mean())) if lit.size else 1.0
+    return float(_KEY / np.exp(np.log(lit).mean())) if lit.size else 1.0
 
 
 def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "reinhard",
@@ -36,8 +40,8 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
     exposure
         Factor before everything else; None chooses `automatic_exposure`.
     curve
-        ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, the brightest luminance but at least 1,
-        becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
+        ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, a luminance that 1 % of the pixels exceed
+        but at least 1, becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
     gamma
         Power law of the display; None is the sRGB curve (IEC 61966-2-1).
 
@@ -54,7 +58,7 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
     linear = image * (automatic_exposure(image) if exposure is None else exposure)
     if curve == "reinhard":
         bright = luminance(linear)
-        white = max(1.0, float(bright.max()))
+        white = max(1.0, float(np.quantile(bright, 1 - _WHITE_SHARE)))
         linear = linear * ((1 + bright / white**2) / (1 + bright))[..., None]
     linear = np.clip(linear, 0, 1)
     encoded = _srgb(linear) if gamma is None else linear ** (1 / gamma)
