@@ -103,7 +103,7 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
         rows, sky, buried = gather.rows(elements.lattice)
         mean = _mean_of_open(elements.of_corners, buried)
     with tally.stage("direct light of elements"):
-        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), seed)
+        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), buried, seed)
     with tally.stage("solver"):
         reflectance = sum(scene.channels(name)[elements.patch] for name in ("diffuse", "specular", "transparent"))
         system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
@@ -147,15 +147,18 @@ def _interpolated(place, values):
     return np.einsum("kn,knc->kc", place.weights, values[place.nodes])
 
 
-def _direct(scene, elements, light, seed):
-    """Direct irradiance over pi of each element: the mean of one point in each of its quarters."""
+def _direct(scene, elements, light, buried, seed):
+    """Direct irradiance over pi of each element: the mean of one point in each of its quarters in the open."""
     element, quarter = np.divmod(np.arange(len(elements) * POINTS), POINTS)
     keys = mix(seed, 1, element, quarter)
     u, v = (quarter % 2 + uniform(keys, 2)) / 2, (quarter // 2 + uniform(keys, 3)) / 2
     v = np.where(scene.is_triangle[elements.patch[element]], 1 - np.sqrt(1 - v), v)
     points = SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
                            elements.patch[element])
-    return light.irradiance(points, keys).reshape(-1, POINTS, 3).mean(axis=1)
+    # A quarter of a quadrilateral is inside a body if its corner is: nobody sees how dark it is there.
+    counts = elements.triangle[:, None] | ~buried[elements.place.nodes]
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    return np.einsum("cq,cqx->cx", share, light.irradiance(points, keys).reshape(-1, POINTS, 3))
 
 
 def _mean_of_open(of_corners, buried):
