@@ -63,6 +63,9 @@ class WholePair(click.ParamType):
     def __init__(self, name: str):
         self.name = name
 
+    def get_metavar(self, param, ctx):
+        return self.name
+
     def convert(self, value, param, ctx):
         if isinstance(value, tuple):
             return value
@@ -216,9 +219,11 @@ def formfactors(scene, output, samples, rays, max_edge, max_area, method):
 @click.option("--depth", type=int, default=RenderSettings.depth, help="Mirror and glass surfaces in a row.")
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"),
               help="Rays of a radiosity hemisphere, powers of two.  [default: by the number of elements]")
-@click.option("--solver", type=click.Choice(list(SOLVERS)), default=RenderSettings.solver,
-              help="Of the radiosity system.")
+@click.option("--solver", type=click.Choice(list(SOLVERS)), default=RenderSettings.solver, metavar="NAME",
+              help=f"Of the radiosity system: {', '.join(SOLVERS)}.")
 @_elements
+@click.option("--cell", type=Positive(),
+              help="Cell size of the grid, share of the scene's longest side.  [default: by the number of patches]")
 @click.option("--jobs", type=int,
               help="Threads that cast; the image does not depend on it.  [default: one per processor]")
 @click.option("--seed", type=int, default=RenderSettings.seed, help="Of all random choices.")

@@ -124,6 +124,8 @@ BAD = {
     "edge not a number": ({}, (*RENDER, "--max-edge", "nan"), "--max-edge"),
     "negative area": ({}, (*RENDER, "--max-area", "-1"), "--max-area"),
     "too many elements": ({}, (*RENDER, "--max-edge", "1e-6"), "elements"),
+    "cell larger than the scene": ({}, (*RENDER, "--cell", "2"), "Cell size must be"),
+    "no threads": ({}, (*RENDER, "--jobs", "0"), "Jobs must be"),
     "unknown solver": ({}, (*RENDER, "--solver", "magic"), "magic"),
     "unknown method": ({}, (*RENDER, "--method", "octree"), "octree"),
     "unknown tone curve": ({}, (*RENDER, "--tone", "filmic"), "filmic"),
@@ -298,6 +300,12 @@ def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
         first, second, other = ((folder / f"{name}.{ending}").read_bytes() for name in "abc")
         assert first == second
         assert first != other
+
+
+def test_number_of_threads_does_not_change_the_image(folder):
+    for jobs in ("1", "3"):
+        succeed("render", "cornell", "-o", f"{jobs}.exr", *FAST, "--rays", "64x16", "--max-edge", "200", "--jobs", jobs)
+    assert (folder / "1.exr").read_bytes() == (folder / "3.exr").read_bytes()
 
 
 def test_method_changes_the_work_but_not_the_image(folder):
