@@ -195,7 +195,7 @@ def formfactors(scene, output, samples, rays, max_edge, max_area, method):
     """
     check_outputs(output, suffixes=(".npz",))
     cut = _cut(open_scene(scene), max_edge, max_area)
-    result = patch_form_factors(cut, METHODS[method](cut), rays=rays, samples=samples, progress=True)
+    result = patch_form_factors(cut, METHODS[method](cut), rays=rays, samples=samples, progress=sys.stderr.isatty())
     with whole_file(output) as part:
         np.savez(part, F=result.F, area=result.area, row_sums=result.row_sums, weight_bits=result.weight_bits)
     sums = result.row_sums / 2**result.weight_bits
@@ -244,7 +244,7 @@ def render_image(scene, output, size, eye, target, up, fov, sky, exposure, tone,
     if sky is not None:
         opened = replace(opened, background=sky)
     result = render(opened, camera=_camera(opened, eye=eye, target=target, up=up, fov=fov), settings=settings,
-                    progress=True)
+                    progress=sys.stderr.isatty())
     for path in output:
         if path.suffix.lower() == ".exr":
             write_exr(path, result.image)
