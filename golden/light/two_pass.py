@@ -214,7 +214,7 @@ class _Shader:
         if not len(rays):
             return
         hits = self._casters[kind].nearest(rays)
-        light = np.broadcast_to(np.asarray(self._scene.background), weight.shape).copy()
+        light = np.tile(np.asarray(self._scene.background, dtype=np.float64), (len(weight), 1))
         met = np.flatnonzero(hits.patch >= 0)
         patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
         direction = rays.direction[met] / np.linalg.norm(rays.direction[met], axis=1, keepdims=True)

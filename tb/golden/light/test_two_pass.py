@@ -1,0 +1,363 @@
+import json
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.light import two_pass
+from golden.light.direct import DirectLight
+from golden.light.two_pass import FAINT, RenderSettings, render
+from golden.scene.builtin.furnace import furnace
+from golden.scene.builtin.shapes import box
+from golden.scene.camera import Camera
+from golden.scene.material import Material
+from golden.scene.scene import PointLight
+from golden.scene.tessellate import sphere
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+SMALL = {"width": 12, "height": 10, "samples": 1, "light_samples": 4, "rays": (16, 4), "max_edge": 100.0}
+COLOUR = np.array((4.0, 2.0, 1.0))
+LAMP = Material(name="lamp", emission=tuple(COLOUR))
+SKY = 0.5, 0.25, 1.0
+FLOOR = rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0))
+WIDE = rectangle((-99, -99, 0), (198, 0, 0), (0, 198, 0))
+DEEP = np.array((0.0, 0, 3))
+MIRROR = Material(name="mirror", specular=(1, 1, 1))
+
+
+def picture(scene, camera=None, **settings):
+    return render(scene, camera=camera or scene.camera, settings=RenderSettings(**(SMALL | settings)))
+
+
+def looking(eye, target, fov=10.0):
+    return Camera(eye=eye, target=target, up=(0, 1, 0), fov=fov)
+
+
+def at_angle(degrees, side=1.0, fov=0.01):
+    """A narrow view of the origin at an angle from the z axis, from above (side 1) or below."""
+    angle = np.radians(degrees)
+    return looking((-np.sin(angle), 0, side * np.cos(angle)), (0, 0, 0), fov)
+
+
+def fresnel(incident, index):
+    """Reflectance at an angle in the thin medium, by the angles of Snell's law (Born and Wolf, 1.5.2)."""
+    refracted = np.arcsin(np.sin(incident) / index)
+    across = np.sin(incident - refracted) / np.sin(incident + refracted)
+    parallel = np.tan(incident - refracted) / np.tan(incident + refracted)
+    return (across**2 + parallel**2) / 2
+
+
+@pytest.fixture
+def direct_light_is_one(monkeypatch):
+    monkeypatch.setattr(DirectLight, "irradiance", lambda self, points, keys: np.ones((len(points), 3)))
+
+
+@pytest.mark.usefixtures("direct_light_is_one")
+@pytest.mark.parametrize("diffuse", [0.5, 0.8])
+@pytest.mark.parametrize("method", ["grid", "naive"])
+def test_a_white_furnace_shines_alike_everywhere(diffuse, method):
+    """All but the noise of shadow rays, instead of which the walls' direct light, 1, is put in."""
+    image = picture(furnace(2, diffuse=diffuse), width=16, height=16, max_edge=0.3, method=method).image
+    np.testing.assert_allclose(image, 1 / (1 - diffuse), rtol=1e-4)
+
+
+def test_a_white_furnace_shines_alike_within_the_noise_of_its_shadow_rays():
+    """Rays to a wall close by have few but large values: the median tells more than the mean."""
+    image = picture(furnace(2), width=24, height=24, light_samples=64, max_edge=0.3).image
+    assert np.median(image) == pytest.approx(2, rel=0.02)
+    assert (np.abs(image / 2 - 1) < 0.1).mean() > 0.9
+
+
+def test_emitters_and_background_are_seen_as_they_are():
+    panel = rectangle((-9, 0, 1), (9, 0, 0), (0, 9, 0))
+    image = picture(scene_of((panel[::-1], LAMP), background=SKY), looking((0, 0, 0), (0, 0, 1), 60)).image
+    seen = (image == COLOUR).all(axis=2)
+    assert 0.1 < seen.mean() < 0.9
+    assert (image[~seen] == SKY).all()
+
+
+def test_the_back_of_a_one_sided_lamp_is_black_and_that_of_a_two_sided_one_is_not():
+    panel = rectangle((-9, -9, 1), (18, 0, 0), (0, 18, 0))
+    camera = looking((0, 0, 0), (0, 0, 1))
+    assert not picture(scene_of((panel, LAMP), background=SKY), camera).image.any()
+    assert (picture(scene_of((panel, LAMP, {"two_sided": True})), camera).image == COLOUR).all()
+
+
+def test_a_flat_perfect_mirror_shows_the_lamp_and_without_depth_nothing():
+    lamp = rectangle((4, -5, 0), (0, 10, 0), (0, 0, 10))[[0, 3, 2, 1]]
+    scene = scene_of((FLOOR, MIRROR), (lamp, LAMP))
+    camera = at_angle(45, fov=5)
+    np.testing.assert_allclose(picture(scene, camera, depth=1).image, np.broadcast_to(COLOUR, (10, 12, 3)), rtol=1e-12)
+    assert not picture(scene, camera, depth=0).image.any()
+
+
+def test_a_mirror_shows_the_mirror_image():
+    """A lamp behind the camera, seen in the mirror, and the same one turned over in the mirror's place."""
+    lamp = np.array([(0, -5, 3), (0, 5, 3), (5, 5, 3), (5, -5, 3)], dtype=float)
+    camera = Camera(eye=(0.3, 0.2, 2.0), target=(0.1, 0, 0), up=(0, 1, 0), fov=20)
+    mirrored = picture(scene_of((FLOOR, MIRROR), (lamp, LAMP)), camera, width=24, height=24).image
+    straight = picture(scene_of((lamp[::-1] * (1, 1, -1), LAMP)), camera, width=24, height=24).image
+    np.testing.assert_allclose(mirrored, straight, rtol=1e-12)
+    assert 0.1 < (straight[..., 0] > 0).mean() < 0.9
+
+
+@pytest.mark.parametrize("depth", [1, 4, 9])
+def test_depth_is_the_number_of_mirrors_that_a_ray_meets(depth):
+    """Between two facing mirrors that glow every bounce adds the glow, a tenth less."""
+    glow = Material(name="glow", specular=(0.9, 0.9, 0.9), emission=(1, 1, 1))
+    scene = scene_of((WIDE, glow), (WIDE[::-1] + 0.5, glow))
+    image = picture(scene, looking((0, 0, 0.3), (0, 0, 0), 1), depth=depth).image
+    np.testing.assert_allclose(image, sum(0.9**bounce for bounce in range(depth + 1)), rtol=1e-9)
+
+
+def test_the_faint_end_of_a_chain_of_mirrors_is_dropped():
+    dim = Material(name="dim", specular=(0.1, 0.1, 0.1), emission=(1, 1, 1))
+    result = picture(scene_of((WIDE, dim), (WIDE[::-1] + 0.5, dim)), looking((0, 0, 0.3), (0, 0, 0), 1), depth=60)
+    reflections = int(np.floor(np.log(FAINT) / np.log(0.1)))
+    assert result.stats["rays"]["reflection"]["rays"] == 120 * reflections
+    np.testing.assert_allclose(result.image, 1 / 0.9, rtol=2 * FAINT)
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 80])
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_sheet_of_index_one_lets_light_pass_straight_on(degrees, side):
+    tint = np.array((0.9, 0.5, 0.25))
+    sheet = FLOOR, Material(name="sheet", transparent=tuple(tint), refraction_index=1.0)
+    panel = rectangle((-0.2, -0.1, -0.5 * side), (0.3, 0, 0), (0, 0.3, 0)), LAMP, {"two_sided": True}
+    camera = at_angle(degrees, side, 40)
+    bare, tinted = (picture(scene_of(panel, *more, background=SKY), camera).image for more in ((), (sheet,)))
+    behind = np.abs(tinted / bare - tint).max(axis=2) < 1e-9
+    beside = (tinted == bare).all(axis=2)
+    assert (behind | beside).all()
+    assert behind.mean() > 0.3
+    assert len(np.unique(bare[behind], axis=0)) == 2 or degrees == 80
+
+
+@pytest.mark.parametrize("degrees", [1, 30, 60, 85])
+def test_reflected_and_refracted_light_have_fresnels_shares(degrees):
+    """Glass below, an emitter under it, and the sky above."""
+    scene = scene_of((WIDE, Material(name="glass", transparent=(1, 1, 1))), (WIDE - DEEP, LAMP), background=SKY)
+    share = fresnel(np.radians(degrees), 1.5)
+    image = picture(scene, at_angle(degrees)).image
+    np.testing.assert_allclose(image[5, 6], share * np.array(SKY) + (1 - share) * COLOUR, rtol=1e-3)
+
+
+def test_head_on_glass_reflects_four_percent():
+    scene = scene_of((FLOOR, Material(name="glass", transparent=(1, 1, 1))), (FLOOR - DEEP, BLACK), background=SKY)
+    np.testing.assert_allclose(picture(scene, at_angle(0)).image[0, 0], 0.04 * np.array(SKY), rtol=1e-5)
+
+
+@pytest.mark.parametrize("degrees", [20, 50, 75])
+@pytest.mark.parametrize("index", [1.33, 2.4])
+def test_refracted_rays_follow_snells_law(degrees, index):
+    """A small emitter under the surface, where the law leads a ray through the origin, fills the view."""
+    incident = np.radians(degrees)
+    place = np.tan(np.arcsin(np.sin(incident) / index))
+    target = rectangle((place - 0.005, -0.005, -1), (0.01, 0, 0), (0, 0.01, 0))
+    glass = Material(name="glass", transparent=(1, 1, 1), refraction_index=index)
+    image = picture(scene_of((FLOOR, glass), (target, LAMP)), at_angle(degrees)).image
+    np.testing.assert_allclose(image, np.broadcast_to((1 - fresnel(incident, index)) * COLOUR, image.shape), rtol=1e-3)
+
+
+@pytest.mark.parametrize(("degrees", "total"), [(30, False), (41, False), (42.5, True), (70, True)])
+def test_light_inside_glass_is_reflected_totally_beyond_the_critical_angle(degrees, total):
+    """Seen from below; the critical angle of index 1.5 is 41.8 degrees."""
+    scene = scene_of((WIDE, Material(name="glass", transparent=(1, 1, 1))), (WIDE - DEEP, LAMP), background=SKY)
+    image = picture(scene, at_angle(degrees, side=-1)).image[5, 6]
+    share = 1 if total else fresnel(np.arcsin(1.5 * np.sin(np.radians(degrees))), 1.5)
+    np.testing.assert_allclose(image, share * COLOUR + (1 - share) * np.array(SKY), rtol=2e-3)
+
+
+@pytest.mark.parametrize("body", [box((-1, -1, -1), (1, 1, 1)), sphere((0, 0, 0), 1.0, segments=48)],
+                         ids=["block", "ball"])
+def test_glass_neither_adds_nor_loses_light(body):
+    """A clear body in a uniform sky cannot be seen, but for the faint rays that are dropped.
+
+    A ball of facets with a ball's normals keeps a few grazing rays inside for ever.
+    """
+    glass = body, Material(name="glass", transparent=(1, 1, 1)), {"smooth": len(body) > 6}
+    camera = looking((1.5, 2, 3), (0, 0, 0), 30)
+    image = picture(scene_of(glass, background=(1, 1, 1)), camera, depth=12, width=24, height=20).image
+    assert image.max() <= 1 + 1e-12
+    assert np.quantile(image, 0.05) > 1 - 10 * FAINT
+    assert image.mean() > 1 - 5 * FAINT
+
+
+def test_whole_numbers_are_as_good_as_any_for_a_background():
+    scenes = [scene_of((FLOOR * 0.01, Material(name="dim", emission=(0.5, 0.5, 0.5))), background=sky)
+              for sky in ((1, 0, 2), (1.0, 0.0, 2.0))]
+    whole, real = (picture(scene, at_angle(0, fov=5)).image for scene in scenes)
+    np.testing.assert_array_equal(whole, real)
+    assert 0.5 in real
+
+
+def test_what_diffuse_mirror_and_glass_share_adds_up_under_a_uniform_sky():
+    mixed = Material(name="mixed", diffuse=(0.5, 0.2, 0), specular=(0.2, 0.3, 0.4), transparent=(0.3, 0.5, 0.6))
+    image = picture(scene_of((FLOOR, mixed), background=(1, 1, 1)), at_angle(50, fov=20)).image
+    np.testing.assert_allclose(image, 1, rtol=1e-9)
+
+
+def test_a_point_light_on_a_floor_is_exact():
+    light = PointLight(position=(0.0, 0.0, 2.0), intensity=(10, 20, 30))
+    scene = scene_of((FLOOR, Material(name="grey", diffuse=(0.5, 0.5, 0.5))), lights=(light,))
+    truth = 0.5 * np.array((10, 20, 30)) / 4 / np.pi
+    np.testing.assert_allclose(picture(scene, at_angle(30)).image[0, 0], truth, rtol=1e-3)
+
+
+def test_a_tessellated_ball_is_shaded_smoothly():
+    """Under a point light at the eye its brightness follows the cosine of the ball, not of its facets."""
+    light = PointLight(position=(0.0, 0.0, 9.0), intensity=(81.0, 81.0, 81.0))
+    white = Material(name="white", diffuse=(1, 1, 1))
+    scene = scene_of((sphere((0, 0, 0), 1.0, segments=24), white, {"smooth": True}), lights=(light,))
+    image = picture(scene, looking((0, 0, 9), (0, 0, 0), 9), width=60, height=60).image[..., 0]
+    y, x = (np.mgrid[:60, :60] - 29.5) / 60 * 2 * np.tan(np.radians(4.5)) * 9
+    inside = np.hypot(x, y) < 0.6
+    lit = np.sqrt(1 - (x**2 + y**2)[inside]) * 81 / np.pi / (9 - np.sqrt(1 - (x**2 + y**2)[inside])) ** 2
+    assert np.abs(image[inside] / lit - 1).max() < 0.12
+    assert np.abs(image[inside] / lit - 1).mean() < 0.03
+
+
+@pytest.fixture(scope="module")
+def room():
+    """Diffuse, mirror and glass in one closed room with a lamp."""
+    glass = Material(name="glass", transparent=(0.9, 0.9, 0.9))
+    ball = sphere((0.6, 0.5, 0.3), 0.2, segments=8), glass, {"smooth": True}
+    mirror = rectangle((0.2, 0.9, 0.1), (0.6, 0, 0), (0, 0, 0.6)), MIRROR
+    walls = furnace(1, emitter="+z")
+    grey = Material(name="grey", diffuse=(0.5, 0.4, 0.3))
+    return scene_of((walls.vertices[:5], grey), (walls.vertices[5:], LAMP), ball, mirror, camera=walls.camera)
+
+
+ROOM = {"samples": 4, "max_edge": 0.34}
+
+
+@pytest.fixture(scope="module")
+def image_of_room(room):
+    return picture(room, **ROOM)
+
+
+def test_equal_inputs_give_equal_bytes(room, image_of_room):
+    again = picture(room, **ROOM)
+    for name in ("image", "tests", "steps"):
+        assert getattr(again, name).tobytes() == getattr(image_of_room, name).tobytes()
+
+
+@pytest.mark.parametrize("batch", [50, 101])
+def test_pixels_do_not_depend_on_the_batches(room, image_of_room, monkeypatch, batch):
+    monkeypatch.setattr(two_pass, "BATCH", batch)
+    assert picture(room, **ROOM).image.tobytes() == image_of_room.image.tobytes()
+
+
+def test_another_seed_gives_another_image_of_the_same_thing(room, image_of_room):
+    other = picture(room, seed=1, **ROOM).image
+    assert (other != image_of_room.image).mean() > 0.5
+    assert np.median(other) == pytest.approx(np.median(image_of_room.image), rel=0.25)
+
+
+def test_both_methods_of_casting_give_the_same_image(room, image_of_room):
+    naive = picture(room, method="naive", **ROOM)
+    np.testing.assert_array_equal(naive.image, image_of_room.image)
+    assert naive.stats["total"]["tests"] > image_of_room.stats["total"]["tests"]
+    assert naive.stats["total"]["steps"] == 0
+
+
+def test_solvers_agree(room, image_of_room):
+    np.testing.assert_allclose(picture(room, solver="progressive", **ROOM).image, image_of_room.image, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("samples", "rays"), [(1, 1), (3, 1), (5, 4), (9, 9)])
+def test_samples_are_the_largest_square_grid(samples, rays):
+    result = picture(scene_of((FLOOR, LAMP)), at_angle(0), samples=samples)
+    assert result.stats["rays"]["primary"]["rays"] == 120 * rays
+
+
+def test_samples_of_a_pixel_cover_it_evenly():
+    """The border of a lamp through the middle of the pixels: each takes half its fields, at most a row of them errs."""
+    panel = rectangle((0, -9, 1), (0, 18, 0), (9, 0, 0))
+    camera = looking((0, 0, 0), (0, 0, 1), 40)
+    image = picture(scene_of((panel, LAMP)), camera, width=1, height=40, samples=64).image
+    shares = (image / COLOUR)[:, 0, 0]
+    np.testing.assert_allclose(shares, 0.5, atol=1 / 16)
+
+
+def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
+    stats = image_of_room.stats
+    assert json.loads(json.dumps(stats)) == stats
+    assert set(stats) == {"scene", "settings", "patches", "elements", "nodes", "solver", "rays", "total",
+                          "tests_per_ray", "steps_per_ray", "seconds"}
+    assert set(stats["rays"]) == {"hemisphere", "shadow", "primary", "reflection", "refraction"}
+    assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
+                                     "closer look", "image"}
+    for count in ("rays", "hits", "tests", "steps"):
+        assert stats["total"][count] == sum(kind[count] for kind in stats["rays"].values())
+    assert stats["patches"] == len(room)
+    assert stats["rays"]["primary"]["rays"] == stats["rays"]["primary"]["hits"] == 120 * 4
+    assert stats["rays"]["hemisphere"]["rays"] == stats["nodes"] * 64
+    assert stats["tests_per_ray"] == stats["total"]["tests"] / stats["total"]["rays"]
+    assert stats["steps_per_ray"] == stats["total"]["steps"] / stats["total"]["rays"]
+    assert stats["settings"]["rays"] == [16, 4]
+    assert stats["settings"]["max_edge"] == 0.34
+    assert stats["solver"]["converged"]
+
+
+def test_heat_maps_hold_every_test_and_step_of_the_picture(image_of_room):
+    for name in ("tests", "steps"):
+        heat = getattr(image_of_room, name)
+        assert heat.shape == (10, 12)
+        assert heat.dtype == np.int64
+        assert heat.sum() == sum(image_of_room.stats["rays"][kind][name]
+                                 for kind in ("primary", "reflection", "refraction"))
+
+
+def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
+    monkeypatch.setattr(two_pass, "ELEMENTS", 90)
+    result = picture(furnace(1), width=2, height=2, max_edge=None, light_samples=1)
+    assert result.stats["elements"] == 6 * 4 * 4
+    result = picture(furnace(1), width=2, height=2, rays=None, light_samples=1)
+    assert result.stats["settings"]["rays"] == [256, 64]
+    assert [two_pass._hemisphere_rays(count) for count in (732, 733, 2929, 2930)] == \
+        [(256, 64), (128, 32), (128, 32), (64, 16)]
+
+
+@pytest.mark.parametrize(("bad", "message"), [
+    ({"width": 0}, "Width must be 1 to 16384, not 0"),
+    ({"height": 16385}, "Height must be 1 to 16384, not 16385"),
+    ({"height": 2.0}, "Height must be 1 to 16384, not 2.0"),
+    ({"width": 16384, "height": 4097}, "Size must be at most 67108864 pixels, not 16384 x 4097"),
+    ({"samples": 0}, "Samples must be 1 to 1024, not 0"),
+    ({"samples": 1025}, "Samples must be 1 to 1024, not 1025"),
+    ({"light_samples": 0}, "Light samples must be 1 to 1024, not 0"),
+    ({"depth": -1}, "Depth must be 0 to 64, not -1"),
+    ({"depth": 65}, "Depth must be 0 to 64, not 65"),
+    ({"seed": -1}, "Seed must be 0 to 9223372036854775807, not -1"),
+    ({"method": "magic"}, "Method must be one of grid, naive, not 'magic'"),
+])
+def test_settings_out_of_range_are_refused(bad, message):
+    with pytest.raises(InputError) as error:
+        RenderSettings(**bad)
+    assert str(error.value) == message
+
+
+def test_unknown_solvers_are_refused_with_the_known_ones():
+    with pytest.raises(InputError, match=r"^Solver must be one of gauss-jacobi, .*, conjugate-gradient, not 'guess'$"):
+        RenderSettings(solver="guess")
+
+
+@pytest.mark.parametrize(("bad", "message"), [
+    ({"rays": (48, 16)}, "hemisphere: Azimuths must be a power of two from 4 to 4096, not 48"),
+    ({"rays": (64, 2)}, "hemisphere: Polars must be a power of two from 4 to 4096, not 2"),
+    ({"max_edge": 0.0}, "refinement: Max edge must be a finite value above 0, not 0.0"),
+    ({"max_edge": None, "max_area": -1.0}, "refinement: Max area must be a finite value above 0, not -1.0"),
+    ({"cell": 2.0}, "Cell size must be 1/256 to 1 of the scene's longest side, not 2.0"),
+])
+def test_settings_that_do_not_fit_the_scene_are_refused(bad, message):
+    with pytest.raises(InputError) as error:
+        picture(scene_of((FLOOR, LAMP)), at_angle(0), **bad)
+    assert str(error.value) == message
+
+
+def test_a_scene_without_light_is_refused():
+    with pytest.raises(InputError) as error:
+        picture(scene_of((FLOOR, BLACK)), at_angle(0))
+    assert str(error.value) == ("scene 'test': it has no light: no material emits, and it has no point light and "
+                                "no background")
