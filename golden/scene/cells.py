@@ -5,7 +5,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.scene import Scene
 
-__all__ = ["FINEST", "Cells", "balanced_cell"]
+__all__ = ["FINEST", "Cells", "balanced_cell", "patches_by_cell"]
 
 # A patch also belongs to cells that it misses by this share of the scene's size, so that no rounding in a traversal
 # can pass it by.
@@ -54,55 +54,75 @@ class Cells:
         # The outermost patches may lie exactly on the scene box: the margin keeps them, and rays to them, inside.
         self.lower = lower - self.margin
         self.shape = np.maximum(np.ceil((upper - lower + 2 * self.margin) / self.size).astype(int), 1)
-        cells, patches = [], []
-        for patch, index in self._candidates(scene):
-            keep = self._touches(scene.vertices[patch], index)
-            cells.append(np.ravel_multi_index(index[keep].T, self.shape))
-            patches.append(patch[keep])
-        cells, patches = np.concatenate(cells), np.concatenate(patches)
-        order = np.lexsort((patches, cells))
-        self.patch = patches[order]
-        self.start = np.searchsorted(cells[order], np.arange(self.shape.prod() + 1))
+        self.start, self.patch = patches_by_cell(
+            scene.vertices, lower=self.lower, size=self.size, shape=self.shape, margin=self.margin)
 
     def __len__(self) -> int:
         return int(self.shape.prod())
 
-    def _candidates(self, scene):
-        """Blocks of (patch number, cell x y z): every cell that a patch's own box touches."""
-        corners = scene.vertices
-        first = self._index(corners.min(axis=1) - self.margin)
-        extent = self._index(corners.max(axis=1) + self.margin) - first + 1
-        total = np.cumsum(extent.prod(axis=1))
-        bounds = np.searchsorted(total, np.arange(BLOCK, total[-1] + BLOCK, BLOCK), side="left") + 1
-        begin = 0
-        for end in np.unique(np.minimum(bounds, len(corners))):
-            count = extent[begin:end].prod(axis=1)
-            patch = np.repeat(np.arange(begin, end), count)
-            rank = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-            rank, z = np.divmod(rank, extent[patch, 2])
-            x, y = np.divmod(rank, extent[patch, 1])
-            yield patch, first[patch] + np.stack([x, y, z], axis=1)
-            begin = end
 
-    def _index(self, point):
-        return np.clip(((point - self.lower) / self.size).astype(int), 0, self.shape - 1)
+def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, shape: np.ndarray, margin: float):
+    """Which patches come within a margin of which cells of a grid.
 
-    def _touches(self, vertices, index):
-        """Whether patch k comes within the margin of cell k, by separating axes.
+    Parameters
+    ----------
+    vertices
+        N x 4 x 3, planar and convex.
+    lower, size, shape
+        The grid: lower corner, side of a cell, cells along x, y and z.
+    margin
+        Distance in the units of the vertices.
 
-        A convex patch and a box are apart if and only if their projections are apart on a box axis, on the patch's
-        normal, or on the product of a patch edge and a box axis.
-        """
-        half = 0.5 * self.size + self.margin
-        points = vertices - (self.lower + (index + 0.5) * self.size)[:, None]
-        touch = (points.min(axis=1) <= half).all(axis=1) & (points.max(axis=1) >= -half).all(axis=1)
-        normal = np.cross(vertices[:, 2] - vertices[:, 0], vertices[:, 3] - vertices[:, 1])
-        touch &= _overlap(points, normal, half)
-        edges = np.roll(vertices, -1, axis=1) - vertices
-        for corner in range(4):
-            for axis in range(3):
-                touch &= _overlap(points, np.cross(edges[:, corner], np.eye(3)[axis]), half)
-        return touch
+    Returns
+    -------
+    tuple
+        ``start`` and ``patch``: the patches of cell number c are ``patch[start[c]:start[c + 1]]``, ascending; x runs
+        slowest.
+    """
+    cells, patches = [], []
+    for patch, index in _candidates(vertices, lower, size, shape, margin):
+        keep = _touches(vertices[patch] - (lower + (index + 0.5) * size)[:, None], 0.5 * size + margin)
+        cells.append(np.ravel_multi_index(index[keep].T, shape))
+        patches.append(patch[keep])
+    cells, patches = np.concatenate(cells), np.concatenate(patches)
+    order = np.lexsort((patches, cells))
+    return np.searchsorted(cells[order], np.arange(np.prod(shape) + 1)), patches[order]
+
+
+def _candidates(vertices, lower, size, shape, margin):
+    """Blocks of (patch number, cell x y z): every cell that a patch's own box touches."""
+    def index(point):
+        return np.clip(((point - lower) / size).astype(int), 0, np.asarray(shape) - 1)
+
+    first = index(vertices.min(axis=1) - margin)
+    extent = index(vertices.max(axis=1) + margin) - first + 1
+    total = np.cumsum(extent.prod(axis=1))
+    bounds = np.searchsorted(total, np.arange(BLOCK, total[-1] + BLOCK, BLOCK), side="left") + 1
+    begin = 0
+    for end in np.unique(np.minimum(bounds, len(vertices))):
+        count = extent[begin:end].prod(axis=1)
+        patch = np.repeat(np.arange(begin, end), count)
+        rank = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        rank, z = np.divmod(rank, extent[patch, 2])
+        x, y = np.divmod(rank, extent[patch, 1])
+        yield patch, first[patch] + np.stack([x, y, z], axis=1)
+        begin = end
+
+
+def _touches(points, half):
+    """Whether patch k, relative to a cube of half side ``half``, touches that cube, by separating axes.
+
+    A convex patch and a box are apart if and only if their projections are apart on a box axis, on the patch's
+    normal, or on the product of a patch edge and a box axis.
+    """
+    touch = (points.min(axis=1) <= half).all(axis=1) & (points.max(axis=1) >= -half).all(axis=1)
+    normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    touch &= _overlap(points, normal, half)
+    edges = np.roll(points, -1, axis=1) - points
+    for corner in range(4):
+        for axis in range(3):
+            touch &= _overlap(points, np.cross(edges[:, corner], np.eye(3)[axis]), half)
+    return touch
 
 
 def _overlap(points, direction, half):
