@@ -1,0 +1,253 @@
+"""The one configuration of the golden model, the machine and its testbench.
+
+Every knob is a field of a frozen dataclass; what follows from the knobs is a property. Formats are those of
+`golden.fixed`.
+"""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.fixed import Format, signed, unsigned
+
+__all__ = ["PRESETS", "Config", "Icu", "Numbers"]
+
+
+def _check_range(where, name, value, low, high):
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not low <= value <= high:
+        label = name.replace("_", " ").capitalize()
+        raise InputError(f"configuration: {label} ({where}.{name}) must be {low} to {high}, not {value!r}")
+
+
+def _check_power_of_two(where, name, value, low, high):
+    _check_range(where, name, value, low, high)
+    if value & (value - 1):
+        label = name.replace("_", " ").capitalize()
+        raise InputError(f"configuration: {label} ({where}.{name}) must be a power of two, not {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """Widths of the numbers that more than one block works with.
+
+    Parameters
+    ----------
+    scene_bits
+        Bits of a scene (G) coordinate, unsigned 0.b; 12 to 24.
+    vector_fraction
+        Bits behind the point of a vertex in the R frame, signed 1.b; 10 to 22, at most ``scene_bits``.
+    direction_fraction
+        Bits behind the point of ray directions and matrix entries, signed 1.b; 8 to 16 (two to an 18-bit multiplier).
+    vertex_bits
+        Bits of the magnitudes of a normalised vertex direction V'; 10 to 17 (edge planes are two limbs of 18 bits).
+    mantissa_bits
+        Bits of the magnitudes of m = N/V; 18 to 24 (18 fail at grazing angles).
+    exponent_bits, fraction_bits
+        Exponent and fraction of the stored inverse distance; 5 to 7 and 8 to 24.
+    """
+
+    scene_bits: int = 24
+    vector_fraction: int = 22
+    direction_fraction: int = 16
+    vertex_bits: int = 17
+    mantissa_bits: int = 24
+    exponent_bits: int = 6
+    fraction_bits: int = 18
+
+    def __post_init__(self):
+        for name, low, high in (("scene_bits", 12, 24), ("vector_fraction", 10, 22), ("direction_fraction", 8, 16),
+                                ("vertex_bits", 10, 17), ("mantissa_bits", 18, 24), ("exponent_bits", 5, 7),
+                                ("fraction_bits", 8, 24)):
+            _check_range("numbers", name, getattr(self, name), low, high)
+        if self.vector_fraction > self.scene_bits:
+            raise InputError("configuration: Vector fraction (numbers.vector_fraction) must be at most "
+                             f"numbers.scene_bits ({self.scene_bits}), not {self.vector_fraction!r}")
+
+    @property
+    def scene(self) -> Format:
+        """Scene (G) coordinates."""
+        return unsigned(0, self.scene_bits)
+
+    @property
+    def offset(self) -> Format:
+        """A vertex relative to the origin, before the rotation."""
+        return signed(0, self.scene_bits)
+
+    @property
+    def vector(self) -> Format:
+        """Vertices in the R frame."""
+        return signed(1, self.vector_fraction)
+
+    @property
+    def direction(self) -> Format:
+        """Ray directions, their tables, and matrix entries."""
+        return signed(1, self.direction_fraction)
+
+    @property
+    def vertex(self) -> Format:
+        """Components of V'."""
+        return signed(self.vertex_bits, 0)
+
+    @property
+    def edge_plane(self) -> Format:
+        """Components of V'_i x V'_j: two products of ``vertex_bits`` magnitudes."""
+        return signed(2 * self.vertex_bits + 1, 0)
+
+    @property
+    def edge_distance(self) -> Format:
+        """Edge plane times ray direction: three products."""
+        return signed(2 * self.vertex_bits + self.direction_fraction + 3, 0)
+
+    @property
+    def plane_normal(self) -> Format:
+        """N, from two differences of vertices."""
+        return signed(2 * (self.vector_fraction + 2) + 1, 0)
+
+    @property
+    def mantissa(self) -> Format:
+        """Components of m, in units of its exponent."""
+        return signed(self.mantissa_bits, 0)
+
+    @property
+    def inverse(self) -> Format:
+        """The stored inverse distance as one integer: exponent, then fraction."""
+        return unsigned(self.exponent_bits + self.fraction_bits, 0)
+
+    @property
+    def inverse_top(self) -> int:
+        """The largest exponent of a stored inverse distance: at 2^-vector_fraction a distance is one unit long."""
+        return self.vector_fraction + 2
+
+    @property
+    def inverse_bias(self) -> int:
+        """An inverse distance is 1.f x 2^(exponent - bias)."""
+        return (1 << self.exponent_bits) - 1 - self.inverse_top
+
+
+@dataclass(frozen=True, kw_only=True)
+class Icu:
+    """Intersection computation.
+
+    Parameters
+    ----------
+    rays
+        Rays that the ray memory of one cluster holds; a power of two, 64 to 2^22.
+    angle_bits
+        Bits of an angle; 2^b is a full turn; 18 to 24.
+    cordic_stages
+        Steps of each CORDIC; 8 to 20.
+    cordic_guard
+        Bits behind V' in the CORDIC data path; 0 to 8.
+    bulge_polar_bits, bulge_span_bits
+        Address bits of the table of how far an edge of a patch rises above its ends, for the lower polar angle and for
+        the azimuths between the ends; 3 to 8 each.
+    uv_bits
+        Bits of u and of v; 1 to 12.
+    uv_guard
+        Bits that the subdivision carries beyond the 2 x ``uv_bits`` that it halves away; 0 to 12.
+    settle_bits, settle_fraction
+        Bits of a settle code, and how many of them are fraction; 4 to 12, and 1 to ``settle_bits`` - 2.
+    """
+
+    rays: int = 1 << 18
+    angle_bits: int = 24
+    cordic_stages: int = 16
+    cordic_guard: int = 4
+    bulge_polar_bits: int = 5
+    bulge_span_bits: int = 6
+    uv_bits: int = 8
+    uv_guard: int = 8
+    settle_bits: int = 8
+    settle_fraction: int = 5
+
+    def __post_init__(self):
+        _check_power_of_two("icu", "rays", self.rays, 64, 1 << 22)
+        for name, low, high in (("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
+                                ("bulge_polar_bits", 3, 8), ("bulge_span_bits", 3, 8), ("uv_bits", 1, 12),
+                                ("uv_guard", 0, 12), ("settle_bits", 4, 12),
+                                ("settle_fraction", 1, self.settle_bits - 2)):
+            _check_range("icu", name, getattr(self, name), low, high)
+
+    @property
+    def uv(self) -> Format:
+        """Where a patch was hit: the step of its lattice of u and of v."""
+        return unsigned(0, self.uv_bits)
+
+    @property
+    def settle(self) -> Format:
+        """Settle codes."""
+        return unsigned(self.settle_bits, 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """All parameters.
+
+    Parameters
+    ----------
+    numbers, icu
+        See there.
+    """
+
+    numbers: Numbers = field(default_factory=Numbers)
+    icu: Icu = field(default_factory=Icu)
+
+    def __post_init__(self):
+        if self.icu.settle_fraction > self.numbers.fraction_bits:
+            raise InputError("configuration: Settle fraction (icu.settle_fraction) must be at most "
+                             f"numbers.fraction_bits ({self.numbers.fraction_bits}), not {self.icu.settle_fraction!r}")
+
+    def parameters(self) -> dict[str, object]:
+        """All knobs by path, for example ``icu.rays``."""
+        return {f"{group.name}.{knob.name}": getattr(getattr(self, group.name), knob.name)
+                for group in dataclasses.fields(self) for knob in dataclasses.fields(getattr(self, group.name))}
+
+    def replace(self, changes: dict[str, object]) -> "Config":
+        """The configuration with other values of the knobs named by path.
+
+        Errors
+        ------
+        InputError
+            There is no such knob, or the values are out of range or do not go together.
+        """
+        known = self.parameters()
+        for path in changes:
+            if path not in known:
+                raise InputError(f"configuration: there is no parameter {path!r}; there are {', '.join(known)}")
+        groups = {}
+        for path, value in changes.items():
+            group, knob = path.split(".")
+            groups.setdefault(group, {})[knob] = value
+        return dataclasses.replace(self, **{
+            group: dataclasses.replace(getattr(self, group), **knobs) for group, knobs in groups.items()})
+
+    def with_parameters(self, assignments) -> "Config":
+        """`replace` with assignments as the command line has them, for example ``icu.rays=4096``.
+
+        Errors
+        ------
+        InputError
+            An assignment has no ``=`` or a value that is not of the knob's type, or as `replace`.
+        """
+        known, changes = self.parameters(), {}
+        for assignment in assignments:
+            path, equals, text = assignment.partition("=")
+            if not equals:
+                raise InputError(f"configuration: a parameter is given as PATH=VALUE, not {assignment!r}")
+            kind = type(known.get(path, ""))
+            try:
+                changes[path] = int(text, 0) if kind is int else kind(text)
+            except ValueError:
+                raise InputError(f"configuration: {path} must be of type {kind.__name__}, not {text!r}") from None
+        return self.replace(changes)
+
+
+# tiny: simulates in seconds. small: fits a small FPGA. paper: the thesis' machine. large: what simulation still bears.
+PRESETS = {
+    "tiny": Config(icu=Icu(rays=1 << 12)),
+    "small": Config(icu=Icu(rays=1 << 14)),
+    "paper": Config(),
+    "large": Config(icu=Icu(rays=1 << 20)),
+}

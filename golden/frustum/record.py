@@ -1,0 +1,162 @@
+"""The frustum record: a bundle of rays in the machine's integers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Numbers
+from golden.errors import InputError
+from golden.fixed import ceil_sqrt, round_shift
+from golden.frustum.frame import frame
+from golden.frustum.hemisphere import Hemisphere
+from golden.frustum.screen import Screen
+from golden.scene.g_coordinates import GCoordinates
+
+__all__ = ["FrustumRecord", "hemisphere_record", "screen_record"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrustumRecord:
+    """What the host gives the machine to cast one bundle.
+
+    Ray ``row * columns + column`` has the direction, in the R frame and signed 1.16,
+
+    * hemisphere: (sin p cos a, sin p sin a, cos p), p from the row and a from the column, products rounded;
+    * screen: (x, y, 1), x from the column and y from the row.
+
+    Parameters
+    ----------
+    is_screen
+        Which of the two.
+    numbers
+        Widths.
+    origin
+        3 int64, G coordinates.
+    matrix
+        3 x 3 int64 signed 1.16, G to R. A screen's field of view is folded in: the largest row is of unit length.
+    to_global
+        3 x 3 int64 signed 1.16: directions from R to G, the field of view folded in too. The largest column is of unit
+        length, so lengths change by one factor for all directions of a screen.
+    z_scale
+        Unsigned 1.16: a point at depth z along the view (or the normal) has the R coordinate ``z_scale`` z.
+    half_angles
+        (h_x, h_y): the true slopes that a screen's x = 1 and y = 1 stand for; (1, 1) in a hemisphere.
+    columns, rows
+        Rays: azimuths and polars, or pixels.
+    column_bits, row_bits
+        Logarithms of the sizes of the grid of which they are the middle; equal to it in a hemisphere.
+    column_table
+        Hemisphere: ``columns`` x 2 int64, cos and sin of the azimuth. Screen: ``columns`` x 1, x.
+    row_table
+        Hemisphere: ``rows`` x 2 int64, sin and cos of the polar angle. Screen: ``rows`` x 1, y.
+    source
+        The surface (`Scene.surface`) that the rays leave and never hit, or -1.
+    """
+
+    is_screen: bool
+    numbers: Numbers
+    origin: np.ndarray
+    matrix: np.ndarray
+    to_global: np.ndarray
+    z_scale: int
+    half_angles: tuple[float, float]
+    columns: int
+    rows: int
+    column_bits: int
+    row_bits: int
+    column_table: np.ndarray
+    row_table: np.ndarray
+    source: int = -1
+
+    def __len__(self) -> int:
+        return self.columns * self.rows
+
+    def directions(self, column, row) -> np.ndarray:
+        """... x 3 int64 directions of the rays in ``column`` and ``row`` (arrays that broadcast)."""
+        column, row = np.broadcast_arrays(column, row)
+        if self.is_screen:
+            one = np.full(column.shape, 1 << self.numbers.direction_fraction, dtype=np.int64)
+            return np.stack([self.column_table[column, 0], self.row_table[row, 0], one], axis=-1)
+        sine, cosine = self.row_table[row, 0], self.row_table[row, 1]
+        across = round_shift(sine[..., None] * self.column_table[column], self.numbers.direction_fraction)
+        return np.concatenate([across, cosine[..., None]], axis=-1)
+
+    def all_directions(self) -> np.ndarray:
+        """R x 3 int64, in the order of the rays' numbers."""
+        return self.directions(np.arange(self.columns), np.arange(self.rows)[:, None]).reshape(-1, 3)
+
+    @property
+    def longest_direction(self) -> int:
+        """An upper bound of the lengths of all directions, in units of 2^-16."""
+        if self.is_screen:
+            raise InputError("frustum: Only a hemisphere bounds inverse distances by the length of its directions")
+        directions = self.all_directions()
+        return int(ceil_sqrt((directions * directions).sum(axis=1).max()[None])[0])
+
+
+def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin, normal, *,
+                      source: int = -1, axes=None) -> FrustumRecord:
+    """A hemisphere around a surface normal.
+
+    Parameters
+    ----------
+    origin, normal
+        Scene point and direction (of any length).
+    source
+        The surface that the point lies on, or -1.
+    axes
+        3 x 3, rows as `frame` gives them, which is the default.
+
+    Errors
+    ------
+    InputError
+        The origin is outside the coordinates, or the normal is zero or not finite.
+    """
+    normal = np.asarray(normal, dtype=np.float64)
+    length = np.linalg.norm(normal)
+    if not np.isfinite(length) or not length > 0:
+        raise InputError(f"frustum: Normal must be finite and not zero, not {normal.tolist()!r}")
+    numbers = coordinates.numbers
+    axes = frame(normal / length) if axes is None else np.asarray(axes, dtype=np.float64)
+    encode = numbers.direction.encode
+    polar = (2 * np.arange(hemisphere.polars) + 1) * (np.pi / 4 / hemisphere.polars)
+    azimuth = (2 * np.arange(hemisphere.azimuths) + 1) * (np.pi / hemisphere.azimuths)
+    matrix = encode(axes, "frustum matrix")
+    return FrustumRecord(
+        is_screen=False, numbers=numbers, origin=coordinates.integers(origin), matrix=matrix, to_global=matrix.T.copy(),
+        z_scale=1 << numbers.direction_fraction, half_angles=(1.0, 1.0),
+        columns=hemisphere.azimuths, rows=hemisphere.polars,
+        column_bits=hemisphere.azimuths.bit_length() - 1, row_bits=hemisphere.polars.bit_length() - 1,
+        column_table=encode(np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1), "azimuth table"),
+        row_table=encode(np.stack([np.sin(polar), np.cos(polar)], axis=1), "polar table"), source=source)
+
+
+def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
+    """The pixels of an image, row 0 on top.
+
+    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1; the R axes are right, down and
+    forward.
+
+    Errors
+    ------
+    InputError
+        The eye is outside the coordinates.
+    """
+    numbers = coordinates.numbers
+    bits = [max(1, (size - 1).bit_length()) for size in (screen.width, screen.height)]
+    if max(bits) > numbers.direction_fraction:
+        raise InputError(f"frustum: Image must be at most {1 << numbers.direction_fraction} pixels wide and high, "
+                         f"not {screen.width} x {screen.height}")
+    half = np.array([screen.pitch * 2.0 ** (bit - 1) for bit in bits] + [1.0])
+    axes = screen.camera.axes * [[1], [-1], [1]]
+    z_scale = half.min()
+    encode = numbers.direction.encode
+    x, y = (encode((2 * np.arange(size) + 1 - size) / 2.0**bit, "screen table")[:, None]
+            for size, bit in zip((screen.width, screen.height), bits, strict=True))
+    return FrustumRecord(
+        is_screen=True, numbers=numbers, origin=coordinates.integers(screen.camera.eye),
+        matrix=encode(axes * (z_scale / half)[:, None], "frustum matrix"),
+        to_global=encode(axes.T * (half / half.max()), "frustum matrix"),
+        z_scale=int(encode(z_scale, "z scale")), half_angles=(float(half[0]), float(half[1])),
+        columns=screen.width, rows=screen.height, column_bits=bits[0], row_bits=bits[1],
+        column_table=x, row_table=y)
