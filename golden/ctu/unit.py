@@ -1,0 +1,115 @@
+"""The cell-traversal unit of one cluster: which cells it opens in which shell."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.ctu import margins
+from golden.ctu.cell_traversal import Traversal
+from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays
+from golden.ctu.near_cells import near_cells
+from golden.ctu.survival import survivors
+from golden.fixed import round_shift
+from golden.frustum import FrustumRecord
+from golden.memsys.cell_table import CellTable
+
+__all__ = ["CellTraversalUnit", "Sector"]
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A part of a frustum: the intersection rays with ``first_column <= column < end_column`` and likewise rows."""
+
+    first_column: int
+    end_column: int
+    first_row: int
+    end_row: int
+
+    @classmethod
+    def whole(cls, record: FrustumRecord) -> "Sector":
+        """All rays of a frustum."""
+        return cls(0, record.columns, 0, record.rows)
+
+    def mask(self, shape) -> np.ndarray:
+        """rows x columns bool."""
+        mask = np.zeros(shape, dtype=bool)
+        mask[self.first_row:self.end_row, self.first_column:self.end_column] = True
+        return mask
+
+
+class CellTraversalUnit:
+    """Opens the cells of one frustum's sector, shell by shell.
+
+    Parameters
+    ----------
+    record
+        The frustum.
+    table
+        The cells.
+    sector
+        The cluster's part of it. Default: all of it.
+
+    Members
+    -------
+    last_shell
+        No cell has its centre beyond this shell.
+    grid_rays, steps
+        Grid rays sent out, and cells that they have visited.
+    """
+
+    def __init__(self, record: FrustumRecord, table: CellTable, sector: Sector | None = None):
+        self.record, self.table = record, table
+        self.sector = sector or Sector.whole(record)
+        self.grid_rays = self.steps = 0
+        corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
+        offset = corners.reshape(3, -1).T - record.origin
+        if record.is_screen:
+            distance = (offset @ record.matrix[2]).max() / record.z_scale
+            # Directions from R to G are shorter than (x, y, 1) of the true view by this.
+            self._stretch = max(*record.half_angles, 1.0)
+        else:
+            distance = np.sqrt((offset * offset).sum(axis=1).max())
+            self._stretch = 1.0
+        self.last_shell = max(1, int(np.ceil(distance / table.cell * (1 + margins.slack(1)))))
+
+    def rays(self, shell: int):
+        """The frustum's `GridRays` of a shell."""
+        record = self.record
+        if record.is_screen:
+            return screen_rays(shell, (record.columns, record.rows), (record.column_bits, record.row_bits),
+                               record.half_angles)
+        return hemisphere_rays(shell, record.columns, record.rows)
+
+    def settled(self, shell: int) -> float:
+        """Hits at this distance and nearer, in R units of 1, cannot change any more from this shell on."""
+        reach = max(0.0, shell - 1 - margins.depth(shell))
+        cube = 2.0**self.record.numbers.scene_bits
+        return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
+
+    def open(self, shell: int, may_change: np.ndarray):
+        """Cells of one shell, in the order in which they are met and as often as they are met.
+
+        Parameters
+        ----------
+        may_change
+            rows x columns bool of the frustum's rays: may the ray's hit still change, see `settled`?
+        """
+        if shell == 1:
+            record = self.record
+            slopes = tuple(angle * count / 2.0**bits for angle, count, bits in zip(
+                record.half_angles, (record.columns, record.rows), (record.column_bits, record.row_bits), strict=True))
+            return near_cells(record, self.table, slopes)
+        rays = self.rays(shell)
+        go_on = survivors(rays, may_change & self.sector.mask(may_change.shape))
+        direction = round_shift(rays.direction[go_on] @ self.record.to_global.T, FRACTION)
+        begin, end = (int(np.rint(border * self.table.cell * self._stretch)) for border in (shell - 1, shell))
+        walk = Traversal(self.record.origin, direction, begin=begin, end=end, lower=self.table.lower,
+                         cell=self.table.cell, shape=self.table.shape)
+        self.grid_rays += len(direction)
+        cells = []
+        while len(walk.ray):
+            cells.append(self.table.number(walk.index))
+            walk.advance()
+        cells = np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+        self.steps += len(cells)
+        return cells

@@ -1,0 +1,60 @@
+"""The cell address table: where the patch list of each cell begins and how long it is."""
+
+import numpy as np
+
+from golden.memsys.patch_table import PatchTable
+from golden.scene.cells import patches_by_cell
+
+__all__ = ["MARGIN", "CellTable"]
+
+# A patch also belongs to cells that it misses by this many units of G. The R frame rounds a vertex by half of 2^-22,
+# which is two units of G, along each axis, and the middle of a traversal step is off by less than one.
+MARGIN = 4
+
+
+class CellTable:
+    """Cells of a scene in G coordinates, each with a count and a pointer into the patch address table.
+
+    Cell number ``(x * shape[1] + y) * shape[2] + z`` covers ``lower + cell * (x, y, z)`` and ``cell`` units more.
+
+    Parameters
+    ----------
+    vertices
+        N x 4 x 3 int64, G coordinates.
+    cell
+        Cell size in units of G.
+
+    Members
+    -------
+    lower, shape
+        Lower corner in G, cells along x, y and z: 3 int64 each.
+    count, pointer
+        Per cell: patches in it, and the first of its entries in `patches`.
+    patches
+        The patch address table.
+    """
+
+    def __init__(self, vertices: np.ndarray, *, cell: int):
+        vertices = np.asarray(vertices, dtype=np.int64)
+        points = vertices.reshape(-1, 3)
+        self.cell = int(cell)
+        # The outermost patches lie exactly on the scene box: the margin keeps them inside.
+        self.lower = points.min(axis=0) - MARGIN
+        self.shape = (points.max(axis=0) + MARGIN - self.lower) // self.cell + 1
+        start, patch = patches_by_cell(
+            vertices.astype(np.float64), lower=self.lower, size=self.cell, shape=self.shape, margin=MARGIN)
+        self.pointer, self.count = start[:-1].astype(np.int64), np.diff(start).astype(np.int64)
+        self.patches = PatchTable(patch)
+
+    def __len__(self) -> int:
+        return len(self.count)
+
+    def number(self, index: np.ndarray) -> np.ndarray:
+        """Cell numbers of ``... x 3`` cells (x, y, z)."""
+        return (index[..., 0] * self.shape[1] + index[..., 1]) * self.shape[2] + index[..., 2]
+
+    def entries(self, cells: np.ndarray) -> np.ndarray:
+        """Addresses in the patch address table of everything in the cells, cell by cell."""
+        count = self.count[cells]
+        first = np.cumsum(count) - count
+        return np.repeat(self.pointer[cells] - first, count) + np.arange(count.sum())
