@@ -4,6 +4,7 @@ import numpy as np
 
 from golden.cast.rays import Rays
 from golden.light.sampling import lattice
+from golden.light.solid_angle import direction_to_triangle, solid_angle
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
@@ -14,6 +15,9 @@ __all__ = ["DirectLight"]
 BLOCK = 1 << 20
 # A shadow ray ends this share of its length before its light, which would else shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
+# Lights that fill more than this solid angle are sampled evenly by it: by area, a light that touches a surface would be
+# hit seldom where it is brightest, without bound. Smaller ones are sampled by area, which rounding does not disturb.
+NEAR = 1e-3
 # Sheets of glass that a shadow ray passes at most.
 SHEETS = 8
 
@@ -23,8 +27,8 @@ class DirectLight:
 
     Each point takes ``samples`` shadow rays to its area lights. Lights are chosen in proportion to about what they
     would send to the point unhindered, by one number of an evenly spread pair that, rescaled, also picks the place on
-    the light; a single light is thus sampled evenly. Transparent patches dim a shadow ray by their transmittance and
-    do not bend it.
+    the light, a near one by solid angle; a single light is thus sampled evenly. Transparent patches dim a shadow ray by
+    their transmittance and do not bend it.
 
     Parameters
     ----------
@@ -93,13 +97,9 @@ class DirectLight:
         choice, u, v = choice.ravel(), u.ravel(), second.ravel()
         density = (chance / total[lit, None]).ravel()
         where = np.repeat(lit, self._samples)
-        position, area_vector = self._place(choice, u, v)
-        toward = position - points.position[where]
-        distance2 = np.einsum("kj,kj->k", toward, toward)
-        cosine = np.einsum("kj,kj->k", points.normal[where], toward)
-        facing = -np.einsum("kj,kj->k", area_vector, toward)
-        facing = np.where(self._scene.two_sided[self._lights[choice]], np.abs(facing), facing)
-        geometry = np.maximum(cosine, 0) * np.maximum(facing, 0) / (np.pi * distance2**2 * density)
+        toward, angle = self._place(points.position[where], choice, u, v)
+        cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.linalg.norm(toward, axis=1)
+        geometry = np.maximum(cosine, 0) * angle / (np.pi * density)
         some = np.flatnonzero(geometry > 0)
         light = self._emission[choice[some]] * geometry[some, None]
         light *= self._visibility(points, where[some], toward[some], SHORT_OF_LIGHT)
@@ -120,10 +120,28 @@ class DirectLight:
         weight *= (facing > 0) | scene.two_sided[self._lights]
         return weight * self._power / (np.einsum("mlj,mlj->ml", toward, toward) + self._radius2)
 
-    def _place(self, choice, u, v):
-        """Points at (u, v) of the unit square on the chosen lights, and their area per unit square as a vector."""
+    def _place(self, origin, choice, u, v):
+        """Vectors to points at (u, v) of the unit square on the chosen lights, and solid angle per unit square."""
         patch = self._lights[choice]
-        corners = self._scene.vertices[patch]
+        corners = self._scene.vertices[patch] - origin[:, None]
+        halves = corners[:, [[0, 1, 2], [0, 2, 3]]]
+        angles = solid_angle(halves.reshape(-1, 3, 3)).reshape(-1, 2)
+        angle = angles.sum(axis=1)
+        near = angle > NEAR
+        toward, measure = np.empty((len(patch), 3)), np.where(near, angle, 0)
+        far = np.flatnonzero(~near)
+        toward[far], area = self._by_area(patch[far], corners[far], u[far], v[far])
+        measure[far] = np.abs(np.einsum("kj,kj->k", area, toward[far])) / np.linalg.norm(toward[far], axis=1) ** 3
+        near = np.flatnonzero(near)
+        first = angles[near, 0] / angle[near]
+        second = (u[near] >= first).astype(int)
+        x = np.where(second, (u[near] - first) / np.maximum(1 - first, 1e-300), u[near] / np.maximum(first, 1e-300))
+        toward[near] = _on_plane(direction_to_triangle(halves[near, second], np.clip(x, 0, 1), v[near]),
+                                 corners[near], self._scene.normals[patch[near]])
+        return toward, measure
+
+    def _by_area(self, patch, corners, u, v):
+        """Points at (u, v) of patches, and their area per unit square as a vector."""
         triangle = self._scene.is_triangle[patch]
         # Rows of a triangle shrink towards its repeated corner: more of the square goes to the long ones.
         v = np.where(triangle, 1 - np.sqrt(1 - v), v)
@@ -164,3 +182,12 @@ class DirectLight:
                         self._scene.surface[hits.patch[met]], rest)
         through[going] = 0
         return through
+
+
+def _on_plane(direction, corners, normal):
+    """Where unit directions meet planes through the corners; rounding may not lead beyond the farthest corner."""
+    slope = np.einsum("kj,kj->k", direction, normal)
+    height = np.einsum("kj,kj->k", corners.mean(axis=1), normal)
+    farthest = np.linalg.norm(corners, axis=2).max(axis=1)
+    distance = np.divide(height, slope, out=farthest.copy(), where=np.abs(height) < farthest * np.abs(slope))
+    return distance[:, None] * direction

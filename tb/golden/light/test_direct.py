@@ -203,6 +203,27 @@ def test_a_sheet_behind_the_light_does_not_dim_it():
     np.testing.assert_allclose(backed, bare, rtol=1e-12)
 
 
+@pytest.mark.parametrize("height", [1e-2, 1e-4, 1e-7])
+def test_a_light_that_touches_the_surface_is_bright_without_sparks_at_its_foot(height):
+    """Beside a glowing wall the truth is near 1/2; by area, places on the wall would count up to 1 / distance^2."""
+    wall = rectangle((0, -1, 0), (0, 2, 0), (0, 0, 1))
+    points = points_at((height, 0, 0), count=4000)
+    values = irradiance(scene_of(RECEIVER, (wall, DIM)), points) / DIM.emission
+    truth = point_to_polygon(points.position[:1], points.normal[:1], [wall])[0, 0]
+    assert values.max() < 2
+    assert_mean_is(values, truth, 0.02)
+
+
+def test_a_surface_does_not_shade_itself():
+    """Rounding puts points of a tilted surface on either side of it."""
+    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
+    floor = rectangle((-1, -1, 0.3), (2, 0, 0), (0, 2, 0)) @ turn
+    scene = scene_of((floor, BLACK), lights=(PointLight(position=tuple((0, 0, 2) @ turn), intensity=(1, 1, 1)),))
+    normal = scene.normals[0] * np.sign(scene.normals[0] @ turn[2])
+    places = np.append(np.random.default_rng(5).uniform(-1, 1, (200, 2)), np.full((200, 1), 0.3), axis=1) @ turn
+    assert irradiance(scene, points_at(places, normal, 200)).all()
+
+
 def test_light_depends_on_a_points_key_and_on_no_other_point(monkeypatch):
     scene = scene_of(RECEIVER, (front_up(LIGHTS["kite"]), LAMP), (front_up(LIGHTS["overhead"]) * 2, DIM))
     points = points_at(np.random.default_rng(3).uniform(-1, 1, (50, 3)) * (1, 1, 0), count=50)

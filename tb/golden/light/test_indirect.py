@@ -170,14 +170,23 @@ def test_colours_do_not_mix():
     assert near[2] == 0
 
 
-def test_what_is_inside_a_body_does_not_darken_the_element_that_it_covers_in_part():
+@pytest.mark.parametrize("light", [
+    {"lights": (PointLight(position=(0, 0, 50), intensity=(1000, 1000, 1000)),)}, {"background": SKY},
+], ids=["point light", "sky"])
+def test_what_is_inside_a_body_does_not_darken_the_element_that_it_covers_in_part(light):
     """Elements of 1 x 1 under a block reflect what falls on their open quarters, as if the block were not there."""
-    light = PointLight(position=(0, 0, 50), intensity=(1000, 1000, 1000))
-    cover = box((-0.3, -0.3, 0), (1, 1, 0.01), omit=("-z",))
-    open_, covered = (solve(scene_of((FLOOR, GREY), *more, lights=(light,)), 1.0).solution.radiosity[:16, 0]
+    cover = box((-0.3, -0.3, 0), (1, 1, 0.003), omit=("-z",))
+    open_, covered = (solve(scene_of((FLOOR, GREY), *more, **light), 1.0).solution.radiosity[:16, 0]
                       for more in ((), ((cover, BLACK),)))
-    np.testing.assert_allclose(covered[[5, 6, 9]], open_[[5, 6, 9]], rtol=2e-3)
+    np.testing.assert_allclose(covered[[5, 6, 9]], open_[[5, 6, 9]], rtol=1e-2)
     assert covered[10] == 0, "all of it is covered"
+
+
+@pytest.mark.usefixtures("exact_direct_light")
+def test_mirrors_and_glass_count_as_diffuse():
+    mixed = Material(name="mixed", diffuse=(0.3,) * 3, specular=(0.15,) * 3, transparent=(0.05,) * 3, emission=(1,) * 3)
+    light = solve(scene_of((furnace(1).vertices, mixed)), 0.5, rays=(16, 8))
+    np.testing.assert_allclose(light.irradiance, 1, rtol=1e-4)
 
 
 def test_seeds_count_and_equal_ones_give_equal_light():

@@ -9,7 +9,7 @@ class Half:
 
     def nearest(self, rays):
         count = len(rays)
-        patch = np.where(np.arange(count) % 2, -1, 4)
+        patch = np.where(np.arange(count) % 2, -1, 0)
         return Hits(patch=patch, t=np.ones(count), u=np.zeros(count), v=np.zeros(count),
                     tests=np.full(count, 3), steps=np.full(count, 2))
 
@@ -39,7 +39,7 @@ def test_casters_of_one_kind_share_one_account():
 
 def test_hits_pass_through_unchanged():
     hits = Tally().counting("primary", Half()).nearest(rays(3))
-    assert hits.patch.tolist() == [4, -1, 4]
+    assert hits.patch.tolist() == [0, -1, 0]
 
 
 def test_the_time_of_a_stage_adds_up():

@@ -62,10 +62,10 @@ def test_a_white_furnace_shines_alike_everywhere(diffuse, method):
 
 
 def test_a_white_furnace_shines_alike_within_the_noise_of_its_shadow_rays():
-    """Rays to a wall close by have few but large values: the median tells more than the mean."""
-    image = picture(furnace(2), width=24, height=24, light_samples=64, max_edge=0.3).image
-    assert np.median(image) == pytest.approx(2, rel=0.02)
-    assert (np.abs(image / 2 - 1) < 0.1).mean() > 0.9
+    """No sparks in the corners, where the walls are close."""
+    image = picture(furnace(1), width=20, height=20, light_samples=256, max_edge=0.3).image
+    np.testing.assert_allclose(image, 2, rtol=0.05)
+    assert image.mean() == pytest.approx(2, rel=0.002)
 
 
 def test_emitters_and_background_are_seen_as_they_are():
@@ -99,6 +99,21 @@ def test_a_mirror_shows_the_mirror_image():
     straight = picture(scene_of((lamp[::-1] * (1, 1, -1), LAMP)), camera, width=24, height=24).image
     np.testing.assert_allclose(mirrored, straight, rtol=1e-12)
     assert 0.1 < (straight[..., 0] > 0).mean() < 0.9
+
+
+@pytest.mark.parametrize("body", [
+    sphere((0, 0, 0), 1.0, segments=12), FLOOR @ np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0],
+], ids=["ball", "turned plane"])
+def test_no_ray_is_mirrored_into_the_mirror(body):
+    """Neither by a ball's normals on facets nor by a rounding: all of the uniform sky comes back."""
+    scene = scene_of((body, MIRROR, {"smooth": len(body.shape) == 3, "two_sided": len(body.shape) == 2}),
+                     background=(1.0, 1.0, 1.0))
+    image = picture(scene, looking((1.5, 2, 3), (0, 0, 0), 30), width=24, height=24).image
+    np.testing.assert_allclose(image, 1, rtol=1e-12)
+
+
+def test_the_back_of_a_one_sided_mirror_is_black():
+    assert not picture(scene_of((FLOOR, MIRROR), background=SKY), at_angle(20, side=-1)).image.any()
 
 
 @pytest.mark.parametrize("depth", [1, 4, 9])
@@ -251,7 +266,7 @@ def test_pixels_do_not_depend_on_the_batches(room, image_of_room, monkeypatch, b
 def test_another_seed_gives_another_image_of_the_same_thing(room, image_of_room):
     other = picture(room, seed=1, **ROOM).image
     assert (other != image_of_room.image).mean() > 0.5
-    assert np.median(other) == pytest.approx(np.median(image_of_room.image), rel=0.25)
+    assert other.mean() == pytest.approx(image_of_room.image.mean(), rel=0.05)
 
 
 def test_both_methods_of_casting_give_the_same_image(room, image_of_room):
@@ -269,6 +284,7 @@ def test_solvers_agree(room, image_of_room):
 def test_samples_are_the_largest_square_grid(samples, rays):
     result = picture(scene_of((FLOOR, LAMP)), at_angle(0), samples=samples)
     assert result.stats["rays"]["primary"]["rays"] == 120 * rays
+    np.testing.assert_allclose(result.image, np.broadcast_to(COLOUR, (10, 12, 3)), rtol=1e-14)
 
 
 def test_samples_of_a_pixel_cover_it_evenly():
