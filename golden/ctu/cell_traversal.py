@@ -19,8 +19,8 @@ NEVER = 1 << 36
 
 
 def reciprocal(magnitude: np.ndarray):
-    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, truncated, for magnitudes of 1 and
-    up.
+    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, truncated,
+    for magnitudes from 1.
 
     Mantissas are from ``2^(RECIPROCAL_BITS - 1)`` to ``2^RECIPROCAL_BITS``.
     """

@@ -93,7 +93,8 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
 
 
 @lru_cache(maxsize=1024)
-def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int], half_angles: tuple[float, float]) -> GridRays:
+def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
+                half_angles: tuple[float, float]) -> GridRays:
     """Grid rays of a shell (a slab of depth) for a screen.
 
     Parameters

@@ -1,8 +1,8 @@
 """How far around a grid ray hits may lie: the radii that keep shelling exact.
 
-A hit P of an intersection ray lies in a cell whose centre C is within half a cell diagonal of P. The grid ray that opens
-this cell in C's shell passes within half a cell of C, at C's own distance (of a screen: depth). Everything below follows
-from these two lengths. Lengths are in cells; shell s lies between the distances s - 1 and s.
+A hit P of an intersection ray lies in a cell whose centre C is within half a cell diagonal of P. The grid ray that
+opens this cell in C's shell passes within half a cell of C, at C's own distance (of a screen: depth). Everything below
+follows from these two lengths. Lengths are in cells; shell s lies between the distances s - 1 and s.
 
 Source: design.md section 5.
 """
@@ -20,8 +20,8 @@ RADIUS = 0.5
 def slack(shell: int) -> float:
     """What rounding moves a hit, a grid ray or a cell border in this shell.
 
-    Directions are off by less than 2^-15 of the distance (normalised vertices, tables and matrix have 16 fraction bits);
-    start points, steps and distances by less than 2^-10 of the smallest cell.
+    Directions are off by less than 2^-14 of the distance (normalised vertices, tables and matrix have 16 fraction
+    bits); start points, steps and distances by less than 2^-10 of the smallest cell.
     """
     return 2.0**-10 + shell * 2.0**-14
 

@@ -31,7 +31,7 @@ class Sector:
         return cls(0, record.columns, 0, record.rows)
 
     def mask(self, shape) -> np.ndarray:
-        """rows x columns bool."""
+        """Whether each ray is in the sector: rows x columns bool."""
         mask = np.zeros(shape, dtype=bool)
         mask[self.first_row:self.end_row, self.first_column:self.end_column] = True
         return mask

@@ -1,0 +1,95 @@
+"""Every cell of a shell is met by a grid ray, and every intersection ray near it keeps that grid ray going."""
+
+import numpy as np
+import pytest
+
+from golden.ctu import margins
+from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays, steps
+from golden.ctu.survival import survivors
+
+SHELLS = [2, 3, 4, 7, 13, 30]
+AZIMUTHS, POLARS = 64, 16
+SCREEN = {"pixels": (50, 31), "bits": (6, 5), "half_angles": (0.9, 0.45)}
+
+
+def angles_between(first, second):
+    """Angles between unit vectors, M x N; exact for small ones too."""
+    chord = np.linalg.norm(first[:, None] - second[None], axis=2)
+    return 2 * np.arcsin(np.minimum(chord / 2, 1))
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_centre_in_a_shell_is_within_half_a_cell_of_a_grid_ray_at_its_own_distance(shell):
+    random = np.random.default_rng(shell)
+    below = np.sin(margins.horizon(shell))
+    centre = random.normal(size=(1500, 3))
+    centre /= np.linalg.norm(centre, axis=1, keepdims=True)
+    centre = centre[centre[:, 2] >= -below]
+    rays = hemisphere_rays(shell, AZIMUTHS, POLARS).direction.reshape(-1, 3) / 2.0**FRACTION
+    nearest = angles_between(centre, rays).min(axis=1)
+    assert (2 * shell * np.sin(nearest / 2)).max() < margins.RADIUS
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_centre_in_a_slab_is_within_half_a_cell_of_a_grid_ray_at_its_own_depth(shell):
+    random = np.random.default_rng(shell)
+    rays = screen_rays(shell, **SCREEN).direction.reshape(-1, 3)[:, :2] / 2.0**FRACTION * SCREEN["half_angles"]
+    half = np.array(SCREEN["half_angles"]) * SCREEN["pixels"] / 2.0**np.array(SCREEN["bits"])
+    edge = half + margins.screen_border(shell, half)
+    centre = random.uniform(-edge, edge, (1000, 2))
+    distance = np.linalg.norm(centre[:, None] - rays[None], axis=2).min(axis=1)
+    assert (shell * distance).max() < margins.RADIUS
+
+
+def test_no_more_grid_rays_than_the_density_asks_for():
+    for shell in SHELLS:
+        azimuth, polar = steps(shell)
+        rays = hemisphere_rays(shell, AZIMUTHS, POLARS)
+        assert rays.columns < 2 * np.pi / azimuth + 1
+        assert rays.rows < (np.pi / 2 + margins.horizon(shell)) / polar + 1
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_grid_ray_survives_while_a_ray_within_psi_may_change(shell):
+    random = np.random.default_rng(shell)
+    rays = hemisphere_rays(shell, AZIMUTHS, POLARS)
+    polar, azimuth = np.meshgrid((np.arange(POLARS) + 0.5) * np.pi / 2 / POLARS,
+                                 (np.arange(AZIMUTHS) + 0.5) * 2 * np.pi / AZIMUTHS, indexing="ij")
+    icrays = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=2)
+    for count in 1, 1, 1, 1, 3, 20:
+        alive = np.zeros((POLARS, AZIMUTHS), dtype=bool)
+        alive.ravel()[random.choice(alive.size, count, replace=False)] = True
+        near = angles_between(rays.direction.reshape(-1, 3) / 2.0**FRACTION, icrays[alive]).min(axis=1)
+        going = survivors(rays, alive).ravel()
+        assert going[near <= margins.angle(shell) - 1e-4].all()
+        if shell > 4:
+            assert not going.all()
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_grid_ray_of_a_screen_survives_while_a_near_pixel_may_change(shell):
+    rays = screen_rays(shell, **SCREEN)
+    columns, rows = SCREEN["pixels"]
+    pitch = 2 * np.array(SCREEN["half_angles"]) / 2.0**np.array(SCREEN["bits"])
+    half = pitch * SCREEN["pixels"] / 2
+    slope = rays.direction[..., :2] / 2.0**FRACTION * SCREEN["half_angles"]
+    step = 2 * (margins.RADIUS - margins.slack(shell)) / (np.sqrt(2) * shell)
+    reach = np.array([margins.screen_reach(shell, h, step) for h in half])
+    random = np.random.default_rng(shell)
+    for _ in range(5):
+        pixel = random.integers((columns, rows))
+        alive = np.zeros((rows, columns), dtype=bool)
+        alive[pixel[1], pixel[0]] = True
+        near = (np.abs(slope - ((pixel + 0.5) * pitch - half)) <= reach - 1e-4).all(axis=2)
+        assert survivors(rays, alive)[near].all()
+
+
+def test_no_grid_ray_survives_when_nothing_may_change():
+    assert not survivors(hemisphere_rays(2, AZIMUTHS, POLARS), np.zeros((POLARS, AZIMUTHS), dtype=bool)).any()
+    assert not survivors(screen_rays(2, **SCREEN), np.zeros(SCREEN["pixels"][::-1], dtype=bool)).any()
+
+
+def test_near_the_pole_the_whole_circle_is_near():
+    reach = margins.azimuth_reach(0.3, np.array([0.1, 0.3, 0.31, np.pi / 2, np.pi - 0.2]))
+    np.testing.assert_allclose(reach[[0, 1, 4]], np.pi)
+    assert 0.2999 < reach[3] < reach[2] < np.pi / 2
