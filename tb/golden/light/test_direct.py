@@ -50,6 +50,18 @@ def triangle_last(polygon):
     return polygon[[1, 2, 3, 0]][[0, 1, 2, 2]] if (polygon[0] == polygon[1]).all() else polygon
 
 
+def beyond(polygon, axis, border):
+    """The part of a polygon where a coordinate is above a border."""
+    parts = []
+    for here, there in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        low, high = here[axis] - border, there[axis] - border
+        if low >= 0:
+            parts.append(here)
+        if low * high < 0:
+            parts.append(here + low / (low - high) * (there - here))
+    return np.array(parts)
+
+
 @pytest.fixture(params=LIGHTS)
 def polygon(request):
     return triangle_last(front_up(LIGHTS[request.param]))
@@ -74,6 +86,22 @@ def test_many_samples_of_one_point_meet_the_closed_form(polygon):
     truth = point_to_polygon(points.position, points.normal, [polygon]) * COLOUR
     # Evenly spread samples err far less than 1024 at random, of which the standard error is 4 % near the worst light.
     np.testing.assert_allclose(values, truth, rtol=0.015)
+
+
+@pytest.mark.parametrize("name", ["triangle", "trapezoid", "kite", "sliver"])
+def test_far_lights_have_the_closed_form_as_their_mean_whole_and_half_hidden(name):
+    """They are sampled by area: places must be spread evenly over it, which only a shadow shows from afar."""
+    polygon = triangle_last(front_up(LIGHTS[name])) * (1, 1, 0) + (0, 0, 60)
+    points = points_at((0, 0, 0), count=8000)
+    whole = irradiance(scene_of(RECEIVER, (polygon, LAMP)), points)
+    truth = point_to_polygon([(0, 0, 0)], [(0, 0, 1)], [polygon])[0, 0] * COLOUR
+    assert_mean_is(whole, truth, 0.01)
+    for axis in (0, 1):
+        border = polygon[:, axis].mean()
+        screen = rectangle((-9, -9, 59.99), (18, 0, 0), (0, 18, 0))
+        screen[:, axis] = np.minimum(screen[:, axis], border)
+        seen = point_to_polygon([(0, 0, 0)], [(0, 0, 1)], [beyond(polygon, axis, border)])[0, 0] * COLOUR
+        assert_mean_is(irradiance(scene_of(RECEIVER, (polygon, LAMP), (screen, BLACK)), points), seen, 0.02)
 
 
 def test_samples_of_one_point_are_stratified(polygon):
