@@ -38,6 +38,11 @@ class GridRays:
         ``rows`` int64.
     first_column, column_count
         rows x columns int64.
+    row_position, column_position
+        ``rows`` and ``columns`` int64: where the grid rays are among the intersection rays, in units of
+        2^-INDEX_FRACTION of their rows and columns; ray number j covers j to j + 1.
+    row_border, column_border
+        How far past a sector's border its grid rays go, in the same units: a number, and ``rows`` int64.
     """
 
     shell: int
@@ -46,6 +51,10 @@ class GridRays:
     row_count: np.ndarray
     first_column: np.ndarray
     column_count: np.ndarray
+    row_position: np.ndarray
+    column_position: np.ndarray
+    row_border: int
+    column_border: np.ndarray
 
     @property
     def rows(self) -> int:
@@ -82,14 +91,15 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     direction[..., :2] = (_table(np.sin(polar))[:, None, None] * around + (1 << FRACTION - 1)) >> FRACTION
     direction[..., 2] = _table(np.cos(polar))[:, None]
 
-    psi = margins.angle(shell)
-    scale = 2 * polars / np.pi
-    first_row, row_count = _window(polar * scale, np.full(rows, psi * scale), polars)
-    scale = azimuths / (2 * np.pi)
-    first, last = _span(azimuth * scale, margins.azimuth_reach(psi, polar)[:, None] * scale)
+    per_polar, per_azimuth = polars / (np.pi / 2), azimuths / (2 * np.pi)
+    row_position, column_position = _position(polar * per_polar), _position(azimuth * per_azimuth)
+    psi, border = margins.angle(shell), margins.sector_angle(shell)
+    first_row, row_count = _window(row_position, _reach(psi * per_polar), polars)
+    first, last = _span(column_position, _reach(margins.azimuth_reach(psi, polar) * per_azimuth)[:, None])
     count = np.clip(last - first + 1, 0, azimuths)
     first = np.where(count == azimuths, 0, first % azimuths)
-    return GridRays(shell, direction, first_row, row_count, first, count)
+    return GridRays(shell, direction, first_row, row_count, first, count, row_position, column_position,
+                    int(_reach(border * per_polar)), _reach(margins.sector_reach(border, polar) * per_azimuth))
 
 
 @lru_cache(maxsize=1024)
@@ -113,30 +123,40 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
         border = margins.screen_border(shell, half)
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
-        reach = np.full(rays, margins.screen_reach(shell, half, step) * scale)
-        axes.append((_table(slope / angle), *_window((slope + half) * scale, reach, count)))
-    (x, first_column, column_count), (y, first_row, row_count) = axes
+        position, reach = _position((slope + half) * scale), _reach(margins.screen_reach(shell, half, step) * scale)
+        border = int(_reach(margins.screen_sector_reach(shell, half, step) * scale))
+        axes.append((_table(slope / angle), position, border, *_window(position, reach, count)))
+    (x, column_position, column_border, first_column, column_count), (
+        y, row_position, row_border, first_row, row_count) = axes
     across = (len(y), len(x))
     direction = np.empty((*across, 3), dtype=np.int64)
     direction[..., 0], direction[..., 1], direction[..., 2] = x, y[:, None], 1 << FRACTION
     return GridRays(shell, direction, first_row, row_count, np.broadcast_to(first_column, across),
-                    np.broadcast_to(column_count, across))
+                    np.broadcast_to(column_count, across), row_position, column_position, row_border,
+                    np.full(len(y), column_border))
 
 
 def _table(values):
     return np.rint(values * (1 << FRACTION)).astype(np.int64)
 
 
-def _span(centre, reach):
-    """First and last of the numbers i with ``|i + 1/2 - centre| <= reach``, or a little more."""
-    unit = 1 << INDEX_FRACTION
-    centre = np.floor(centre * unit).astype(np.int64)
-    reach = np.ceil(reach * unit).astype(np.int64) + 1
-    return -((reach + unit // 2 - centre) // unit), (centre + reach - unit // 2) // unit
+def _position(index):
+    return np.floor(index * (1 << INDEX_FRACTION)).astype(np.int64)
 
 
-def _window(centre, reach, count):
+def _reach(index):
+    """Rounded up, and by one unit more since positions are truncated."""
+    return np.ceil(np.asarray(index) * (1 << INDEX_FRACTION)).astype(np.int64) + 1
+
+
+def _span(position, reach):
+    """First and last of the rays j whose middle, j + 1/2, is within ``reach`` of a position."""
+    half = 1 << INDEX_FRACTION - 1
+    return -((reach + half - position) >> INDEX_FRACTION), (position + reach - half) >> INDEX_FRACTION
+
+
+def _window(position, reach, count):
     """`_span` clipped to 0 ... count - 1, as first and number."""
-    first, last = _span(centre, reach)
+    first, last = _span(position, reach)
     first, last = np.maximum(first, 0), np.minimum(last, count - 1)
     return np.minimum(first, count), np.maximum(last - first + 1, 0)

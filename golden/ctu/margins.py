@@ -10,7 +10,7 @@ Source: design.md section 5.
 import numpy as np
 
 __all__ = ["DIAGONAL", "RADIUS", "angle", "azimuth_reach", "depth", "horizon", "screen_border", "screen_reach",
-           "sector_angle", "sector_reach", "slack"]
+           "screen_sector_reach", "sector_angle", "sector_reach", "slack"]
 
 # Half a diagonal of a cell, and the radius of the ball inside it.
 DIAGONAL = np.sqrt(3) / 2
@@ -66,6 +66,9 @@ def screen_reach(shell: int, half: float, step: float) -> float:
     ``step`` is the distance between grid rays.
     """
     return (DIAGONAL + slack(shell)) * np.sqrt(1 + half * half) / (shell - 1) + step / 2
+
+
+screen_sector_reach = screen_reach
 
 
 def _angle(distance, shell):

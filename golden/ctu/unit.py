@@ -1,40 +1,19 @@
 """The cell-traversal unit of one cluster: which cells it opens in which shell."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from golden.ctu import margins
 from golden.ctu.cell_traversal import Traversal
 from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays
 from golden.ctu.near_cells import near_cells
+from golden.ctu.ray_memory import RayMemory
+from golden.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.ctu.survival import survivors
 from golden.fixed import round_shift
 from golden.frustum import FrustumRecord
 from golden.memsys.cell_table import CellTable
 
-__all__ = ["CellTraversalUnit", "Sector"]
-
-
-@dataclass(frozen=True)
-class Sector:
-    """A part of a frustum: the intersection rays with ``first_column <= column < end_column`` and likewise rows."""
-
-    first_column: int
-    end_column: int
-    first_row: int
-    end_row: int
-
-    @classmethod
-    def whole(cls, record: FrustumRecord) -> "Sector":
-        """All rays of a frustum."""
-        return cls(0, record.columns, 0, record.rows)
-
-    def mask(self, shape) -> np.ndarray:
-        """Whether each ray is in the sector: rows x columns bool."""
-        mask = np.zeros(shape, dtype=bool)
-        mask[self.first_row:self.end_row, self.first_column:self.end_column] = True
-        return mask
+__all__ = ["CellTraversalUnit"]
 
 
 class CellTraversalUnit:
@@ -60,6 +39,7 @@ class CellTraversalUnit:
     def __init__(self, record: FrustumRecord, table: CellTable, sector: Sector | None = None):
         self.record, self.table = record, table
         self.sector = sector or Sector.whole(record)
+        self._own = self.sector.mask(record)
         self.grid_rays = self.steps = 0
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
         offset = corners.reshape(3, -1).T - record.origin
@@ -86,30 +66,46 @@ class CellTraversalUnit:
         cube = 2.0**self.record.numbers.scene_bits
         return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
 
-    def open(self, shell: int, may_change: np.ndarray):
+    def open(self, shell: int, may_change: np.ndarray, subshells=()) -> np.ndarray:
         """Cells of one shell, in the order in which they are met and as often as they are met.
 
         Parameters
         ----------
         may_change
             rows x columns bool of the frustum's rays: may the ray's hit still change, see `settled`?
+        subshells
+            Windows (see `subshell_rays`) whose grid rays go first, one after the other. The last subshell, which holds
+            the rest of the sector, is added here.
         """
         if shell == 1:
-            record = self.record
-            slopes = tuple(angle * count / 2.0**bits for angle, count, bits in zip(
-                record.half_angles, (record.columns, record.rows), (record.column_bits, record.row_bits), strict=True))
-            return near_cells(record, self.table, slopes)
+            return near_cells(self.record, self.table, self._slopes())
         rays = self.rays(shell)
-        go_on = survivors(rays, may_change & self.sector.mask(may_change.shape))
-        direction = round_shift(rays.direction[go_on] @ self.record.to_global.T, FRACTION)
-        begin, end = (int(np.rint(border * self.table.cell * self._stretch)) for border in (shell - 1, shell))
+        go_on = survivors(rays, may_change & self._own) & sector_rays(rays, self.sector, self.record)
+        memory = RayMemory(go_on.size, deferred=0)
+        cells = []
+        windows = [subshell_rays(rays, window, self.record) for window in subshells] + [np.ones_like(go_on)]
+        for number, window in enumerate(windows):
+            leaving, _ = memory.request(np.flatnonzero(window), subshell=number, shell=shell)
+            cells += self._walk(rays, leaving[go_on.ravel()[leaving]])
+            memory.complete(leaving)
+        return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+
+    def _walk(self, rays, numbers):
+        """Cells of some grid rays, one array for each pass."""
+        direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T, FRACTION)
+        begin, end = (int(np.rint(border * self.table.cell * self._stretch)) for border in (rays.shell - 1, rays.shell))
         walk = Traversal(self.record.origin, direction, begin=begin, end=end, lower=self.table.lower,
                          cell=self.table.cell, shape=self.table.shape)
         self.grid_rays += len(direction)
         cells = []
         while len(walk.ray):
             cells.append(self.table.number(walk.index))
+            self.steps += len(walk.ray)
             walk.advance()
-        cells = np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
-        self.steps += len(cells)
         return cells
+
+    def _slopes(self):
+        """Of the screen's border in x and y."""
+        record = self.record
+        return tuple(angle * count / 2.0**bits for angle, count, bits in zip(
+            record.half_angles, (record.columns, record.rows), (record.column_bits, record.row_bits), strict=True))
