@@ -154,7 +154,7 @@ class Icu:
     rays: int = 1 << 18
     angle_bits: int = 24
     cordic_stages: int = 16
-    cordic_guard: int = 4
+    cordic_guard: int = 6
     bulge_polar_bits: int = 5
     bulge_span_bits: int = 6
     uv_bits: int = 8

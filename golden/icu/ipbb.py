@@ -1,0 +1,57 @@
+"""IPBB: the window of pixels that holds a patch seen through a screen."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.cordic import linear, linear_error, normalise
+from golden.frustum import FrustumRecord
+from golden.icu.edge_planes import DIAGONAL, EDGES, EdgePlanes
+from golden.icu.window import Window, make_window
+
+__all__ = ["ImagePlaneWindows"]
+
+
+class ImagePlaneWindows:
+    """The IPBB block for one screen.
+
+    Per patch and axis: the smallest and the largest x/z (y/z) of the vertices in front of the eye, widened by the
+    error of CORDIC. Where an edge passes from the front to behind the eye the window reaches the border of the screen
+    on the side to which the edge runs off, which the edge plane's sign says. No vertex in front: no window.
+    """
+
+    def __init__(self, record: FrustumRecord, config: Config):
+        self._record, self._config = record, config
+        self.error = linear_error(config.icu, config.numbers.vertex_bits)
+
+    def windows(self, directions: np.ndarray, planes: EdgePlanes) -> Window:
+        """The windows of P patches, from their V' (P x 4 x 3 int64) and edge planes."""
+        record = self._record
+        front = directions[..., 2] > 0
+        # Where an edge meets the plane of the eye: (x, y) = (n_y, -n_x), from the end in front to the one behind.
+        first, second = (front[:, [edge[end] for edge in EDGES[:DIAGONAL + 1]]] for end in range(2))
+        crosses = first != second
+        crosses[~planes.split, DIAGONAL] = False
+        side = np.where(first, 1, -1)
+        edges = planes.planes[:, :DIAGONAL + 1]
+        column = self._range(directions[..., 0], directions[..., 2], front, crosses, side * edges[..., 1])
+        row = self._range(directions[..., 1], directions[..., 2], front, crosses, -side * edges[..., 0])
+        return make_window(record, ~(front.any(axis=1) & planes.orientation.any(axis=1)),
+                           *self._indices(*column, record.columns, record.column_bits),
+                           *self._indices(*row, record.rows, record.row_bits))
+
+    def _range(self, across, z, front, crosses, runs):
+        """Smallest and largest quotient of each patch."""
+        one = 1 << self._config.icu.cordic_stages
+        outside = np.abs(across) >= z
+        y, x, _ = normalise(np.where(outside, 0, across), np.where(outside, 1, z), self._config.numbers.vertex_bits)
+        quotient = np.where(outside, np.where(across < 0, -one, one), linear(y, x, self._config.icu))
+        low = np.where(front, quotient, one).min(axis=1) - self.error
+        high = np.where(front, quotient, -one).max(axis=1) + self.error
+        return (np.where((crosses & (runs <= 0)).any(axis=1), -one, low),
+                np.where((crosses & (runs >= 0)).any(axis=1), one, high))
+
+    def _indices(self, low, high, size, bits):
+        """First and last of the table entries (2 i + 1 - size) / 2^bits that are in [low, high]."""
+        stages = self._config.icu.cordic_stages
+        middle = (size - 1) << stages
+        return -((-(low << bits) - middle) >> (stages + 1)), ((high << bits) + middle) >> (stages + 1)

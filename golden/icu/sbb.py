@@ -1,0 +1,152 @@
+"""SBB: the window of azimuths and polar angles that holds a patch seen from a hemisphere's origin."""
+
+from functools import cache
+
+import numpy as np
+
+from golden.config import Config, Icu
+from golden.cordic import circular, circular_error, gain, normalise
+from golden.fixed import round_shift
+from golden.frustum import FrustumRecord
+from golden.icu.edge_planes import DIAGONAL, EDGES, EdgePlanes
+from golden.icu.window import Window, make_window
+
+__all__ = ["SphericalWindows", "bulge_table"]
+
+# Bits behind the point of the factor that brings z to the length of the first CORDIC's results.
+GAIN_FRACTION = 16
+# A bulge is stored in units of a quarter turn / 2^12, rounded up.
+BULGE_BITS = 12
+
+
+class SphericalWindows:
+    """The SBB block for one hemisphere: supersets for the directions that the tables hold.
+
+    Per patch: the azimuths of the four vertices, followed from one to the next the way the edge goes round the axis
+    (the sign of the edge plane's z), widened by the errors of CORDIC and of the tables; the whole ring if the axis
+    meets the patch or more than a half turn results. The polar angles of the vertices, less what an edge rises above
+    its lower end (`bulge_table`), from 0 if the normal meets the patch, to the horizon.
+
+    Source: Shen 1993, Theorem 3.1 and Eq. 3.5; the bulge also by polar angle, and the cases that the thesis leaves out.
+    """
+
+    def __init__(self, record: FrustumRecord, config: Config):
+        self._record, self._config = record, config
+        icu, numbers = config.icu, config.numbers
+        turn = 2.0**icu.angle_bits / (2 * np.pi)
+        self.azimuth_error = circular_error(icu, numbers.vertex_bits)
+        # The length that enters the second CORDIC is cut once per stage and once when it is shifted back; the factor
+        # for z is rounded.
+        length = (icu.cordic_stages * np.sqrt(2) + 2) / 2.0 ** (numbers.vertex_bits - 1 + icu.cordic_guard)
+        self.polar_error = self.azimuth_error + int(np.ceil((length + 2.0**-GAIN_FRACTION / 2) * turn))
+        # A table direction is this far from the one it stands for: three roundings by half a unit each way.
+        off = 2.0 ** (1 - numbers.direction_fraction)
+        self.polar_slack = int(np.ceil(off * turn))
+        sine = np.sin((2 * np.arange(record.rows) + 1) * (np.pi / 4 / record.rows))
+        half = 1 << (icu.angle_bits - 1)
+        # Rows so near the pole that the tables' error turns them by more than a radian get the whole ring.
+        self.azimuth_slack = np.where(off < sine, np.ceil(off / sine * turn), half).astype(np.int64)
+        self._gain = round(gain(icu) * 2**GAIN_FRACTION)
+
+    def angles(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Azimuth and polar angle of vertices V' (... x 3), 2^``angle_bits`` to a turn."""
+        icu, bits = self._config.icu, self._config.numbers.vertex_bits
+        x, y, by = normalise(directions[..., 0], directions[..., 1], bits)
+        azimuth, length = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
+        z = round_shift(directions[..., 2] * self._gain, GAIN_FRACTION - icu.cordic_guard)
+        polar, _ = circular(z, length >> by, icu)
+        return azimuth, polar
+
+    def windows(self, directions: np.ndarray, planes: EdgePlanes) -> Window:
+        """The windows of P patches.
+
+        Parameters
+        ----------
+        directions
+            P x 4 x 3 int64, V'.
+        planes
+            Their edge planes.
+        """
+        record, icu = self._record, self._config.icu
+        quarter, half = 1 << (icu.angle_bits - 2), 1 << (icu.angle_bits - 1)
+        azimuth, polar = self.angles(directions)
+        around = np.sign(planes.planes[:, :DIAGONAL + 1, 2])
+        pole, nadir = _axis_inside(around, planes.orientation)
+
+        turn = _edge_turns(azimuth, around, half)
+        lowest = _lowest(polar - self.polar_error, np.abs(turn) + 2 * self.azimuth_error, planes.split, icu)
+        lowest = np.where(pole, 0, lowest) - self.polar_slack
+        highest = np.minimum(polar.max(axis=1) + self.polar_error, quarter) + self.polar_slack
+        row_first, row_last = _indices(lowest, highest, icu.angle_bits - 2 - record.row_bits)
+
+        walked = azimuth[:, :1] + np.concatenate(
+            [np.zeros((len(turn), 1), dtype=np.int64), np.cumsum(turn[:, :3], axis=1)], axis=1)
+        slack = self.azimuth_error + self.azimuth_slack[np.clip(row_first, 0, record.rows - 1)]
+        left, right = walked.min(axis=1) - slack, walked.max(axis=1) + slack
+        ring = pole | nadir | (right - left > half)
+        column_first, column_last = _indices(left, right, icu.angle_bits - record.column_bits)
+        return make_window(record, ~planes.orientation.any(axis=1), np.where(ring, 0, column_first),
+                           np.where(ring, record.columns - 1, column_last), row_first, row_last)
+
+
+@cache
+def bulge_table(icu: Icu) -> np.ndarray:
+    """How much nearer to the pole than its lower end an edge can come.
+
+    Entry [p, s] holds for ends with a polar angle in the p-th part of a quarter turn (the smaller of the two) whose
+    azimuths differ by at most the upper end of the s-th part of a half turn. The worst edge has both ends at that polar
+    angle: its middle is at atan(tan(polar) cos(span / 2)).
+
+    Returns
+    -------
+    2^``bulge_polar_bits`` x 2^``bulge_span_bits`` int64, in units of a quarter turn / 2^12, rounded up.
+    """
+    border = np.linspace(0, np.pi / 2, 2**icu.bulge_polar_bits + 1)[:, None]
+    cosine = np.cos(np.linspace(0, np.pi / 2, 2**icu.bulge_span_bits + 1)[1:])
+    # For one span the bulge is largest where tan(polar)^2 = 1 / cosine.
+    worst = np.clip(np.arctan(1 / np.sqrt(cosine)), border[:-1], border[1:])
+    bulge = worst - np.arctan2(np.sin(worst) * cosine, np.cos(worst))
+    return np.ceil(bulge / (np.pi / 2) * 2**BULGE_BITS).astype(np.int64)
+
+
+def _axis_inside(around, orientation):
+    """Whether the R frame's z axis meets the patch, upwards and downwards.
+
+    It does where no edge of one of the two triangles passes it on the wrong side; zero counts as inside.
+    """
+    diagonal = around[:, DIAGONAL]
+    triangles = (np.stack([around[:, 0], around[:, 1], -diagonal], axis=1),
+                 np.stack([diagonal, around[:, 2], around[:, 3]], axis=1))
+    inside = [[(orientation[:, which] != 0) & (side * orientation[:, which, None] * edges >= 0).all(axis=1)
+               for which, edges in enumerate(triangles)] for side in (1, -1)]
+    return inside[0][0] | inside[0][1], inside[1][0] | inside[1][1]
+
+
+def _edge_turns(azimuth, around, half):
+    """By how much the azimuth changes along edges and the diagonal: P x 5, signed.
+
+    The sign is that of the edge plane's z, however near to 0 or a half turn the change is.
+    """
+    first, second = (azimuth[:, [edge[end] for edge in EDGES[:DIAGONAL + 1]]] for end in range(2))
+    least = np.where(around == 0, -half, -(half >> 1))
+    turn = (np.where(around < 0, first - second, second - first) - least) % (2 * half) + least
+    return np.where(around < 0, -turn, turn)
+
+
+def _lowest(polar, span, split, icu):
+    """The smallest polar angle on the edges of each patch: of each edge the lower end less its bulge."""
+    quarter = 1 << (icu.angle_bits - 2)
+    lower = np.stack([np.minimum(polar[:, i], polar[:, j]) for i, j in EDGES[:DIAGONAL + 1]], axis=1)
+    part = np.clip(lower, 0, quarter - 1) >> (icu.angle_bits - 2 - icu.bulge_polar_bits)
+    span = np.minimum(span >> (icu.angle_bits - 1 - icu.bulge_span_bits), (1 << icu.bulge_span_bits) - 1)
+    bulge = bulge_table(icu)[part, span] << (icu.angle_bits - 2 - BULGE_BITS)
+    reach = np.where(lower < quarter, lower - bulge, lower)
+    # The diagonal is on the border of the patch only where it is not convex.
+    reach[~split, DIAGONAL] = reach[~split, 0]
+    return reach.min(axis=1)
+
+
+def _indices(low, high, bits):
+    """First and last of the angles (2 i + 1) 2^(bits - 1) that are in [low, high]."""
+    half = 1 << (bits - 1)
+    return (low + half - 1) >> bits, (high - half) >> bits
