@@ -15,9 +15,9 @@ __all__ = ["DirectLight"]
 BLOCK = 1 << 20
 # A shadow ray ends this share of its length before its light, which would else shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
-# Lights that fill more than this solid angle are sampled evenly by it: by area, a light that touches a surface would be
-# hit seldom where it is brightest, without bound. Smaller ones are sampled by area, which rounding does not disturb.
-NEAR = 1e-3
+# Lights nearer than this many of their radii are sampled evenly by solid angle: by area, a light that touches a surface
+# would be hit seldom where it is brightest, without bound. Where little of it is seen, LEAST, rounding forbids that.
+NEAR, LEAST = 3, 1e-7
 # Sheets of glass that a shadow ray passes at most.
 SHEETS = 8
 
@@ -125,30 +125,15 @@ class DirectLight:
         patch = self._lights[choice]
         corners = self._scene.vertices[patch] - origin[:, None]
         halves = corners[:, [[0, 1, 2], [0, 2, 3]]]
-        angles = solid_angle(halves.reshape(-1, 3, 3)).reshape(-1, 2)
-        angle = angles.sum(axis=1)
-        near = angle > NEAR
-        toward, measure = np.empty((len(patch), 3)), np.where(near, angle, 0)
-        far = np.flatnonzero(~near)
-        toward[far], area = self._by_area(patch[far], corners[far], u[far], v[far])
-        measure[far] = np.abs(np.einsum("kj,kj->k", area, toward[far])) / np.linalg.norm(toward[far], axis=1) ** 3
-        near = np.flatnonzero(near)
-        first = angles[near, 0] / angle[near]
-        second = (u[near] >= first).astype(int)
-        x = np.where(second, (u[near] - first) / np.maximum(1 - first, 1e-300), u[near] / np.maximum(first, 1e-300))
-        toward[near] = _on_plane(direction_to_triangle(halves[near, second], np.clip(x, 0, 1), v[near]),
-                                 corners[near], self._scene.normals[patch[near]])
+        angles = np.zeros((len(patch), 2))
+        close = ((self._centre[choice] - origin) ** 2).sum(axis=1) < NEAR**2 * self._radius2[choice]
+        angles[close] = solid_angle(halves[close].reshape(-1, 3, 3)).reshape(-1, 2)
+        near = angles.sum(axis=1) > LEAST
+        toward, measure = np.empty((len(patch), 3)), angles.sum(axis=1)
+        toward[near] = _by_angle(halves[near], angles[near], self._scene.normals[patch[near]], u[near], v[near])
+        far = ~near
+        toward[far], measure[far] = _by_area(corners[far], self._scene.is_triangle[patch[far]], u[far], v[far])
         return toward, measure
-
-    def _by_area(self, patch, corners, u, v):
-        """Points at (u, v) of patches, and their area per unit square as a vector."""
-        triangle = self._scene.is_triangle[patch]
-        # Rows of a triangle shrink towards its repeated corner: more of the square goes to the long ones.
-        v = np.where(triangle, 1 - np.sqrt(1 - v), v)
-        along_u = (1 - v)[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 3])
-        along_v = (1 - u)[:, None] * (corners[:, 3] - corners[:, 0]) + u[:, None] * (corners[:, 2] - corners[:, 1])
-        area = np.where(triangle[:, None], self._scene.area_vectors[patch], np.cross(along_u, along_v))
-        return bilinear(corners, u, v), area
 
     def _from_point(self, points, light):
         toward = np.asarray(light.position) - points.position
@@ -184,10 +169,27 @@ class DirectLight:
         return through
 
 
-def _on_plane(direction, corners, normal):
-    """Where unit directions meet planes through the corners; rounding may not lead beyond the farthest corner."""
-    slope = np.einsum("kj,kj->k", direction, normal)
-    height = np.einsum("kj,kj->k", corners.mean(axis=1), normal)
+def _by_area(corners, triangle, u, v):
+    """Points of quadrilaterals K x 4 x 3 and triangles among them, and solid angle per unit square."""
+    # Rows of a triangle shrink towards its repeated corner: more of the square goes to the long ones.
+    v = np.where(triangle, 1 - np.sqrt(1 - v), v)
+    along_u = (1 - v)[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 3])
+    along_v = (1 - u)[:, None] * (corners[:, 3] - corners[:, 0]) + u[:, None] * (corners[:, 2] - corners[:, 1])
+    whole = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.where(triangle[:, None], whole, np.cross(along_u, along_v))
+    toward = bilinear(corners, u, v)
+    return toward, np.abs(np.einsum("kj,kj->k", area, toward)) / np.linalg.norm(toward, axis=1) ** 3
+
+
+def _by_angle(halves, angles, normal, u, v):
+    """Points of pairs of triangles K x 2 x 3 x 3 in a plane, evenly spread over their solid angles K x 2."""
+    first = angles[:, 0] / angles.sum(axis=1)
+    second = u >= first
+    x = np.where(second, u - first, u) / np.where(second, 1 - first, first)
+    corners = halves[np.arange(len(u)), second.astype(int)]
+    direction = direction_to_triangle(corners, np.clip(x, 0, 1), v)
+    slope, height = np.einsum("kj,kj->k", direction, normal), np.einsum("kj,kj->k", corners[:, 0], normal)
+    # Rounding may not lead beyond the farthest corner.
     farthest = np.linalg.norm(corners, axis=2).max(axis=1)
     distance = np.divide(height, slope, out=farthest.copy(), where=np.abs(height) < farthest * np.abs(slope))
     return distance[:, None] * direction
