@@ -33,8 +33,8 @@ class Scene:
     """Patches with their materials: planar, strictly convex quadrilaterals and triangles.
 
     A triangle repeats its last vertex (``vertices[i, 3] == vertices[i, 2]``). Neighbouring patches hold the same
-    float64 coordinates at a shared corner; casting relies on it to lose no ray between them. The front of a patch is the
-    side from which its vertices run counter-clockwise.
+    float64 coordinates at a shared corner; casting relies on it to lose no ray between them. The front of a patch is
+    the side from which its vertices run counter-clockwise.
 
     Parameters
     ----------
