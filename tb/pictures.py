@@ -6,14 +6,16 @@ from pathlib import Path
 from golden.scene.builtin import BUILTIN
 from tb.command import golden
 
-OPTIONS = ("--size", "256x256", "--spp", "9")
+# The Cornell box is square.
+SIZES = {"cornell": "320x320"}
+SIZE = "320x240"
 
 
 def main(folder: Path) -> None:
     """One picture per scene, by the command that a user would give."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in BUILTIN:
-        golden(folder, "render", name, "-o", f"{name}.png", *OPTIONS)
+        golden(folder, "render", name, "-o", f"{name}.png", "--size", SIZES.get(name, SIZE), "--spp", "9")
 
 
 if __name__ == "__main__":
