@@ -23,6 +23,11 @@ class Window:
     def __getitem__(self, rows) -> "Window":
         return Window(self.column_first[rows], self.column_count[rows], self.row_first[rows], self.row_count[rows])
 
+    def only(self, which: np.ndarray) -> "Window":
+        """These windows, those of the patches that are not among ``which`` (P bool) without rays."""
+        return Window(*(np.where(which, value, 0) for value in
+                        (self.column_first, self.column_count, self.row_first, self.row_count)))
+
     @property
     def rays(self) -> np.ndarray:
         """P int64: rays in the window."""

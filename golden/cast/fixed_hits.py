@@ -1,0 +1,53 @@
+"""What the rays of a frustum hit, in the machine's integers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Config
+from golden.frustum import FrustumRecord
+from golden.icu.intersection import hit_uv
+from golden.icu.patch_setup import Patches
+from golden.icu.ray_memory import RayMemory
+
+__all__ = ["FixedHits", "read_out"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FixedHits:
+    """Of R rays, in the order of their numbers.
+
+    Parameters
+    ----------
+    inverse
+        R int64, stored inverse distance; 0 for no hit.
+    patch
+        R int64, -1 for no hit.
+    u, v
+        R int64, 0 where there is no hit.
+    """
+
+    inverse: np.ndarray
+    patch: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+    def differences(self, other: "FixedHits") -> np.ndarray:
+        """The numbers of the rays of which any field differs."""
+        return np.flatnonzero((self.inverse != other.inverse) | (self.patch != other.patch)
+                              | (self.u != other.u) | (self.v != other.v))
+
+
+def read_out(memory: RayMemory, record: FrustumRecord, patches: Patches, config: Config) -> FixedHits:
+    """The hits that a ray memory holds, with (u, v), which follow from ray and patch.
+
+    Parameters
+    ----------
+    patches
+        All patches of the scene, in the order of their ids.
+    """
+    patch = memory.patch
+    hit = np.flatnonzero(patch >= 0)
+    u, v = np.zeros((2, len(patch)), dtype=np.int64)
+    u[hit], v[hit] = hit_uv(patches, patch[hit], record.directions(hit % record.columns, hit // record.columns), config)
+    return FixedHits(inverse=memory.inverse, patch=patch, u=u, v=v)

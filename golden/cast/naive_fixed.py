@@ -1,0 +1,67 @@
+"""The naive algorithm in the machine's integers: all patches against all rays, without windows."""
+
+import numpy as np
+
+from golden.cast.fixed_hits import FixedHits, read_out
+from golden.config import Config
+from golden.frustum import FrustumRecord
+from golden.icu.inverse_distance import inverse_distance
+from golden.icu.patch_setup import PatchSetup
+from golden.icu.ray_memory import RayMemory
+from golden.icu.screening import cones
+from golden.scene.patch_geometry import PatchGeometry
+
+__all__ = ["NaiveFixed"]
+
+# Rays and cones at a time: their products stay in a second-level cache.
+RAYS, CONES = 1 << 12, 4
+
+
+class NaiveFixed:
+    """The judge of shelling and of the machine: neither cells nor windows nor skipped tests.
+
+    Parameters
+    ----------
+    geometry, config
+        The patches, and the configuration.
+    """
+
+    def __init__(self, geometry: PatchGeometry, config: Config):
+        self._geometry, self._config = geometry, config
+
+    def cast(self, record: FrustumRecord) -> FixedHits:
+        """The nearest hit of each ray.
+
+        Errors
+        ------
+        InputError
+            The frustum has more rays than ``icu.rays``.
+        """
+        config = self._config
+        patches = PatchSetup(record, config).patches(self._geometry)
+        owner, planes = cones(patches.planes)
+        keep = patches.live[owner]
+        owner, planes = owner[keep], planes[keep]
+        memory = RayMemory(len(record), config)
+        directions = record.all_directions()
+        for start in range(0, len(record), RAYS):
+            block = directions[start:start + RAYS]
+            for first in range(0, len(owner), CONES):
+                cone, ray = _inside(planes[first:first + CONES], block)
+                patch = owner[first + cone]
+                inverse = inverse_distance(patches.factor[patch], block[ray], config.numbers)
+                memory.update(start + ray, inverse, patch)
+        return read_out(memory, record, patches, config)
+
+
+def _inside(planes, directions):
+    """Pairs of a cone and a ray inside it.
+
+    The products are below 2^53, and so are all their partial sums: exact in float64, whose matrix product is fast.
+    """
+    product = planes.transpose(1, 0, 2).reshape(-1, 3).astype(np.float64) @ directions.T.astype(np.float64)
+    product = product.reshape(4, len(planes), -1)
+    least = np.minimum(product[0], product[1])
+    np.minimum(least, product[2], out=least)
+    np.minimum(least, product[3], out=least)
+    return np.divmod(np.flatnonzero(least >= 0), product.shape[2])

@@ -1,0 +1,69 @@
+"""Patch setup: all that the intersection needs of a patch, once per frustum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Config
+from golden.frustum import FrustumRecord
+from golden.icu.edge_planes import EdgePlanes, edge_planes
+from golden.icu.g2r_transform import g2r_transform
+from golden.icu.inverse_distance import bound
+from golden.icu.ipbb import ImagePlaneWindows
+from golden.icu.plane_factor import PlaneFactor, plane_factor
+from golden.icu.sbb import SphericalWindows
+from golden.icu.vertex_direction import vertex_direction
+from golden.icu.window import Window
+from golden.scene.patch_geometry import PatchGeometry
+
+__all__ = ["PatchSetup", "Patches"]
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """P patches as a frustum's rays see them.
+
+    Parameters
+    ----------
+    exponents
+        P x 4, of the vertex directions.
+    planes, factor, window
+        See there; the window of a patch that is not live is empty.
+    bound
+        P int64, stored: no ray of the window has a larger inverse distance to the patch.
+    live
+        P bool: the patch can be hit. Not so the rays' own source, a patch whose plane passes through the origin, and
+        one that is seen edge-on.
+    """
+
+    exponents: np.ndarray
+    planes: EdgePlanes
+    factor: PlaneFactor
+    window: Window
+    bound: np.ndarray
+    live: np.ndarray
+
+
+class PatchSetup:
+    """G2R transform, vertex directions, edge planes, window and plane factor for one frustum.
+
+    Parameters
+    ----------
+    record, config
+        The frustum, and the configuration.
+    """
+
+    def __init__(self, record: FrustumRecord, config: Config):
+        self._record, self._config = record, config
+        self._windows = (ImagePlaneWindows if record.is_screen else SphericalWindows)(record, config)
+
+    def patches(self, geometry: PatchGeometry) -> Patches:
+        """The patches of ``geometry``, all at once."""
+        record, numbers = self._record, self._config.numbers
+        vertices = g2r_transform(record, geometry.vertices)
+        directions, exponents = vertex_direction(vertices, numbers)
+        planes, factor = edge_planes(directions, numbers), plane_factor(vertices, numbers)
+        own = (geometry.surface == record.source) & (record.source >= 0)
+        live = ~factor.dropped & ~own & planes.orientation.any(axis=1)
+        window = self._windows.windows(directions, planes).only(live)
+        return Patches(exponents, planes, factor, window, bound(factor, window, record, self._config), live)

@@ -1,0 +1,66 @@
+"""Screening: is a ray inside the edges of a patch? Exact, and so watertight."""
+
+import numpy as np
+
+from golden.icu.edge_planes import DIAGONAL, EdgePlanes
+
+__all__ = ["cones", "edge_distances", "inside"]
+
+
+def edge_distances(planes: EdgePlanes, directions: np.ndarray) -> np.ndarray:
+    """n_ij . d of ray k with the planes of patch k: K x 6 int64, in the order of `EDGES`."""
+    return np.einsum("kei,ki->ke", planes.planes, directions)
+
+
+def inside(distances: np.ndarray, planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
+    """Whether no distance has the sign opposite to the orientation, zero counting as inside.
+
+    A split patch is its two triangles, the first of which goes first.
+
+    Parameters
+    ----------
+    distances
+        K x 6, see `edge_distances`.
+    planes
+        Of the same K patches.
+
+    Returns
+    -------
+    tuple
+        K bool, and the K orientations that held.
+    """
+    d01, d12, d23, d30, d02, _ = distances.T
+    first, second = planes.orientation.T
+    whole = _agree(first, d01, d12, d23, d30)
+    one, two = _agree(first, d01, d12, -d02), _agree(second, d02, d23, d30)
+    return np.where(planes.split, one | two, whole), np.where(planes.split & ~one, second, first)
+
+
+def cones(planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
+    """The planes of everything that can be hit, turned inwards.
+
+    Returns
+    -------
+    tuple
+        C patch numbers (twice that of a split patch), and C x 4 x 3 planes: a ray is inside a cone if no one of the
+        four has a negative product with it. Of a triangle of a split patch one plane comes twice.
+    """
+    first, second = planes.orientation.T
+    sets = ((~planes.split & (first != 0), first, [0, 1, 2, 3], 1),
+            (planes.split & (first != 0), first, [0, 1, 1, DIAGONAL], -1),
+            (planes.split & (second != 0), second, [3, 2, 2, DIAGONAL], 1))
+    patches, inwards = [], []
+    for which, orientation, edges, last in sets:
+        patch = np.flatnonzero(which)
+        turned = planes.planes[patch][:, edges] * orientation[patch, None, None]
+        turned[:, 3] *= last
+        patches.append(patch)
+        inwards.append(turned)
+    return np.concatenate(patches), np.concatenate(inwards)
+
+
+def _agree(orientation, *distances):
+    held = orientation != 0
+    for distance in distances:
+        held = held & (distance * orientation >= 0)
+    return held
