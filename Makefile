@@ -22,6 +22,7 @@ help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 setup: $(STAMP) ## install everything into .venv/ (the other targets do it when needed)
+	@echo "== installed in $(VENV)/"
 
 $(STAMP): pyproject.toml
 	@echo "== installing the pinned packages of pyproject.toml into $(VENV)/"
