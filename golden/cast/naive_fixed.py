@@ -1,14 +1,12 @@
 """The naive algorithm in the machine's integers: all patches against all rays, without windows."""
 
-import numpy as np
-
 from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.frustum import FrustumRecord
 from golden.icu.inverse_distance import inverse_distance
 from golden.icu.patch_setup import PatchSetup
 from golden.icu.ray_memory import RayMemory
-from golden.icu.screening import cones
+from golden.icu.screening import cones, inside_cones
 from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["NaiveFixed"]
@@ -47,21 +45,8 @@ class NaiveFixed:
         for start in range(0, len(record), RAYS):
             block = directions[start:start + RAYS]
             for first in range(0, len(owner), CONES):
-                cone, ray = _inside(planes[first:first + CONES], block)
+                cone, ray = inside_cones(planes[first:first + CONES], block)
                 patch = owner[first + cone]
                 inverse = inverse_distance(patches.factor[patch], block[ray], config.numbers)
                 memory.update(start + ray, inverse, patch)
         return read_out(memory, record, patches, config)
-
-
-def _inside(planes, directions):
-    """Pairs of a cone and a ray inside it.
-
-    The products are below 2^53, and so are all their partial sums: exact in float64, whose matrix product is fast.
-    """
-    product = planes.transpose(1, 0, 2).reshape(-1, 3).astype(np.float64) @ directions.T.astype(np.float64)
-    product = product.reshape(4, len(planes), -1)
-    least = np.minimum(product[0], product[1])
-    np.minimum(least, product[2], out=least)
-    np.minimum(least, product[3], out=least)
-    return np.divmod(np.flatnonzero(least >= 0), product.shape[2])

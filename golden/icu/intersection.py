@@ -21,7 +21,7 @@ def intersect(patches: Patches, which: np.ndarray, directions: np.ndarray,
         The numbers k of those that meet, and their stored inverse distances.
     """
     planes = patches.planes[which]
-    pair = np.flatnonzero(inside(edge_distances(planes, directions), planes)[0] & patches.live[which])
+    pair = np.flatnonzero(inside(edge_distances(planes, directions, config.numbers), planes)[0] & patches.live[which])
     return pair, inverse_distance(patches.factor[which[pair]], directions[pair], config.numbers)
 
 
@@ -29,6 +29,6 @@ def hit_uv(patches: Patches, which: np.ndarray, directions: np.ndarray,
            config: Config) -> tuple[np.ndarray, np.ndarray]:
     """(u, v) of K pairs that are known to meet."""
     planes = patches.planes[which]
-    distances = edge_distances(planes, directions)
+    distances = edge_distances(planes, directions, config.numbers)
     _, orientation = inside(distances, planes)
     return uv_subdivision(align(distances, patches.exponents[which], config.icu), orientation, config.icu)

@@ -2,14 +2,15 @@
 
 import numpy as np
 
+from golden.config import Numbers
 from golden.icu.edge_planes import DIAGONAL, EdgePlanes
 
-__all__ = ["cones", "edge_distances", "inside"]
+__all__ = ["cones", "edge_distances", "inside", "inside_cones"]
 
 
-def edge_distances(planes: EdgePlanes, directions: np.ndarray) -> np.ndarray:
+def edge_distances(planes: EdgePlanes, directions: np.ndarray, numbers: Numbers) -> np.ndarray:
     """n_ij . d of ray k with the planes of patch k: K x 6 int64, in the order of `EDGES`."""
-    return np.einsum("kei,ki->ke", planes.planes, directions)
+    return numbers.edge_distance.check(np.einsum("kei,ki->ke", planes.planes, directions), "edge distance")
 
 
 def inside(distances: np.ndarray, planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
@@ -57,6 +58,19 @@ def cones(planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
         patches.append(patch)
         inwards.append(turned)
     return np.concatenate(patches), np.concatenate(inwards)
+
+
+def inside_cones(planes: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of one of C `cones` and one of R directions (R x 3 int64) inside it: numbers of the two.
+
+    The products are below 2^53, and so are all their partial sums: exact in float64, whose matrix product is fast.
+    """
+    product = planes.transpose(1, 0, 2).reshape(-1, 3).astype(np.float64) @ directions.T.astype(np.float64)
+    product = product.reshape(4, len(planes), -1)
+    least = np.minimum(product[0], product[1])
+    np.minimum(least, product[2], out=least)
+    np.minimum(least, product[3], out=least)
+    return np.divmod(np.flatnonzero(least >= 0), product.shape[2])
 
 
 def _agree(orientation, *distances):
