@@ -90,7 +90,7 @@ class Shelling:
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
-             subshells=()) -> tuple[FixedHits, list[ShellingCounts]]:
+             subshells=(), references: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
         Parameters
@@ -99,6 +99,8 @@ class Shelling:
             The clusters' parts of the frustum, which together hold each ray once. Default: one cluster.
         subshells
             Windows whose grid rays go first, see `CellTraversalUnit.open`.
+        references
+            N int64, to which the tests of each patch are added.
 
         Returns
         -------
@@ -111,7 +113,7 @@ class Shelling:
         """
         memory = RayMemory(len(record), self._config)
         patches = PatchSetup(record, self._config).patches(self._geometry)
-        tests = _Tests(patches, record, memory, self._config)
+        tests = _Tests(patches, record, memory, self._config, references)
         counts = [self._cluster(record, sector, subshells, tests, memory)
                   for sector in sectors or (Sector.whole(record),)]
         return read_out(memory, record, patches, self._config), counts
@@ -139,8 +141,9 @@ class Shelling:
 class _Tests:
     """Tests of patches against the rays of their windows."""
 
-    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config):
+    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, references=None):
         self._patches, self._record, self._memory, self._config = patches, record, memory, config
+        self._references = references
         self._directions = record.all_directions()
         # Products of planes and directions are below 2^53: exact in float64.
         self._components = np.ascontiguousarray(self._directions.T, dtype=np.float64)
@@ -166,6 +169,8 @@ class _Tests:
         may_improve = np.flatnonzero(mine & (self._memory.inverse[ray] <= self._patches.bound[patch]))
         ray, patch = ray[may_improve], patch[may_improve]
         counts.tests += len(ray)
+        if self._references is not None:
+            self._references += np.bincount(patch, minlength=len(self._references))
         first, last = self._cone[patch], self._cone[patch + 1] - 1
         hit = self._inside(first, ray)
         two = np.flatnonzero(last > first)
