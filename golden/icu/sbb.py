@@ -49,13 +49,17 @@ class SphericalWindows:
         self._gain = round(gain(icu) * 2**GAIN_FRACTION)
 
     def angles(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Azimuth and polar angle of vertices V' (... x 3), 2^``angle_bits`` to a turn."""
+        """Azimuth and polar angle of vertices V' (... x 3), 2^``angle_bits`` to a turn.
+
+        A polar angle may be less than 0 or more than a half turn by `polar_error`.
+        """
         icu, bits = self._config.icu, self._config.numbers.vertex_bits
         x, y, by = normalise(directions[..., 0], directions[..., 1], bits)
         azimuth, length = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
         z = round_shift(directions[..., 2] * self._gain, GAIN_FRACTION - icu.cordic_guard)
         polar, _ = circular(z, length >> by, icu)
-        return azimuth, polar
+        quarter = 1 << (icu.angle_bits - 2)
+        return azimuth, (polar + quarter & 4 * quarter - 1) - quarter
 
     def windows(self, directions: np.ndarray, planes: EdgePlanes) -> Window:
         """The windows of P patches.
