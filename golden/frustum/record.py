@@ -1,6 +1,7 @@
 """The frustum record: a bundle of rays in the machine's integers."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class FrustumRecord:
         """R x 3 int64, in the order of the rays' numbers."""
         return self.directions(np.arange(self.columns), np.arange(self.rows)[:, None]).reshape(-1, 3)
 
-    @property
+    @cached_property
     def longest_direction(self) -> int:
         """An upper bound of the lengths of all directions, in units of 2^-16."""
         if self.is_screen:

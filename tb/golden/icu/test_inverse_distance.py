@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+from golden.config import Config
+from golden.icu.inverse_distance import SMALLEST, bound, decode, encode, inverse_distance
+from golden.icu.plane_factor import plane_factor
+from golden.icu.window import Window
+from tb.golden.icu.patches import CONFIG, KINDS, hard_patches, hemisphere, meeting, screen, setup
+
+NUMBERS = CONFIG.numbers
+
+
+def test_stored_numbers_compare_as_their_values():
+    random = np.random.default_rng(1)
+    value = random.integers(1, 2**43, 20000) >> random.integers(0, 43, 20000)
+    exponent = random.integers(-60, 24, 20000)
+    key = encode(np.maximum(value, 1), exponent, NUMBERS)
+    real = np.maximum(value, 1) * 2.0**exponent
+    order = np.argsort(real, kind="stable")
+    assert (np.diff(key[order]) >= 0).all()
+
+
+@pytest.mark.parametrize("numbers", [NUMBERS, Config().replace({"numbers.fraction_bits": 8}).numbers], ids=["18", "8"])
+def test_cut_off_and_rounded_up_enclose_the_value(numbers):
+    random = np.random.default_rng(2)
+    value = np.maximum(random.integers(1, 2**43, 20000) >> random.integers(0, 43, 20000), 1)
+    exponent = random.integers(-40, 2, 20000) - np.log2(value).astype(int)
+    real = value * 2.0**exponent
+    in_range = (real > 2.0 ** -(numbers.inverse_bias - 1)) & (real < 2.0**numbers.inverse_top)
+    assert in_range.mean() > 0.8
+    down, up = (encode(value, exponent, numbers, up=flag)[in_range] for flag in (False, True))
+    real = real[in_range]
+    assert (decode(down, numbers) <= real).all()
+    assert (decode(up, numbers) >= real).all()
+    assert (up - down <= 1).all()
+    assert ((up == down) == (decode(down, numbers) == real)).all()
+    assert (decode(down, numbers) > real * (1 - 2.0**-numbers.fraction_bits)).all()
+
+
+def test_the_ends_of_the_range():
+    value, exponent = np.array([-5, 0, 1, 1, 1, 3]), np.array([0, 0, -60, 24, 25, 40])
+    highest = NUMBERS.inverse.high
+    assert encode(value, exponent, NUMBERS).tolist() == [SMALLEST, SMALLEST, SMALLEST, 63 << 18, highest, highest]
+    assert encode(value, exponent, NUMBERS, up=True)[-2:].tolist() == [highest, highest]
+    assert decode(np.array([0, 63 << 18]), NUMBERS).tolist() == [0, 2.0**24]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_inverse_distances_are_those_of_the_plane(kind):
+    record = hemisphere(64, 32)
+    vertices = hard_patches(kind, 4, 100)
+    directions = record.all_directions()
+    patch, ray = meeting(setup(vertices)[1], directions)
+    factor = plane_factor(vertices, NUMBERS)
+    keep = ~factor.dropped[patch]
+    patch, ray = patch[keep], ray[keep]
+    stored = decode(inverse_distance(factor[patch], directions[ray], NUMBERS), NUMBERS)
+    v = vertices[patch].astype(float) / 2**22
+    normal = np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1])
+    m = normal / np.einsum("ki,ki->k", normal, v[:, 0])[:, None]
+    exact = np.einsum("ki,ki->k", m, directions[ray]) / 2**16
+    allowed = np.linalg.norm(m, axis=1) * 2.0**-21 + np.abs(exact) * 2.0**-18 + decode(SMALLEST, NUMBERS)
+    assert (np.abs(stored - np.maximum(exact, 0)) <= allowed).all()
+
+
+@pytest.mark.parametrize("record", [hemisphere(64, 16), screen(40, 30), screen(64, 64, 150.0)],
+                         ids=["hemisphere", "screen", "wide screen"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_ray_of_a_window_is_nearer_than_the_bound(record, kind):
+    vertices = hard_patches(kind, 5, 60)
+    factor = plane_factor(vertices, NUMBERS)
+    live = np.flatnonzero(~factor.dropped)
+    factor = factor[live]
+    random = np.random.default_rng(6)
+    first = random.integers(0, (record.columns, record.rows), (len(live), 2))
+    count = np.minimum(random.integers(1, 12, (len(live), 2)), (record.columns, record.rows) - first)
+    window = Window(first[:, 0], count[:, 0], first[:, 1], count[:, 1])
+    patch, column, row = window.pairs(record.columns)
+    inverse = inverse_distance(factor[patch], record.directions(column, row), NUMBERS)
+    limit = bound(factor, window, record, CONFIG)
+    assert (inverse <= limit[patch]).all()
+    if record.is_screen:
+        # The nearest corner is a ray: the bound is its inverse distance rounded the other way.
+        nearest = np.zeros(len(live), dtype=np.int64)
+        np.maximum.at(nearest, patch, inverse)
+        assert (limit - nearest <= 1).all()
+
+
+def test_a_hemispheres_bound_is_tight_for_a_patch_on_the_normal():
+    record = hemisphere(64, 16)
+    square = np.array([[[-9, -9, 90], [9, -9, 90], [9, 9, 90], [-9, 9, 90]]]) * 2**10
+    limit = bound(plane_factor(square, NUMBERS), None, record, CONFIG)
+    assert 1 <= decode(limit, NUMBERS)[0] * (90 * 2**10 / 2**22) < 1.002

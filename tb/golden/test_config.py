@@ -1,0 +1,56 @@
+import re
+
+import pytest
+
+from golden.config import PRESETS, Config, Icu, Numbers
+from golden.errors import InputError
+
+MESSAGES = [
+    ("icu.rays=1000", "configuration: Rays (icu.rays) must be a power of two, not 1000"),
+    ("icu.rays=8", "configuration: Rays (icu.rays) must be 64 to 4194304, not 8"),
+    ("icu.cordic_stages=7", "configuration: Cordic stages (icu.cordic_stages) must be 8 to 20, not 7"),
+    ("numbers.vertex_bits=18", "configuration: Vertex bits (numbers.vertex_bits) must be 10 to 17, not 18"),
+    ("numbers.scene_bits=20", "configuration: Vector fraction (numbers.vector_fraction) must be at most "
+                              "numbers.scene_bits (20), not 22"),
+    ("icu.settle_fraction=7", "configuration: Settle fraction (icu.settle_fraction) must be 1 to 6, not 7"),
+    ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
+    ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
+]
+
+
+def test_widths_are_those_of_the_design():
+    numbers = Config().numbers
+    widths = {name: getattr(numbers, name).width for name in
+              ("scene", "vector", "direction", "vertex", "edge_plane", "inverse", "mantissa")}
+    assert widths == {"scene": 24, "vector": 24, "direction": 18, "vertex": 18, "edge_plane": 36, "inverse": 24,
+                      "mantissa": 25}
+    assert str(numbers.vector) == "signed 1.22"
+
+
+@pytest.mark.parametrize(("assignment", "message"), MESSAGES)
+def test_what_cannot_be_is_refused_with_the_reason(assignment, message):
+    with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
+        Config().with_parameters([assignment])
+
+
+def test_an_unknown_parameter_is_answered_with_the_known_ones():
+    with pytest.raises(InputError, match=r"no parameter 'icu\.ray'; there are numbers\.scene_bits, .*icu\.rays"):
+        Config().with_parameters(["icu.ray=64"])
+
+
+def test_parameters_are_set_by_path_and_leave_the_rest():
+    changed = PRESETS["paper"].with_parameters(["icu.rays=0x400", "numbers.fraction_bits=20"])
+    different = {path for path, value in changed.parameters().items() if value != PRESETS["paper"].parameters()[path]}
+    assert different == {"icu.rays", "numbers.fraction_bits"}
+    assert changed.icu.rays == 1024
+
+
+def test_presets_grow():
+    assert [PRESETS[name].icu.rays for name in ("tiny", "small", "paper", "large")] == [2**12, 2**14, 2**18, 2**20]
+
+
+def test_every_knob_is_documented():
+    for group in (Numbers, Icu):
+        names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
+        documented = {name for line in names for name in line.split(", ")}
+        assert set(group.__dataclass_fields__) <= documented
