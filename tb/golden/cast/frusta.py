@@ -1,0 +1,143 @@
+"""Random small frusta that are hard to cast: soups of patches, origins on, beside and between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.shelling import Shelling
+from golden.config import Config
+from golden.ctu.sector import Sector
+from golden.frustum import Hemisphere, Screen
+from golden.frustum.record import FrustumRecord, hemisphere_record, screen_record
+from golden.scene.builder import SceneBuilder
+from golden.scene.camera import Camera
+from golden.scene.g_coordinates import GCoordinates
+from golden.scene.material import Material
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+from tb.golden.soups import soup
+
+__all__ = ["CELLS", "CONFIG", "RandomFrustum", "halves", "random_frustum", "room", "speckled_frustum"]
+
+CONFIG = Config()
+# Cells along each side of the room of the specks, whose lower corner is (0, 0, 0) and whose cells have the side 1.
+CELLS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class RandomFrustum:
+    """A frustum with what it is cast into."""
+
+    seed: int
+    geometry: PatchGeometry
+    record: FrustumRecord
+    cell: float
+
+    def shelling(self, **arguments):
+        """Hits and counts."""
+        return Shelling(self.geometry, CONFIG, cell=self.cell).cast(self.record, **arguments)
+
+    def naive(self):
+        """Hits."""
+        return NaiveFixed(self.geometry, CONFIG).cast(self.record)
+
+    def differing(self, **arguments) -> int:
+        """Rays of which shelling and the naive algorithm say something else."""
+        return len(self.shelling(**arguments)[0].differences(self.naive()))
+
+
+def random_frustum(seed: int) -> RandomFrustum:
+    """A soup, an origin, a hemisphere (three of four) or a screen, and a cell size."""
+    random = np.random.default_rng(seed)
+    scene = soup(seed, count=int(random.choice([12, 40, 120])))
+    origin, normal, source = _origin(scene, random)
+    cell = float(random.choice([0.5, 0.25, 0.125, 0.0625, 0.04]))
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [origin])
+    if seed % 4:
+        azimuths, polars = ((16, 4), (32, 8), (64, 16))[random.integers(3)]
+        record = hemisphere_record(Hemisphere(azimuths, polars), geometry.coordinates, origin, normal, source=source)
+    else:
+        camera = Camera(eye=tuple(origin), target=tuple(origin + normal), up=tuple(random.normal(size=3)),
+                        fov=float(random.choice([5, 40, 75, 120])))
+        width, height = random.integers(1, 48, 2)
+        record = screen_record(Screen(camera=camera, width=int(width), height=int(height)), geometry.coordinates)
+    return RandomFrustum(seed, geometry, record, cell)
+
+
+def _origin(scene, random):
+    """Origin, normal and source surface: on a patch, at a vertex, next to an edge, or anywhere near the scene."""
+    patch = int(random.integers(len(scene)))
+    corners, kind = scene.vertices[patch], random.integers(4)
+    normal = random.normal(size=3)
+    if kind == 0:
+        weights = random.dirichlet(np.ones(4))
+        return weights @ corners, scene.normals[patch] * random.choice([-1, 1]), int(scene.surface[patch])
+    if kind == 1:
+        return corners[random.integers(4)], normal, -1
+    if kind == 2:
+        middle = random.random() * (corners[1] - corners[0]) + corners[0]
+        return middle + random.normal(size=3) * scene.size * 10.0**random.uniform(-6, -2), normal, -1
+    lower, upper = scene.bounds
+    return random.uniform(lower - 0.1 * scene.size, upper + 0.1 * scene.size), normal, -1
+
+
+def halves(record: FrustumRecord, parts: int) -> tuple[Sector, ...]:
+    """The frustum cut ``parts`` times (a power of two) by halves, across the longer side first."""
+    sectors = [Sector.whole(record)]
+    while len(sectors) < parts:
+        halves = []
+        for sector in sectors:
+            columns, rows = sector.end_column - sector.first_column, sector.end_row - sector.first_row
+            if columns >= rows:
+                middle = sector.first_column + columns // 2
+                halves += [Sector(sector.first_column, middle, sector.first_row, sector.end_row),
+                           Sector(middle, sector.end_column, sector.first_row, sector.end_row)]
+            else:
+                middle = sector.first_row + rows // 2
+                halves += [Sector(sector.first_column, sector.end_column, sector.first_row, middle),
+                           Sector(sector.first_column, sector.end_column, middle, sector.end_row)]
+        sectors = halves
+    return tuple(sectors)
+
+
+def speckled_frustum(seed: int) -> RandomFrustum:
+    """A frustum in a scene in which each ray has a speck of its own: of most rays near, of a few far away.
+
+    So most rays settle early, and those that go on are alone; no patch is in more than a few cells.
+    """
+    random = np.random.default_rng(seed)
+    origin = random.uniform(0.3, 0.7, 3) * CELLS
+    normal = random.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    coordinates = GCoordinates.of(room(), CONFIG.numbers, [origin])
+    if seed % 2:
+        record = hemisphere_record(Hemisphere(64, 16), coordinates, origin, normal)
+    else:
+        camera = Camera(eye=tuple(origin), target=tuple(origin + normal), up=(0.3, 0.5, 0.7),
+                        fov=float(random.choice([20, 60, 100])))
+        record = screen_record(Screen(camera=camera, width=24, height=16), coordinates)
+    direction = record.all_directions() @ record.to_global.T / 2.0**32
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    with np.errstate(divide="ignore"):
+        wall = np.maximum((0.2 - origin) / direction, (CELLS - 0.2 - origin) / direction).min(axis=1)
+    distance = np.where(random.random(len(direction)) < random.choice([0.9, 0.97]),
+                        random.uniform(1, 3, len(direction)), random.uniform(3, wall))
+    # The specks of neighbouring rays do not touch.
+    nearest = np.partition(np.linalg.norm(direction[:, None] - direction[None], axis=2), 1, axis=1)[:, 1]
+    half = np.minimum(0.2 * nearest * distance, 0.1)
+    side = np.cross(direction, random.normal(size=3))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(direction, side)
+    square = np.stack([-side - other, side - other, side + other, other - side], axis=1)
+    specks = (origin + distance[:, None] * direction)[:, None] + half[:, None, None] * square
+    return RandomFrustum(seed, PatchGeometry.of(room(specks), CONFIG.numbers, [origin]), record, 1 / CELLS)
+
+
+def room(vertices=()) -> Scene:
+    """Patches in a room: two specks in its corners make the scene box the same whatever else there is."""
+    speck = np.array([[0, 0, 0], [1e-3, 0, 0], [1e-3, 1e-3, 0], [0, 1e-3, 0]])
+    builder = SceneBuilder("room")
+    builder.add(np.concatenate([np.reshape(vertices, (-1, 4, 3)), [speck, CELLS - speck]]),
+                Material(name="paint", diffuse=(0.5, 0.5, 0.5)))
+    return builder.build()

@@ -1,0 +1,241 @@
+"""Shelling gives what the naive algorithm gives, field for field; each margin is needed for that; and its work."""
+
+import numpy as np
+import pytest
+
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.ctu import grid_rays, margins
+from golden.frustum import Hemisphere, Screen, frame
+from golden.frustum.record import hemisphere_record, screen_record
+from golden.memsys.cell_table import CellTable
+from golden.scene.builtin import builtin_scene
+from golden.scene.g_coordinates import GCoordinates
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.view import default_camera
+from tb.golden.cast.frusta import (
+    CELLS,
+    CONFIG,
+    RandomFrustum,
+    halves,
+    random_frustum,
+    room,
+    speckled_frustum,
+)
+from tb.golden.cast.shutters import late_entries, shuttered
+
+
+@pytest.fixture
+def margin(monkeypatch):
+    """Sets margins for one test."""
+    def set_margins(**functions):
+        for name, function in functions.items():
+            monkeypatch.setattr(margins, name, function)
+        grid_rays.hemisphere_rays.cache_clear()
+        grid_rays.screen_rays.cache_clear()
+
+    yield set_margins
+    monkeypatch.undo()
+    set_margins()
+
+
+def check(frusta):
+    """No frustum differs, whether cast by one cluster or several."""
+    for frustum in frusta:
+        expected = frustum.naive()
+        for parts in 1, 2, 8:
+            hits, counts = frustum.shelling(sectors=halves(frustum.record, parts))
+            assert len(hits.differences(expected)) == 0, f"{frustum.seed} {parts}"
+            assert len(counts) == parts
+
+
+@pytest.mark.parametrize("first", range(0, 160, 40))
+def test_random_frusta_are_exact_with_any_number_of_clusters(first):
+    check(random_frustum(seed) for seed in range(first, first + 40))
+
+
+@pytest.mark.parametrize("first", range(0, 80, 40))
+def test_frusta_of_isolated_rays_are_exact_with_any_number_of_clusters(first):
+    check(speckled_frustum(seed) for seed in range(first, first + 40))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("first", range(1000, 4000, 100))
+def test_many_random_frusta_are_exact(first):
+    check(random_frustum(seed) for seed in range(first, first + 80))
+    check(speckled_frustum(seed) for seed in range(first + 80, first + 100))
+
+
+def frusta_of(name, *, cells, origins, rays=(64, 16), pixels=(40, 30), seed=0):
+    """Hemispheres on patches of a built-in scene, and its own view."""
+    scene = builtin_scene(name)
+    random = np.random.default_rng(seed)
+    patches = random.integers(len(scene), size=origins)
+    points = [random.dirichlet(np.ones(4)) @ scene.vertices[patch] for patch in patches]
+    camera = scene.camera or default_camera(scene)
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [*points, camera.eye])
+    records = [hemisphere_record(Hemisphere(*rays), geometry.coordinates, point, scene.normals[patch],
+                                 source=int(scene.surface[patch]))
+               for patch, point in zip(patches, points, strict=True)]
+    records.append(screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates))
+    return [RandomFrustum(seed, geometry, record, cell) for record in records for cell in cells]
+
+
+@pytest.mark.parametrize("name", ["cornell", "lobby", "room1627", "teapot:4", "mountain:3", "tetra:4"])
+def test_built_in_scenes_are_exact(name):
+    for frustum in frusta_of(name, cells=[0.125], origins=3):
+        assert frustum.differing() == 0
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["cornell", "furnace", "lobby", "room1627", "cubes", "man", "phone", "teapot", "tetra",
+                                  "mountain", "rings", "balls", "gears", "tree"])
+def test_all_built_in_scenes_are_exact(name):
+    for frustum in frusta_of(name, cells=[0.5, 0.125, 0.0625], origins=8, rays=(128, 32), pixels=(80, 60)):
+        assert frustum.differing() == 0
+
+
+def test_the_order_of_the_patches_does_not_matter():
+    frustum = random_frustum(6)
+    expected = frustum.naive()
+    for seed in range(20):
+        order = np.random.default_rng(seed).permutation(len(frustum.geometry))
+        hits, _ = Shelling(frustum.geometry[order], CONFIG, cell=frustum.cell).cast(frustum.record)
+        np.testing.assert_array_equal(hits.inverse, expected.inverse)
+        # Where two patches are equally near the smaller number wins, which is another patch in another order.
+        alone = hits.patch >= 0
+        same = order[hits.patch[alone]] == expected.patch[alone]
+        assert same.mean() > 0.9
+        assert len(hits.differences(NaiveFixed(frustum.geometry[order], CONFIG).cast(frustum.record))) == 0
+
+
+def test_subshells_change_the_order_only():
+    for seed in range(8):
+        frustum = random_frustum(seed)
+        columns, rows = frustum.record.columns, frustum.record.rows
+        windows = [(columns // 3, columns // 2 + 1, 0, rows // 2 + 1), (0, columns, rows // 3, rows)]
+        hits, (count,) = frustum.shelling(subshells=windows)
+        plain, (expected,) = frustum.shelling()
+        assert len(hits.differences(plain)) == 0
+        assert (count.cell_steps, count.cells) == (expected.cell_steps, expected.cells)
+
+
+def wrong(frusta, *, parts=1):
+    """How many frusta differ."""
+    return sum(frustum.differing(sectors=halves(frustum.record, parts)) > 0 for frustum in frusta)
+
+
+HEMISPHERES = [speckled_frustum(seed) for seed in range(1, 48, 2)]
+SCREENS = [speckled_frustum(seed) for seed in range(0, 48, 2)]
+
+
+def test_without_the_angle_hits_of_hemispheres_are_lost(margin):
+    margin(angle=lambda shell: 0.0)
+    assert wrong(HEMISPHERES[:6])
+
+
+def test_without_the_rows_below_the_horizon_hits_are_lost(margin):
+    margin(horizon=lambda shell: 0.0)
+    assert wrong(HEMISPHERES)
+
+
+def test_without_the_rays_past_a_sector_border_hits_are_lost(margin):
+    margin(sector_angle=lambda shell: 0.0)
+    assert wrong(HEMISPHERES, parts=4)
+
+
+def test_without_the_rays_past_a_screen_sector_border_hits_are_lost(margin):
+    margin(screen_sector_reach=lambda shell, half, step: 0.0)
+    assert wrong(SCREENS, parts=4)
+
+
+def test_without_the_rays_past_a_screen_border_hits_are_lost(margin):
+    margin(screen_border=lambda shell, half: 0.0)
+    assert wrong(SCREENS)
+
+
+def test_without_the_reach_around_pixels_hits_are_lost(margin):
+    margin(screen_reach=lambda shell, half, step: step / 2)
+    assert wrong(SCREENS)
+
+
+def test_without_the_depth_hits_of_screens_are_lost(margin):
+    margin(depth=lambda shell: 0.0)
+    assert wrong(SCREENS)
+
+
+def directed(seeds, rows, count):
+    """Scenes in which one ray has a patch where, with the present margins, no grid ray will look."""
+    found = []
+    for seed in seeds:
+        random = np.random.default_rng(seed)
+        origin, normal = random.uniform(6, 10, 3), random.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        coordinates = GCoordinates.of(room(), CONFIG.numbers, [origin])
+        record = hemisphere_record(Hemisphere(64, 16), coordinates, origin, normal)
+        table = CellTable(coordinates.integers(room().vertices), cell=coordinates.cell_size(1 / CELLS))
+        for ray in random.choice(rows * 64, 40, replace=False):
+            direction = record.all_directions()[ray] @ record.to_global.T / 2.0**32
+            direction /= np.linalg.norm(direction)
+            for distance in late_entries(record, table, int(ray)):
+                if np.abs(origin + distance * direction - CELLS / 2).max() > CELLS / 2 - 0.2:
+                    continue
+                scene = shuttered(frame(normal), origin, direction, distance=distance)
+                found.append(RandomFrustum(seed, PatchGeometry.of(scene, CONFIG.numbers, [origin]), record, 1 / CELLS))
+                if len(found) == count:
+                    return found
+    return found
+
+
+def check_directed(margin, *, rows, count, **functions):
+    """The scenes directed at these margins' absence go wrong with them absent, and only then."""
+    margin(**functions)
+    frusta = directed(range(8), rows, count)
+    assert len(frusta) == count
+    assert wrong(frusta) == count
+    margin(**{name: ORIGINAL[name] for name in functions})
+    assert wrong(frusta) == 0
+
+
+ORIGINAL = {name: getattr(margins, name) for name in ("angle", "depth", "azimuth_reach")}
+
+
+def test_without_the_depth_directed_scenes_go_wrong(margin):
+    check_directed(margin, rows=10, count=6, depth=lambda shell: 0.0)
+
+
+def test_with_less_than_a_step_instead_of_the_angle_directed_scenes_go_wrong(margin):
+    check_directed(margin, rows=10, count=10,
+                   angle=lambda shell: 0.75 * grid_rays.steps(shell)[1] if shell > 2 else ORIGINAL["angle"](shell))
+
+
+def test_with_two_azimuth_steps_near_the_pole_directed_scenes_go_wrong(margin):
+    def two_steps(psi, polar):
+        if psi > np.pi / 2:
+            return ORIGINAL["azimuth_reach"](psi, polar)
+        shell = 1 + (margins.DIAGONAL + margins.RADIUS) / np.sin(psi)
+        return np.full(np.shape(polar), 2 * grid_rays.steps(shell)[0])
+
+    check_directed(margin, rows=2, count=10, azimuth_reach=two_steps)
+
+
+def test_the_directed_scenes_end_with_the_margins_as_they_are():
+    assert directed(range(2), 10, 1) == []
+
+
+@pytest.mark.parametrize(("name", "tests_per_ray"), [("lobby", 2.6), ("room1627", 3.3)])
+def test_work_per_ray_from_the_ceiling(name, tests_per_ray):
+    scene = builtin_scene(name)
+    lower, upper = scene.bounds
+    places = (np.arange(4) + 0.5) / 4
+    origins = [lower + (upper - lower) * (x, y, 1 - 1e-3) for x in places for y in places]
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, origins)
+    shelling = Shelling(geometry, CONFIG, cell=0.0625)
+    total = ShellingCounts()
+    for origin in origins:
+        _, (counts,) = shelling.cast(hemisphere_record(Hemisphere(256, 64), geometry.coordinates, origin, (0, 0, -1)))
+        assert counts.patches <= len(scene)
+        total += counts
+    assert total.tests / total.rays <= tests_per_ray
+    assert total.cell_steps / total.rays <= 3.2
+    assert total.tests <= total.in_windows
