@@ -1,0 +1,127 @@
+"""Low-density casting: where the work of a dense casting will be, from few of its rays and without intersections."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.unit import CellTraversalUnit
+from golden.frustum import FrustumRecord
+from golden.icu.inverse_distance import decode, inverse_distance
+from golden.icu.patch_setup import PatchSetup
+from golden.icu.window import Window
+from golden.memsys.cell_table import CellTable
+from golden.memsys.filter import Filter
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.virtual_frusta import VirtualFrusta
+
+__all__ = ["LowDensity", "low_density"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LowDensity:
+    """Runtime information.
+
+    Parameters
+    ----------
+    frusta
+        The virtual frusta.
+    tests
+        V x U int64, intersection computations in each virtual frustum.
+    steps
+        V x U float64, cell-traversal steps in each: those of a shell, shared out evenly to the frusta alive in it.
+    patches
+        P int64, the patches found, in the order of discovery.
+    shell
+        P int64, the shell in which each was found; never falls.
+    window
+        Their P windows in the frustum.
+    frequency
+        N int64, for each patch of the scene: rays to be tested against it.
+    """
+
+    frusta: VirtualFrusta
+    tests: np.ndarray
+    steps: np.ndarray
+    patches: np.ndarray
+    shell: np.ndarray
+    window: Window
+    frequency: np.ndarray
+
+
+def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
+                ratio: int) -> LowDensity:
+    """Cast one ray of every ``ratio`` shell by shell; a ray in the window of a patch counts as hit.
+
+    Each ray cast stands for the virtual frustum around it. It hits where it meets the plane of the patch, unless that
+    is farther than the patch's farthest vertex. A patch found in a shell counts as tested against all rays of its
+    window that lie in frusta whose hit may still change and is not nearer than the patch can be.
+
+    Parameters
+    ----------
+    record
+        The dense frustum.
+    geometry, table
+        The scene.
+    ratio
+        Hi_Low_Ratio, a power of two; 1 casts all rays.
+
+    Errors
+    ------
+    InputError
+        The ratio is no power of two or leaves no ray.
+
+    Source: Shen 1993, section 4.4.2.1. There a ray hit goes no further than the shell in which its patch was found, so
+    that a wall beside the origin hides half the scene.
+    """
+    frusta = VirtualFrusta.of(record.columns, record.rows, ratio)
+    unit = CellTraversalUnit(record, table)
+    cells, seen = Filter(len(table)), Filter(len(geometry))
+    patches = PatchSetup(record, config).patches(geometry)
+    nearest, farthest = _distances(record, geometry, patches, config)
+    # Of the rays that are cast: distance of the hit.
+    distance = np.full(frusta.shape, np.inf)
+    directions = record.directions(*frusta.rays)
+    tests, steps = np.zeros(frusta.shape, dtype=np.int64), np.zeros(frusta.shape)
+    frequency = np.zeros(len(geometry), dtype=np.int64)
+    found, shells = [], []
+    for shell in range(1, unit.last_shell + 1):
+        alive = distance > unit.settled(shell)
+        if not alive.any():
+            break
+        before = unit.steps
+        opened = cells.first(unit.open(shell, frusta.spread(alive)))
+        steps += alive * ((unit.steps - before) / alive.sum())
+        new = seen.first(table.patches.read(table.entries(opened)))
+        overlap = frusta.overlaps(patches.window[new])
+        place, patch = (overlap.row, overlap.column), new[overlap.window]
+        tested = alive[place] & (distance[place] >= nearest[patch])
+        np.add.at(tests, place, overlap.rays * tested)
+        np.add.at(frequency, patch, overlap.rays * tested)
+        cast = overlap.holds_ray & tested
+        place, patch = (overlap.row[cast], overlap.column[cast]), patch[cast]
+        plane = _distance(inverse_distance(patches.factor[patch], directions[place], config.numbers), config)
+        np.minimum.at(distance, place, np.where(plane <= farthest[patch], plane, np.inf))
+        found.append(new[frequency[new] > 0])
+        shells.append(np.full(len(found[-1]), shell))
+    order = np.concatenate(found).astype(np.int64)
+    return LowDensity(frusta=frusta, tests=tests, steps=steps, patches=order, shell=np.concatenate(shells),
+                      window=patches.window[order], frequency=frequency)
+
+
+def _distances(record, geometry, patches, config):
+    """Bounds of the distances at which the rays of the windows can hit the patches: N float64 each, in R units of 1."""
+    offset = geometry.vertices - record.origin
+    if record.is_screen:
+        farthest = offset @ record.matrix[2] * 2.0**-config.numbers.direction_fraction
+    else:
+        farthest = np.sqrt((offset * offset).sum(axis=2))
+    # Vertices and directions are rounded: by less than this.
+    farthest = config.numbers.scene.decode(farthest.max(axis=1)) * (1 + 2.0**-12)
+    return _distance(patches.bound, config), farthest
+
+
+def _distance(stored, config):
+    """Distances for stored inverse distances; 0 is at infinity."""
+    inverse = decode(stored, config.numbers)
+    return np.divide(1, inverse, out=np.full(len(inverse), np.inf), where=inverse > 0)

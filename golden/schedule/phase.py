@@ -1,0 +1,87 @@
+"""The schedule of a phase: all that stays the same over its castings, from one sparse casting."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Config
+from golden.frustum import FrustumRecord
+from golden.memsys.cell_table import CellTable
+from golden.noc.topology import hops
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.assignment import heaviest_to_nearest, simple, traffic
+from golden.schedule.classification import classify
+from golden.schedule.low_density import LowDensity, low_density
+from golden.schedule.resident_sets import ResidentSets, resident_sets
+from golden.schedule.sections import Partition, cut_sections
+from golden.schedule.subshells import SubshellList, subshell_lists
+
+__all__ = ["Schedule", "schedule"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Schedule:
+    """What the host gives the machine at the beginning of a phase.
+
+    Parameters
+    ----------
+    found
+        The sparse casting from the reference point.
+    partition
+        Sections; section k is also sector k.
+    cluster
+        P int64: where each patch of ``found`` is at home.
+    sets, subshells
+        Resident set and subshell list of each cluster.
+    processor
+        The processor of each cluster.
+    """
+
+    found: LowDensity
+    partition: Partition
+    cluster: np.ndarray
+    sets: ResidentSets
+    subshells: tuple[SubshellList, ...]
+    processor: np.ndarray
+
+    @property
+    def estimated(self) -> np.ndarray:
+        """Intersection computations expected of each cluster."""
+        return self.partition.sums(self.found.frusta.share(self.found.tests))
+
+
+def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,
+             ratio: int, room: int | None = None, capacity: int | None = None,
+             topology: str | None = None) -> Schedule:
+    """Schedule a phase.
+
+    Parameters
+    ----------
+    record
+        The dense frustum at the reference point.
+    geometry, table
+        The scene.
+    clusters
+        A power of two.
+    ratio
+        Dense to sparse rays.
+    room, capacity
+        Rays and patches that a cluster holds. No limits by default.
+    topology
+        Assign the heaviest traffic to the nearest processors of this network. Default: cluster i is processor i.
+
+    Errors
+    ------
+    InputError
+        See `low_density`, `cut_sections`, `resident_sets`, `hops`.
+
+    Source: Shen 1993, section 4.4.2.
+    """
+    found = low_density(record, geometry, table, config, ratio=ratio)
+    partition = cut_sections(found.frusta.share(found.tests), clusters=clusters, room=room)
+    cluster = classify(partition, found.window)
+    sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
+    processor = simple(clusters) if topology is None else heaviest_to_nearest(
+        traffic(partition, found.window, cluster), hops(topology, clusters))
+    return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,
+                    subshells=subshell_lists(found, sets, partition), processor=processor)

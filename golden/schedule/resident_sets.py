@@ -1,0 +1,67 @@
+"""Resident sets: the patches that each cluster's own memory holds during a phase."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.schedule.usage import usage_order
+
+__all__ = ["ResidentSets", "resident_sets"]
+
+
+@dataclass(frozen=True, eq=False)
+class ResidentSets:
+    """Who holds what.
+
+    Parameters
+    ----------
+    patches
+        Per cluster, int64 patch numbers; the place in the list is the local address.
+    """
+
+    patches: tuple[np.ndarray, ...]
+
+    def __len__(self) -> int:
+        return sum(len(held) for held in self.patches)
+
+    @property
+    def chosen(self) -> np.ndarray:
+        """The numbers of all resident patches, cluster by cluster."""
+        return np.concatenate(self.patches)
+
+    def residence(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Cluster and local address of each of ``count`` patches, -1 where it is in main memory only."""
+        cluster, address = np.full((2, count), -1, dtype=np.int64)
+        for number, held in enumerate(self.patches):
+            cluster[held], address[held] = number, np.arange(len(held))
+        return cluster, address
+
+
+def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int | None = None) -> ResidentSets:
+    """The patches of each cluster, in the order in which they were found.
+
+    Parameters
+    ----------
+    patches
+        P patch numbers in the order of discovery.
+    cluster
+        P, the cluster of each (`classify`).
+    frequency
+        P, references to each in the sparse casting.
+    capacity
+        Patches that a cluster's memory holds; the most used stay. No limit by default.
+
+    Errors
+    ------
+    InputError
+        Capacity below 0.
+    """
+    if capacity is not None and capacity < 0:
+        raise InputError(f"schedule: Capacity must be at least 0, not {capacity!r}")
+    patches, cluster, frequency = np.asarray(patches), np.asarray(cluster), np.asarray(frequency)
+    held = []
+    for number in range(clusters):
+        own = np.flatnonzero(cluster == number)
+        held.append(patches[own[np.sort(usage_order(frequency[own])[:capacity])]])
+    return ResidentSets(tuple(held))

@@ -1,0 +1,104 @@
+"""Virtual frusta: equal blocks of a frustum's rays, each with one ray that is cast in its place."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.icu.window import Window
+
+__all__ = ["Overlaps", "VirtualFrusta"]
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaps:
+    """Which windows reach into which virtual frusta.
+
+    Parameters
+    ----------
+    window, column, row
+        K int64: number of the window, and place of the frustum.
+    rays
+        K int64: rays of the window in the frustum, at least 1.
+    holds_ray
+        K bool: the frustum's own ray is among them.
+    """
+
+    window: np.ndarray
+    column: np.ndarray
+    row: np.ndarray
+    rays: np.ndarray
+    holds_ray: np.ndarray
+
+
+@dataclass(frozen=True)
+class VirtualFrusta:
+    """Blocks of ``width`` x ``height`` of ``columns`` x ``rows`` rays; the last blocks may be cut off by the border.
+
+    The ray that is cast for a block is the one at or after its middle.
+    """
+
+    columns: int
+    rows: int
+    width: int
+    height: int
+
+    @classmethod
+    def of(cls, columns: int, rows: int, ratio: int) -> "VirtualFrusta":
+        """Blocks of ``ratio`` rays, as square as can be, not higher than wide.
+
+        Errors
+        ------
+        InputError
+            The ratio is no power of two, or a block is wider or higher than the frustum.
+        """
+        if isinstance(ratio, bool) or not isinstance(ratio, (int, np.integer)) or ratio < 1 or ratio & (ratio - 1):
+            raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}")
+        bits = int(ratio).bit_length() - 1
+        frusta = cls(columns, rows, 1 << (bits + 1) // 2, 1 << bits // 2)
+        if frusta.width > columns or frusta.height > rows:
+            raise InputError(f"schedule: Ratio must leave a ray of {columns} x {rows}, not be {ratio!r}")
+        return frusta
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Frusta above and beside each other."""
+        return -(-self.rows // self.height), -(-self.columns // self.width)
+
+    @cached_property
+    def rays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Column and row of the ray that is cast for each frustum: V x U int64 each."""
+        row, column = np.indices(self.shape)
+        return (np.minimum(column * self.width + self.width // 2, self.columns - 1),
+                np.minimum(row * self.height + self.height // 2, self.rows - 1))
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Rows x columns: for each ray the value of its frustum."""
+        return values.repeat(self.height, axis=0).repeat(self.width, axis=1)[:self.rows, :self.columns]
+
+    def share(self, values: np.ndarray) -> np.ndarray:
+        """Rows x columns float64: for each ray its share of the value of its frustum."""
+        rays = np.add.reduceat(np.add.reduceat(
+            np.ones((self.rows, self.columns)), np.arange(0, self.rows, self.height), axis=0),
+            np.arange(0, self.columns, self.width), axis=1)
+        return self.spread(values / rays)
+
+    def overlaps(self, window: Window) -> Overlaps:
+        """The frusta into which windows reach; one that a ring of columns enters at both ends comes twice."""
+        column_end, row_end = window.column_first + window.column_count, window.row_first + window.row_count
+        # A window that goes on at the first column is one part up to the border and one from there on.
+        over = np.flatnonzero(column_end > self.columns)
+        number = np.concatenate([np.arange(len(row_end)), over])
+        left = np.concatenate([window.column_first, np.zeros_like(over)])
+        right = np.concatenate([np.minimum(column_end, self.columns), column_end[over] - self.columns])
+        top, bottom = window.row_first[number], row_end[number]
+        blocks = Window(left // self.width, -(-right // self.width) - left // self.width,
+                        top // self.height, -(-bottom // self.height) - top // self.height)
+        empty = (right <= left) | (bottom <= top)
+        which, column, row = blocks.only(~empty).pairs(self.shape[1])
+        first, end = np.maximum(left[which], column * self.width), np.minimum(right[which], (column + 1) * self.width)
+        above, below = np.maximum(top[which], row * self.height), np.minimum(bottom[which], (row + 1) * self.height)
+        own_column, own_row = (index[row, column] for index in self.rays)
+        holds = (own_column >= first) & (own_column < end) & (own_row >= above) & (own_row < below)
+        return Overlaps(number[which], column, row, (end - first) * (below - above), holds)
