@@ -42,4 +42,4 @@ def cumulative_frequency(dense, chosen) -> float:
     Source: Shen 1993, section 6.2.
     """
     dense = np.asarray(dense)
-    return float(dense[chosen].sum() / dense.sum()) if dense.any() else 1.0
+    return float(dense[np.asarray(chosen, dtype=np.int64)].sum() / dense.sum()) if dense.any() else 1.0

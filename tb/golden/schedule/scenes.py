@@ -1,0 +1,34 @@
+"""A scene with a frustum to schedule."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.cast.shelling import Shelling
+from golden.config import PRESETS, Config
+from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+
+__all__ = ["CONFIG", "Case", "case"]
+
+CONFIG: Config = PRESETS["small"]
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a schedule is made from."""
+
+    geometry: PatchGeometry
+    shelling: Shelling
+    record: FrustumRecord
+
+
+def case(name: str, *, rays=(128, 32), place=(0.3, 0.4), cell=0.125) -> Case:
+    """A hemisphere that looks down from just below the ceiling."""
+    scene = open_scene(name)
+    lower, upper = scene.bounds
+    point = lower + (upper - lower) * [*place, 0.999]
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [point])
+    record = hemisphere_record(Hemisphere(*rays), geometry.coordinates, point, np.array([0, 0, -1]))
+    return Case(geometry, Shelling(geometry, CONFIG, cell=cell), record)

@@ -1,0 +1,35 @@
+"""Who holds which patch, and where."""
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.schedule.resident_sets import resident_sets
+
+PATCHES = np.array([9, 4, 7, 1, 3])
+CLUSTER = np.array([1, 0, 1, 1, 0])
+FREQUENCY = np.array([5, 2, 8, 1, 2])
+
+
+def test_each_cluster_holds_its_patches_in_the_order_of_discovery():
+    sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=4)
+    assert [held.tolist() for held in sets.patches] == [[4, 3], [9, 7, 1], [], []]
+    assert len(sets) == 5
+    assert sets.chosen.tolist() == [4, 3, 9, 7, 1]
+
+
+def test_the_most_used_patches_stay_when_there_is_no_room_for_all():
+    sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=2)
+    assert [held.tolist() for held in sets.patches] == [[4, 3], [9, 7]]
+    assert len(resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=0)) == 0
+
+
+def test_residence_names_cluster_and_local_address_or_nothing():
+    cluster, address = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=2).residence(11)
+    assert cluster.tolist() == [-1, -1, -1, 0, 0, -1, -1, 1, -1, 1, -1]
+    assert address.tolist() == [-1, -1, -1, 1, 0, -1, -1, 1, -1, 0, -1]
+
+
+def test_negative_capacity_is_refused():
+    with pytest.raises(InputError, match="Capacity must be at least 0, not -1"):
+        resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=-1)

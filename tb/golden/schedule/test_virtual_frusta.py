@@ -1,0 +1,65 @@
+"""Blocks of rays against counting ray by ray."""
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.icu.window import Window
+from golden.schedule.virtual_frusta import VirtualFrusta
+
+SHAPES = [(64, 16, 1), (64, 16, 2), (64, 16, 16), (64, 16, 64), (50, 31, 16), (7, 5, 8)]
+
+
+def random_windows(columns, rows, seed, count=60):
+    """Windows of all sizes, some without rays, some the whole ring, some across the last column."""
+    random = np.random.default_rng(seed)
+    column_count, row_first = random.integers(0, columns + 1, count), random.integers(0, rows, count)
+    row_count = np.minimum(random.integers(0, rows + 1, count), rows - row_first)
+    return Window(random.integers(0, columns, count), column_count, row_first, row_count)
+
+
+@pytest.mark.parametrize(("columns", "rows", "ratio"), SHAPES)
+def test_overlaps_count_each_ray_of_each_window_once(columns, rows, ratio):
+    frusta = VirtualFrusta.of(columns, rows, ratio)
+    window = random_windows(columns, rows, seed=ratio)
+    expected = np.zeros((len(window.rays), *frusta.shape), dtype=np.int64)
+    which, column, row = window.pairs(columns)
+    np.add.at(expected, (which, row // frusta.height, column // frusta.width), 1)
+    overlap = frusta.overlaps(window)
+    counted = np.zeros_like(expected)
+    np.add.at(counted, (overlap.window, overlap.row, overlap.column), overlap.rays)
+    assert overlap.rays.min() >= 1
+    assert np.array_equal(counted, expected)
+
+
+@pytest.mark.parametrize(("columns", "rows", "ratio"), SHAPES)
+def test_a_window_holds_the_rays_cast_that_are_in_it(columns, rows, ratio):
+    frusta = VirtualFrusta.of(columns, rows, ratio)
+    window = random_windows(columns, rows, seed=100 + ratio)
+    overlap = frusta.overlaps(window)
+    held = np.zeros((len(window.rays), *frusta.shape), dtype=np.int64)
+    np.add.at(held, (overlap.window, overlap.row, overlap.column), overlap.holds_ray)
+    column, row = frusta.rays
+    for number in range(len(window.rays)):
+        assert np.array_equal(held[number], window[number].holds(column, row, columns) & (window.rays[number] > 0))
+
+
+@pytest.mark.parametrize(("columns", "rows", "ratio"), SHAPES)
+def test_each_frustum_has_its_own_ray_and_shares_keep_the_sum(columns, rows, ratio):
+    frusta = VirtualFrusta.of(columns, rows, ratio)
+    column, row = frusta.rays
+    number = np.arange(column.size).reshape(frusta.shape)
+    assert np.array_equal(frusta.spread(number)[row, column], number)
+    values = np.random.default_rng(ratio).integers(0, 1000, frusta.shape)
+    share = frusta.share(values)
+    assert share.shape == (rows, columns)
+    assert np.isclose(share.sum(), values.sum())
+    assert np.allclose(share * np.bincount(frusta.spread(number).ravel())[frusta.spread(number)], frusta.spread(values))
+
+
+def test_ratios_that_make_no_blocks_are_refused():
+    for ratio in 0, 3, 2.0, True:
+        with pytest.raises(InputError, match="Ratio must be a power of two"):
+            VirtualFrusta.of(64, 16, ratio)
+    with pytest.raises(InputError, match="Ratio must leave a ray of 64 x 16, not be 1024"):
+        VirtualFrusta.of(64, 16, 1024)
