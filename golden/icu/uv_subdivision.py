@@ -60,4 +60,4 @@ def uv_subdivision(distances: np.ndarray, orientation: np.ndarray, icu: Icu) -> 
             np.where(lower, d02 + d01, d02 - d23) >> 1, np.where(lower, d13 - d01, d13 + d23) >> 1,
             np.where(lower, d01, cut), d12 >> 1, np.where(lower, -cut, d23), d30 >> 1)
         v = 2 * v + ~lower
-    return u, v
+    return icu.uv.check(u, "u"), icu.uv.check(v, "v")

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from golden.cast.differences import differences, oracle_rays
+from golden.cast.fixed_hits import FixedHits
+from golden.cast.naive import Naive
+from golden.cast.naive_fixed import NaiveFixed
+from tb.golden.cast.fixed_cases import WHERE, long_edge, room, screen_in, soup_case
+from tb.golden.icu.patches import CONFIG
+
+
+def compared(scene, geometry, record):
+    fixed, oracle = NaiveFixed(geometry, CONFIG).cast(record), Naive(scene).nearest(oracle_rays(record, geometry))
+    return fixed, oracle, differences(fixed, oracle, record, scene, geometry, CONFIG)
+
+
+@pytest.mark.parametrize("name", ["cornell", "lobby", "room1627"])
+def test_rooms_differ_only_where_they_may(name):
+    scene, geometry, record = room(name, 11)
+    causes = compared(scene, geometry, record)[2].counts()
+    assert causes["unexplained"] == causes["dropped"] == causes["long_edge"] == 0
+    assert sum(causes.values()) < 1e-3 * len(record)
+    if scene.camera:
+        geometry, record = screen_in(scene, scene.camera)
+        assert compared(scene, geometry, record)[2].counts()["unexplained"] == 0
+
+
+@pytest.mark.parametrize("where", WHERE)
+def test_soups_differ_only_where_they_may(where):
+    total = {}
+    for seed in range(100, 112):
+        for cause, count in compared(*soup_case(seed, where))[2].counts().items():
+            total[cause] = total.get(cause, 0) + count
+    assert total["unexplained"] == 0
+    assert where != "anywhere" or total["dropped"] == 0
+
+
+@pytest.mark.parametrize("height", [1e-2, 1e-3, 1e-4, 1e-5])
+def test_an_edge_much_nearer_than_it_is_long_differs_by_the_rounding_of_its_ends(height):
+    total = {}
+    for seed in range(4):
+        for cause, count in compared(*long_edge(seed, height))[2].counts().items():
+            total[cause] = total.get(cause, 0) + count
+    assert total["unexplained"] == 0
+    assert height > 1e-4 or total["long_edge"] > 0
+
+
+def test_a_fault_is_unexplained():
+    scene, geometry, record = room("cornell", 11)
+    fixed, oracle, _ = compared(scene, geometry, record)
+    hit = np.flatnonzero(fixed.patch >= 0)
+    wrong = fixed.patch.copy()
+    wrong[hit] = -1
+    found = differences(FixedHits(inverse=fixed.inverse, patch=wrong, u=fixed.u, v=fixed.v), oracle, record, scene,
+                        geometry, CONFIG)
+    assert len(found.unexplained) > 0.98 * len(hit)
+    assert sum(found.counts().values()) == len(hit)
