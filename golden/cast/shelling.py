@@ -24,7 +24,7 @@ from golden.memsys.cell_table import CellTable
 from golden.memsys.filter import Filter
 from golden.scene.patch_geometry import PatchGeometry
 
-__all__ = ["Shelling", "ShellingCounts"]
+__all__ = ["Shelling", "ShellingCounts", "nearest_settled"]
 
 # Rays of windows looked at together: patches so near each other in time do not see each other's hits.
 BLOCK = 1 << 14
@@ -90,7 +90,7 @@ class Shelling:
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
-             subshells=(), references: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
+             subshells: tuple = (), references: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
         Parameters
@@ -98,7 +98,7 @@ class Shelling:
         sectors
             The clusters' parts of the frustum, which together hold each ray once. Default: one cluster.
         subshells
-            Windows whose grid rays go first, see `CellTraversalUnit.open`.
+            A `SubshellList` for each sector. Default: none but the last subshell, which is all of the sector.
         references
             N int64, to which the tests of each patch are added.
 
@@ -114,28 +114,42 @@ class Shelling:
         memory = RayMemory(len(record), self._config)
         patches = PatchSetup(record, self._config).patches(self._geometry)
         tests = _Tests(patches, record, memory, self._config, references)
-        counts = [self._cluster(record, sector, subshells, tests, memory)
-                  for sector in sectors or (Sector.whole(record),)]
+        sectors = sectors or (Sector.whole(record),)
+        counts = [self._cluster(record, sector, listed, tests, memory)
+                  for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
         return read_out(memory, record, patches, self._config), counts
 
     def _cluster(self, record, sector, subshells, tests, memory):
-        """All shells of one section; what other clusters do does not matter to it."""
+        """All subshells of one section; what other clusters do does not matter to it."""
         traversal = CellTraversalUnit(record, self.table, sector)
         cell_filter, patch_filter = Filter(len(self.table)), Filter(len(self._geometry))
         own = sector.mask(record)
         counts = ShellingCounts(rays=int(own.sum()))
-        for shell in range(1, traversal.last_shell + 1):
-            limit = _nearest_settled(traversal.settled(shell), self._config)
-            may_change = own & (memory.inverse <= limit).reshape(own.shape)
+        limits = [nearest_settled(traversal.settled(shell), self._config) for shell in range(traversal.last_shell + 1)]
+        for number, (shell, window) in enumerate(_schedule(subshells, tests.window, traversal.last_shell)):
+            may_change = own & (memory.inverse <= limits[shell]).reshape(own.shape)
             if not may_change.any():
-                break
-            counts.shells = shell
-            cells = cell_filter.first(traversal.open(shell, may_change, subshells))
+                continue
+            counts.shells = max(counts.shells, shell)
+            cells = cell_filter.first(traversal.open(shell, may_change, window, subshell=number))
             found = patch_filter.first(self.table.patches.read(self.table.entries(cells)))
             tests.run(found, own.ravel(), counts)
         counts.grid_rays, counts.cell_steps = traversal.grid_rays, traversal.steps
         counts.cells, counts.patches = cell_filter.passed, patch_filter.passed
         return counts
+
+
+def _schedule(subshells, window, last_shell):
+    """Shells and windows in the order in which they are explored: shell 1, the subshells, each from shell 2 to its own,
+    and the last subshell, which has no window.
+    """
+    yield 1, None
+    if subshells is not None:
+        for patch, end in zip(subshells.patches, subshells.shell, strict=True):
+            for shell in range(2, min(end, last_shell) + 1):
+                yield shell, window(patch)
+    for shell in range(2, last_shell + 1):
+        yield shell, None
 
 
 class _Tests:
@@ -151,6 +165,11 @@ class _Tests:
         order = np.argsort(owner, kind="stable")
         self._planes = np.ascontiguousarray(planes[order].reshape(-1, 12).T, dtype=np.float64)
         self._cone = np.searchsorted(owner[order], np.arange(len(patches.live) + 1))
+
+    def window(self, patch: int) -> tuple[int, int, int, int]:
+        """First column, columns, first row and rows of a patch's window."""
+        window = self._patches.window[patch]
+        return window.column_first, window.column_count, window.row_first, window.row_count
 
     def run(self, found: np.ndarray, own: np.ndarray, counts: ShellingCounts) -> None:
         """Test patches in this order, as many of them together as `BLOCK` allows."""
@@ -189,7 +208,7 @@ class _Tests:
         return inside
 
 
-def _nearest_settled(distance, config):
+def nearest_settled(distance, config):
     """The stored inverse distance of a hit at ``distance``, rounded up; the largest one for no distance."""
     numbers = config.numbers
     if not distance > 0:

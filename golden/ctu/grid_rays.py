@@ -43,6 +43,12 @@ class GridRays:
         2^-INDEX_FRACTION of their rows and columns; ray number j covers j to j + 1.
     row_border, column_border
         How far past a sector's border its grid rays go, in the same units: a number, and ``rows`` int64.
+    row_table, column_table
+        What `direction` is made of. Hemisphere: ``rows`` x 2, sin and cos of the polar angle, and ``columns`` x 2, cos
+        and sin of the azimuth. Screen: ``rows`` x 1, y, and ``columns`` x 1, x.
+    column_reach
+        ``rows`` int64: `first_column` and `column_count` are the columns whose middle is this near to the grid ray's
+        position.
     """
 
     shell: int
@@ -55,6 +61,9 @@ class GridRays:
     column_position: np.ndarray
     row_border: int
     column_border: np.ndarray
+    row_table: np.ndarray
+    column_table: np.ndarray
+    column_reach: np.ndarray
 
     @property
     def rows(self) -> int:
@@ -87,19 +96,22 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     azimuth = (np.arange(columns) + 0.5) * (2 * np.pi / columns)
     polar = (np.arange(rows) + 0.5) * (lowest / rows)
     around = np.stack([_table(np.cos(azimuth)), _table(np.sin(azimuth))], axis=1)
+    down = np.stack([_table(np.sin(polar)), _table(np.cos(polar))], axis=1)
     direction = np.empty((rows, columns, 3), dtype=np.int64)
-    direction[..., :2] = (_table(np.sin(polar))[:, None, None] * around + (1 << FRACTION - 1)) >> FRACTION
-    direction[..., 2] = _table(np.cos(polar))[:, None]
+    direction[..., :2] = (down[:, None, :1] * around + (1 << FRACTION - 1)) >> FRACTION
+    direction[..., 2] = down[:, None, 1]
 
     per_polar, per_azimuth = polars / (np.pi / 2), azimuths / (2 * np.pi)
     row_position, column_position = _position(polar * per_polar), _position(azimuth * per_azimuth)
     psi, border = margins.angle(shell), margins.sector_angle(shell)
     first_row, row_count = _window(row_position, _reach(psi * per_polar), polars)
-    first, last = _span(column_position, _reach(margins.azimuth_reach(psi, polar) * per_azimuth)[:, None])
+    reach = _reach(margins.azimuth_reach(psi, polar) * per_azimuth)
+    first, last = _span(column_position, reach[:, None])
     count = np.clip(last - first + 1, 0, azimuths)
     first = np.where(count == azimuths, 0, first % azimuths)
     return GridRays(shell, direction, first_row, row_count, first, count, row_position, column_position,
-                    int(_reach(border * per_polar)), _reach(margins.sector_reach(border, polar) * per_azimuth))
+                    int(_reach(border * per_polar)), _reach(margins.sector_reach(border, polar) * per_azimuth),
+                    down, around, reach)
 
 
 @lru_cache(maxsize=1024)
@@ -125,15 +137,15 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
         position, reach = _position((slope + half) * scale), _reach(margins.screen_reach(shell, half, step) * scale)
         border = int(_reach(margins.screen_sector_reach(shell, half, step) * scale))
-        axes.append((_table(slope / angle), position, border, *_window(position, reach, count)))
-    (x, column_position, column_border, first_column, column_count), (
-        y, row_position, row_border, first_row, row_count) = axes
+        axes.append((_table(slope / angle), position, border, reach, *_window(position, reach, count)))
+    (x, column_position, column_border, column_reach, first_column, column_count), (
+        y, row_position, row_border, _, first_row, row_count) = axes
     across = (len(y), len(x))
     direction = np.empty((*across, 3), dtype=np.int64)
     direction[..., 0], direction[..., 1], direction[..., 2] = x, y[:, None], 1 << FRACTION
     return GridRays(shell, direction, first_row, row_count, np.broadcast_to(first_column, across),
                     np.broadcast_to(column_count, across), row_position, column_position, row_border,
-                    np.full(len(y), column_border))
+                    np.full(len(y), column_border), y[:, None], x[:, None], np.full(len(y), column_reach))
 
 
 def _table(values):

@@ -11,8 +11,8 @@ __all__ = ["RayMemory"]
 class RayMemory:
     """Version (shell) and presence of each slot, and the requests that wait for an absent ray.
 
-    A slot holds the grid ray of one row and column; the shells' grids have their own rows and columns, so a slot's ray
-    has another direction in each shell.
+    A slot holds the grid ray of one row and column. The shells' grids have their own rows and columns, so where shells
+    share a memory a slot's ray has another direction in each.
 
     Parameters
     ----------

@@ -41,6 +41,7 @@ class CellTraversalUnit:
         self.sector = sector or Sector.whole(record)
         self._own = self.sector.mask(record)
         self.grid_rays = self.steps = 0
+        self._memories: dict[int, RayMemory] = {}
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
         offset = corners.reshape(3, -1).T - record.origin
         if record.is_screen:
@@ -60,40 +61,51 @@ class CellTraversalUnit:
                                record.half_angles)
         return hemisphere_rays(shell, record.columns, record.rows)
 
+    def borders(self, shell: int) -> tuple[int, int]:
+        """Where a shell begins and ends: parameters of grid rays in units of G."""
+        return tuple(int(np.rint(border * self.table.cell * self._stretch)) for border in (shell - 1, shell))
+
     def settled(self, shell: int) -> float:
         """Hits at this distance and nearer, in R units of 1, cannot change any more from this shell on."""
         reach = max(0.0, shell - 1 - margins.depth(shell))
         cube = 2.0**self.record.numbers.scene_bits
         return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
 
-    def open(self, shell: int, may_change: np.ndarray, subshells=()) -> np.ndarray:
-        """Cells of one shell, in the order in which they are met and as often as they are met.
+    def open(self, shell: int, may_change: np.ndarray, window=None, *, subshell: int = 0) -> np.ndarray:
+        """Cells of one subshell, in the order in which they are met and as often as they are met.
+
+        Each grid ray is looked at once: it goes through its shell, or it is found to have settled. In which order is
+        free, since a ray that may still change is never taken for settled.
 
         Parameters
         ----------
         may_change
             rows x columns bool of the frustum's rays: may the ray's hit still change, see `settled`?
-        subshells
-            Windows (see `subshell_rays`) whose grid rays go first, one after the other. The last subshell, which holds
-            the rest of the sector, is added here.
+        window
+            Of the subshell, see `subshell_rays`. Default: the last subshell, all of the sector.
+        subshell
+            Its number.
         """
         if shell == 1:
             return near_cells(self.record, self.table, self._slopes())
         rays = self.rays(shell)
-        go_on = survivors(rays, may_change & self._own) & sector_rays(rays, self.sector, self.record)
-        memory = RayMemory(go_on.size, deferred=0)
-        cells = []
-        windows = [subshell_rays(rays, window, self.record) for window in subshells] + [np.ones_like(go_on)]
-        for number, window in enumerate(windows):
-            leaving, _ = memory.request(np.flatnonzero(window), subshell=number, shell=shell)
-            cells += self._walk(rays, leaving[go_on.ravel()[leaving]])
-            memory.complete(leaving)
-        return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+        if shell not in self._memories:
+            self._memories[shell] = RayMemory(rays.rows * rays.columns, deferred=0)
+        memory = self._memories[shell]
+        inside = sector_rays(rays, self.sector, self.record)
+        if window is not None:
+            inside &= subshell_rays(rays, window, self.record)
+        leaving, _ = memory.request(np.flatnonzero(inside), subshell=subshell, shell=shell)
+        if not len(leaving):
+            return leaving
+        cells = self._walk(rays, leaving[survivors(rays, may_change & self._own).ravel()[leaving]])
+        memory.complete(leaving)
+        return cells
 
     def _walk(self, rays, numbers):
-        """Cells of some grid rays, one array for each pass."""
+        """Cells of some grid rays, pass by pass."""
         direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T, FRACTION)
-        begin, end = (int(np.rint(border * self.table.cell * self._stretch)) for border in (rays.shell - 1, rays.shell))
+        begin, end = self.borders(rays.shell)
         walk = Traversal(self.record.origin, direction, begin=begin, end=end, lower=self.table.lower,
                          cell=self.table.cell, shape=self.table.shape)
         self.grid_rays += len(direction)
@@ -102,7 +114,7 @@ class CellTraversalUnit:
             cells.append(self.table.number(walk.index))
             self.steps += len(walk.ray)
             walk.advance()
-        return cells
+        return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
 
     def _slopes(self):
         """Of the screen's border in x and y."""

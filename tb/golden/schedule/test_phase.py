@@ -7,7 +7,6 @@ import pytest
 
 from golden.errors import InputError
 from golden.frustum import Screen, screen_record
-from golden.icu.patch_setup import PatchSetup
 from golden.scene.open import open_scene
 from golden.schedule.low_density import low_density
 from golden.schedule.phase import schedule
@@ -64,10 +63,7 @@ def test_the_estimate_balances_the_true_work_better_than_equal_sections(scene):
 def test_hits_do_not_depend_on_sections_and_subshells(scene):
     whole, _ = scene.shelling.cast(scene.record)
     plan = made(scene)
-    window = PatchSetup(scene.record, CONFIG).patches(scene.geometry).window
-    listed = window[np.concatenate([subshells.patches for subshells in plan.subshells])]
-    windows = np.stack([listed.column_first, listed.column_count, listed.row_first, listed.row_count], axis=1)[::5]
-    cut, counts = scene.shelling.cast(scene.record, plan.partition.sections, [tuple(row) for row in windows])
+    cut, counts = scene.shelling.cast(scene.record, plan.partition.sections, plan.subshells)
     assert sum(count.rays for count in counts) == len(scene.record)
     assert not len(whole.differences(cut))
 
