@@ -3,12 +3,13 @@
 import json
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import click
 import numpy as np
 
 from golden.cast.ray_file import read_rays, write_hits
+from golden.commands.config import show_config
+from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
 from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.light.form_factors import patch_form_factors
@@ -57,67 +58,14 @@ def _fail(message: str, *, code: int = 2) -> None:
     sys.exit(code)
 
 
-class WholePair(click.ParamType):
-    """Two whole numbers ``AxB``."""
-
-    def __init__(self, name: str):
-        self.name = name
-
-    def get_metavar(self, param, ctx):
-        return self.name
-
-    def convert(self, value, param, ctx):
-        if isinstance(value, tuple):
-            return value
-        parts = value.lower().split("x")
-        if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) <= 9 for part in parts):
-            self.fail(f"{value!r} is not two whole numbers like {self.name}", param, ctx)
-        return tuple(int(part) for part in parts)
-
-
-class Triple(click.ParamType):
-    """Three finite numbers ``x,y,z`` of at least ``least``."""
-
-    def __init__(self, name: str = "X,Y,Z", least: float = -np.inf):
-        self.name, self._least = name, least
-
-    def convert(self, value, param, ctx):
-        if isinstance(value, tuple):
-            return value
-        try:
-            triple = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            triple = ()
-        if len(triple) != 3 or not np.all(np.isfinite(triple)) or min(triple) < self._least:
-            limit = "" if self._least == -np.inf else f" of at least {self._least:g}"
-            self.fail(f"{value!r} is not three finite numbers{limit} like {self.name}", param, ctx)
-        return triple
-
-
-class Positive(click.ParamType):
-    """A finite number above 0."""
-
-    name = "NUMBER"
-
-    def convert(self, value, param, ctx):
-        try:
-            number = float(value)
-        except ValueError:
-            number = np.nan
-        if not 0 < number < np.inf:
-            self.fail(f"{value!r} is not a finite number above 0", param, ctx)
-        return number
-
-
-FILE = click.Path(path_type=Path)
-SCENE_HELP = "SCENE is a built-in name (see `scenes`), NAME:SIZE, or a file: .obj .ply .stl .gltf .glb .nff."
-
-
 @click.group(cls=CommandLine, no_args_is_help=False,
              context_settings={"max_content_width": 110, "show_default": True})
 @click.version_option(package_name="radiosity-engine", prog_name="golden")
 def main():
-    """Radiosity Engine, golden model: scenes, casting, form factors and images in double precision."""
+    """Radiosity Engine, golden model: scenes, casting, form factors and images; the machine bit for bit."""
+
+
+main.add_command(show_config)
 
 
 @main.command("scenes")

@@ -1,0 +1,1 @@
+"""Commands of ``python -m golden``, one module each; `golden.cli` registers them."""
