@@ -27,7 +27,8 @@ def test_parameters_change_what_is_derived():
 
 
 def test_the_table_has_a_line_with_a_text_for_each_parameter_and_marks_the_changed():
-    lines = {line.split()[0]: line.split()[1:] for line in run("tiny", "-P", "icu.rays=128").stdout.splitlines() if line}
+    shown = run("tiny", "-P", "icu.rays=128").stdout.splitlines()
+    lines = {line.split()[0]: line.split()[1:] for line in shown if line}
     assert set(PRESETS["tiny"].parameters()) <= set(lines)
     assert lines["icu.rays"][0] == "128*"
     assert all(len(lines[path]) > 3 for path in PRESETS["tiny"].parameters())
