@@ -15,6 +15,7 @@ from golden.scene import Camera
 from golden.scene.builtin import builtin_scene
 from tb.golden.cast.fixed_cases import WHERE, hemisphere_in, room, screen_in, soup_case
 from tb.golden.icu.patches import CONFIG
+from tb.golden.soups import soup
 
 
 def by_windows(geometry, record, *, lazy):
@@ -33,16 +34,29 @@ def by_windows(geometry, record, *, lazy):
     return memory, skipped
 
 
-@pytest.mark.parametrize("where", WHERE)
-@pytest.mark.parametrize("seed", range(3))
-def test_windows_and_lazy_isolation_change_no_hit(seed, where):
-    _, geometry, record = soup_case(seed, where)
+def assert_windows_change_nothing(geometry, record):
     naive = NaiveFixed(geometry, CONFIG).cast(record)
     for lazy in (False, True):
         memory, skipped = by_windows(geometry, record, lazy=lazy)
         assert (memory.inverse == naive.inverse).all()
         assert (memory.patch == naive.patch).all()
         assert lazy or skipped == 0
+
+
+@pytest.mark.parametrize("where", WHERE)
+@pytest.mark.parametrize("seed", range(3))
+def test_windows_and_lazy_isolation_change_no_hit_of_a_hemisphere(seed, where):
+    _, geometry, record = soup_case(seed, where)
+    assert_windows_change_nothing(geometry, record)
+
+
+@pytest.mark.parametrize("fov", [1, 40, 120, 170])
+@pytest.mark.parametrize("seed", range(3))
+def test_windows_and_lazy_isolation_change_no_hit_of_a_screen(seed, fov):
+    scene, random = soup(seed, 40), np.random.default_rng(seed)
+    near = scene.vertices[5, :3].mean(axis=0) + 1e-3 * random.normal(size=3)
+    geometry, record = screen_in(scene, Camera(eye=near, target=random.uniform(*scene.bounds), fov=fov))
+    assert_windows_change_nothing(geometry, record)
 
 
 def test_lazy_isolation_skips_tests():

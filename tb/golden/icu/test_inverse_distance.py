@@ -37,6 +37,15 @@ def test_cut_off_and_rounded_up_enclose_the_value(numbers):
     assert (decode(down, numbers) > real * (1 - 2.0**-numbers.fraction_bits)).all()
 
 
+def test_the_largest_m_times_the_longest_direction_is_exact():
+    longest, mantissa = 2**16, (1 << NUMBERS.mantissa_bits) - 1
+    value = 3 * longest * mantissa
+    assert value < 2**44
+    stored = decode(encode(np.array([value]), np.array([-30]), NUMBERS), NUMBERS)[0] * 2.0**30
+    assert value * (1 - 2.0**-18) < stored <= value
+    assert (mantissa * (longest + 2) * 2) < 2**44  # a hemisphere's bound
+
+
 def test_the_ends_of_the_range():
     value, exponent = np.array([-5, 0, 1, 1, 1, 3]), np.array([0, 0, -60, 24, 25, 40])
     highest = NUMBERS.inverse.high
