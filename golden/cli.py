@@ -8,6 +8,7 @@ import click
 import numpy as np
 
 from golden.cast.ray_file import read_rays, write_hits
+from golden.commands.cast import cast as cast_frustum
 from golden.commands.config import show_config
 from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
 from golden.errors import InputError
@@ -66,6 +67,7 @@ def main():
 
 
 main.add_command(show_config)
+main.add_command(cast_frustum)
 
 
 @main.command("scenes")

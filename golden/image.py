@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 from golden.errors import InputError
 from golden.output import whole_file
 
-__all__ = ["false_colour", "read_exr", "write_exr", "write_png"]
+__all__ = ["false_colour", "label_colours", "read_exr", "write_exr", "write_png"]
 
 # Dark to bright with steadily rising luminance, so that the order survives grey printing and colour blindness.
 _RAMP = np.array([(0, 0, 8), (72, 12, 104), (176, 42, 96), (240, 104, 40), (252, 190, 52), (255, 252, 208)]) / 255
@@ -57,6 +57,18 @@ def false_colour(values: np.ndarray, title: str) -> np.ndarray:
     canvas[:values.shape[0], :values.shape[1]] = _ramp(values / top if top > 0 else values)
     canvas[values.shape[0]:] = np.asarray(legend)
     return canvas
+
+
+def label_colours(labels: np.ndarray) -> np.ndarray:
+    """H x W whole numbers as uint8 colours, the same for the same number, and far apart for neighbouring ones; numbers
+    below 0 are black.
+    """
+    # Steps by the golden ratio never come near an earlier hue soon; three shades tell near hues apart.
+    hue = labels * ((np.sqrt(5) - 1) / 2) % 1
+    channel = np.clip(np.abs((hue[..., None] + np.array([0, 2, 1]) / 3) % 1 * 6 - 3) - 1, 0, 1)
+    shade = np.array([1.0, 0.75, 0.55])[labels % 3]
+    colour = (0.2 + 0.8 * channel) * shade[..., None] * (labels >= 0)[..., None]
+    return np.rint(255 * colour).astype(np.uint8)
 
 
 def _ramp(share: np.ndarray) -> np.ndarray:

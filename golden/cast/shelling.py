@@ -15,6 +15,7 @@ from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.ctu.unit import CellTraversalUnit
+from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.icu.inverse_distance import encode, inverse_distance
 from golden.icu.patch_setup import Patches, PatchSetup
@@ -22,6 +23,7 @@ from golden.icu.ray_memory import RayMemory
 from golden.icu.screening import cones
 from golden.memsys.cell_table import CellTable
 from golden.memsys.filter import Filter
+from golden.scene.cells import FINEST
 from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["Shelling", "ShellingCounts", "nearest_settled"]
@@ -86,6 +88,8 @@ class Shelling:
     """
 
     def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float):
+        if not 1 / FINEST <= cell <= 1:
+            raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
         self._geometry, self._config = geometry, config
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
@@ -208,7 +212,7 @@ class _Tests:
         return inside
 
 
-def nearest_settled(distance, config):
+def nearest_settled(distance: float, config: Config) -> int:
     """The stored inverse distance of a hit at ``distance``, rounded up; the largest one for no distance."""
     numbers = config.numbers
     if not distance > 0:
