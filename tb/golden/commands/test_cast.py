@@ -104,7 +104,7 @@ def test_a_wrong_hit_is_told_by_the_exit_code(monkeypatch, judge):
 
     def wrong(*arguments):
         hits, counts = right(*arguments)
-        hits.patch[5] = (hits.patch[5] + 3) % 7
+        hits.patch[40:90] = (hits.patch[40:90] + 3) % 7
         return hits, counts
 
     monkeypatch.setattr(golden.commands.cast.Shelling, "cast", wrong)
