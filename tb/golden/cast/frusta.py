@@ -18,7 +18,7 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from tb.golden.soups import soup
 
-__all__ = ["CELLS", "CONFIG", "RandomFrustum", "halves", "random_frustum", "room", "speckled_frustum"]
+__all__ = ["CELLS", "CONFIG", "RandomFrustum", "halves", "random_frustum", "random_origin", "room", "speckled_frustum"]
 
 CONFIG = Config()
 # Cells along each side of the room of the specks, whose lower corner is (0, 0, 0) and whose cells have the side 1.
@@ -51,7 +51,7 @@ def random_frustum(seed: int) -> RandomFrustum:
     """A soup, an origin, a hemisphere (three of four) or a screen, and a cell size."""
     random = np.random.default_rng(seed)
     scene = soup(seed, count=int(random.choice([12, 40, 120])))
-    origin, normal, source = _origin(scene, random)
+    origin, normal, source = random_origin(scene, random)
     cell = float(random.choice([0.5, 0.25, 0.125, 0.0625, 0.04]))
     geometry = PatchGeometry.of(scene, CONFIG.numbers, [origin])
     if seed % 4:
@@ -65,7 +65,7 @@ def random_frustum(seed: int) -> RandomFrustum:
     return RandomFrustum(seed, geometry, record, cell)
 
 
-def _origin(scene, random):
+def random_origin(scene, random):
     """Origin, normal and source surface: on a patch, at a vertex, next to an edge, or anywhere near the scene."""
     patch = int(random.integers(len(scene)))
     corners, kind = scene.vertices[patch], random.integers(4)

@@ -1,0 +1,111 @@
+"""Shelling against the naive algorithm, and fixed point against the oracle, on all built-in scenes.
+
+``python -m tb.bench.exactness`` writes out/bench/exactness.md; a difference that must not be makes it fail. Scene and
+seed say all that is needed to cast a row again.
+"""
+
+from collections import Counter
+from pathlib import Path
+
+import click
+import numpy as np
+
+from golden.cast.differences import differences, oracle_rays
+from golden.cast.grid import Grid
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.shelling import Shelling
+from golden.memsys.patch_table import PatchTable
+from golden.scene.builtin import BUILTIN
+from golden.scene.open import open_scene
+from tb.bench.report import provenance, write_report
+from tb.bench.viewpoints import hard_records
+from tb.golden.cast.frusta import CONFIG, halves
+
+CELLS = (0.5, 0.125, 0.0625)
+CLUSTERS = (1, 2, 4, 8, 16)
+ORDERS = 20
+ORIGINS, RAYS, PIXELS = 8, (256, 64), (96, 72)
+CAUSES = ("edge", "long_edge", "depth", "dropped", "unexplained")
+
+
+def shuffled(table: PatchTable, count: np.ndarray, seed: int) -> PatchTable:
+    """The patches of each cell in another order."""
+    entries = table.read(np.arange(len(table)))
+    cell = np.repeat(np.arange(len(count)), count)
+    return PatchTable(entries[np.lexsort((np.random.default_rng(seed).random(len(entries)), cell))])
+
+
+def order_differences(shelling: Shelling, records, expected, seed: int) -> int:
+    """Rays that differ from the naive algorithm's, over `ORDERS` orders and all of `CLUSTERS`."""
+    straight, wrong = shelling.table.patches, 0
+    for order in range(ORDERS):
+        shelling.table.patches = shuffled(straight, shelling.table.count, seed + order)
+        number = order % len(records)
+        clusters = CLUSTERS[order % len(CLUSTERS)]
+        hits, _ = shelling.cast(records[number], sectors=halves(records[number], clusters))
+        wrong += len(hits.differences(expected[number]))
+    shelling.table.patches = straight
+    for clusters in CLUSTERS:
+        for record, naive in zip(records[::4], expected[::4], strict=True):
+            wrong += len(shelling.cast(record, sectors=halves(record, clusters))[0].differences(naive))
+    return wrong
+
+
+def measure(name: str, seed: int) -> tuple[str, bool]:
+    """The row of a scene, and whether nothing in it must not be."""
+    scene = open_scene(name)
+    geometry, records = hard_records(scene, origins=ORIGINS, rays=RAYS, pixels=PIXELS, seed=seed)
+    naive, grid = NaiveFixed(geometry, CONFIG), Grid(scene, jobs=1)
+    expected = [naive.cast(record) for record in records]
+    wrong, shelling = [], None
+    for cell in CELLS:
+        shelling = Shelling(geometry, CONFIG, cell=cell)
+        wrong.append(sum(len(shelling.cast(record)[0].differences(hits))
+                         for record, hits in zip(records, expected, strict=True)))
+    wrong.append(order_differences(shelling, records, expected, seed))
+    causes = Counter()
+    for record, hits in zip(records, expected, strict=True):
+        oracle = grid.nearest(oracle_rays(record, geometry))
+        causes.update(differences(hits, oracle, record, scene, geometry, CONFIG).counts())
+    rays = sum(map(len, records))
+    hit = sum(np.count_nonzero(hits.patch >= 0) for hits in expected)
+    row = (f"| {name} | {len(scene)} | {seed} | {len(records)} | {rays} | {hit / rays:.2f} "
+           f"| {' | '.join(map(str, wrong))} | {' | '.join(str(causes[cause]) for cause in CAUSES)} "
+           f"| {1e6 * sum(causes.values()) / rays:.0f} |")
+    return row, not any(wrong) and not causes["unexplained"]
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@click.option("--seed", default=1, help="Of the origins, cameras and orders.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/exactness.md")
+def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
+    """Write the table for SCENES (default: all built-in ones)."""
+    lines = [
+        "# Exactness: rays that differ", "", provenance("numpy") + ".", "",
+        f"Each scene from {ORIGINS} origins (on patches, at vertices, next to edges, anywhere), from each of them a "
+        f"hemisphere of {RAYS[0]} x {RAYS[1]} rays and a screen of {PIXELS[0]} x {PIXELS[1]} with a field of view of "
+        "20, 60 or 100 degrees, and the scene's own view.", "",
+        "* *cell*: rays of which any field (patch, 1/t, u, v) of shelling differs from the naive algorithm in the same "
+        "integers. Must be 0.",
+        f"* *orders*: the same with the finest cells, the patches of each cell in {ORDERS} random orders on "
+        f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be 0.",
+        "* The rest: rays of which fixed point hits another patch than the float64 oracle, by cause "
+        "(`golden.cast.differences`), and all of them per million rays. *Unexplained* must be 0.", "",
+        "| " + " | ".join(["scene", "patches", "seed", "frusta", "rays", "hit", *(f"cell {cell}" for cell in CELLS),
+                           "orders", *(cause.replace("_", " ") for cause in CAUSES), "per million"]) + " |",
+        "|---" * (13 + len(CELLS)) + "|",
+    ]
+    fine = True
+    for name in scenes or BUILTIN:
+        row, good = measure(name, seed)
+        fine &= good
+        lines.append(row)
+        click.echo(row)
+    write_report(output, lines)
+    if not fine:
+        raise SystemExit("error: there are differences that must not be")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""Where the benches cast from."""
+
+import numpy as np
+
+from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.scene.camera import Camera
+from golden.scene.g_coordinates import GCoordinates
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+from golden.scene.view import default_camera
+from tb.golden.cast.frusta import CONFIG, random_origin
+
+__all__ = ["ceiling_points", "downwards", "hard_records"]
+
+
+def ceiling_points(scene: Scene) -> list[np.ndarray]:
+    """The middles of the ceiling (the top of the scene box) cut in 4 x 4; the first is the thesis' point 1."""
+    lower, upper = scene.bounds
+    places = (np.arange(4) + 0.5) / 4
+    return [lower + (upper - lower) * (x, y, 1 - 1e-3) for x in places for y in places]
+
+
+def downwards(coordinates: GCoordinates, point, rays: tuple[int, int]) -> FrustumRecord:
+    """A hemisphere that looks down."""
+    return hemisphere_record(Hemisphere(*rays), coordinates, point, (0, 0, -1))
+
+
+def hard_records(scene: Scene, *, origins: int, rays: tuple[int, int], pixels: tuple[int, int],
+                 seed: int) -> tuple[PatchGeometry, list[FrustumRecord]]:
+    """A hemisphere and a screen from each of some origins (see `random_origin`), and the scene's own view."""
+    random = np.random.default_rng(seed)
+    places = [random_origin(scene, random) for _ in range(origins)]
+    own = scene.camera or default_camera(scene)
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [*(origin for origin, _, _ in places), own.eye])
+    coordinates = geometry.coordinates
+    cameras = [Camera(eye=tuple(origin), target=tuple(origin + normal), up=tuple(random.normal(size=3)),
+                      fov=float(random.choice([20, 60, 100]))) for origin, normal, _ in places]
+    return geometry, [
+        *(hemisphere_record(Hemisphere(*rays), coordinates, origin, normal, source=source)
+          for origin, normal, source in places),
+        *(screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), coordinates)
+          for camera in [*cameras, own])]
