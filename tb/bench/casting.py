@@ -5,9 +5,7 @@ diffuse rays (from random hit points of the primary ones, distributed by the cos
 through trimesh, checks that they agree, and writes a table.
 """
 
-import platform
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 import click
@@ -18,6 +16,7 @@ from golden.cast.naive import Naive
 from golden.cast.rays import Rays
 from golden.frustum import Screen, frame
 from golden.scene.open import open_scene
+from tb.bench.report import provenance, write_report
 from tb.golden.cast.embree import Embree
 
 SEED = 1
@@ -88,9 +87,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     lines = [
         "# Casting: million rays per second of one processor core",
         "",
-        f"{platform.machine()}, Python {platform.python_version()}, "
-        + ", ".join(f"{name} {version(name)}" for name in ("numpy", "trimesh", "embreex"))
-        + f"; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, processor time.",
+        f"{provenance('numpy', 'trimesh', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, processor time.",
         "",
         "| scene | patches | rays | count | cells | build s | tests/ray | steps/ray | grid | naive | Embree "
         "| grid : naive | Embree : grid |",
@@ -100,9 +97,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         rows = measure(name)
         lines += rows
         click.echo("\n".join(rows))
-    output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text("\n".join(lines) + "\n")
-    click.echo(f"wrote {output}")
+    write_report(output, lines)
 
 
 if __name__ == "__main__":

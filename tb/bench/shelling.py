@@ -1,0 +1,138 @@
+"""The work and the speed of shelling.
+
+``python -m tb.bench.shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, what sectors
+cost with more and more clusters, and the time that shelling takes beside the naive algorithm in the same integers.
+"""
+
+import time
+from pathlib import Path
+
+import click
+import numpy as np
+
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.phase import schedule
+from tb.bench.report import provenance, write_report
+from tb.bench.viewpoints import ceiling_points, downwards
+from tb.golden.cast.frusta import CONFIG
+
+SCENES = ("lobby", "room1627", "cubes", "man", "phone")
+CELL, RAYS = 0.0625, (256, 64)
+MOST_TESTS, MOST_STEPS = {"lobby": 2.6, "room1627": 3.3}, 3.2
+THESIS_TESTS = {"lobby": 2.6, "room1627": 4.1}
+CLUSTERS, RATIO = (1, 2, 4, 8, 16), 64
+# The points between which the thesis' phases run, counted from 0.
+POINTS = (3, 6, 9, 12)
+FAST_SCENE, FAST_RAYS, FAST_CELLS, REPEATS, LEAST_SPEEDUP = "room1627", (512, 128), (0.125, CELL), 5, 25
+
+
+class Place:
+    """A scene with what is cast into it from its ceiling."""
+
+    def __init__(self, name: str):
+        self.scene = open_scene(name)
+        self.points = ceiling_points(self.scene)
+        self.geometry = PatchGeometry.of(self.scene, CONFIG.numbers, self.points)
+        self.shelling = Shelling(self.geometry, CONFIG, cell=CELL)
+
+    def record(self, point: int):
+        """The hemisphere of a point."""
+        return downwards(self.geometry.coordinates, self.points[point], RAYS)
+
+
+def work(name: str, place: Place) -> str:
+    """Counts per ray, mean over all points."""
+    total, shells = ShellingCounts(), []
+    for point in range(len(place.points)):
+        _, (counts,) = place.shelling.cast(place.record(point))
+        if counts.patches > len(place.scene):
+            raise SystemExit(f"error: {name}: a patch was fetched twice")
+        total += counts
+        shells.append(counts.shells)
+    rays, points = total.rays, len(place.points)
+    most = f"{MOST_TESTS[name]}" if name in MOST_TESTS else "-"
+    return (f"| {name} | {len(place.scene)} | {total.tests / rays:.2f} | {most} | {THESIS_TESTS.get(name, '-')} "
+            f"| {total.in_windows / rays:.2f} | {total.cell_steps / rays:.2f} | {total.grid_rays / rays:.2f} "
+            f"| {total.cells / points:.0f} | {total.patches / points:.0f} | {total.edrc:.1f} | {np.mean(shells):.1f} |")
+
+
+def sectors(name: str, place: Place) -> list[str]:
+    """What a frustum costs when its sections are cast each by itself."""
+    rows = []
+    for clusters in CLUSTERS:
+        plan = schedule(place.record(0), place.geometry, place.shelling.table, CONFIG, clusters=clusters, ratio=RATIO)
+        counts = [place.shelling.cast(place.record(point), sectors=plan.partition.sections)[1] for point in POINTS]
+        rays = sum(cluster.rays for frustum in counts for cluster in frustum)
+        means = [f"{sum(getattr(cluster, field) for frustum in counts for cluster in frustum) / rays:.2f}"
+                 for field in ("cell_steps", "grid_rays", "tests")]
+        fetched = np.mean([sum(cluster.patches for cluster in frustum) for frustum in counts])
+        worst = [f"{np.mean([max(getattr(cluster, field) for cluster in frustum) for frustum in counts]):.0f}"
+                 for field in ("cell_steps", "tests")]
+        rows.append(f"| {name} | {clusters} | {' | '.join(means)} | {fetched:.0f} | {' | '.join(worst)} |")
+    return rows
+
+
+def seconds(cast, record) -> tuple[float, object]:
+    """Processor time, the best of a few runs, and what the last one gave."""
+    best = np.inf
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        result = cast(record)
+        best = min(best, time.process_time() - begin)
+    return best, result
+
+
+def speed() -> list[str]:
+    """Shelling beside the naive algorithm."""
+    scene = open_scene(FAST_SCENE)
+    point = ceiling_points(scene)[5]
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, point)
+    record = downwards(geometry.coordinates, point, FAST_RAYS)
+    slow, expected = seconds(NaiveFixed(geometry, CONFIG).cast, record)
+    rows = [f"| naive | - | {1e3 * slow:.0f} | {len(record) / slow / 1e6:.2f} | {len(scene)} | 1 | 1 |"]
+    for cell in FAST_CELLS:
+        fast, (hits, (counts,)) = seconds(Shelling(geometry, CONFIG, cell=cell).cast, record)
+        if len(hits.differences(expected)):
+            raise SystemExit(f"error: {FAST_SCENE}: shelling and the naive algorithm disagree")
+        tests = counts.tests / counts.rays
+        rows.append(f"| shelling | {cell} | {1e3 * fast:.0f} | {len(record) / fast / 1e6:.2f} | {tests:.2f} "
+                    f"| {slow / fast:.1f} | {len(scene) / tests:.0f} |")
+    return rows
+
+
+@click.command()
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/shelling.md")
+def main(output: Path) -> None:
+    """Write the tables."""
+    fast = speed()
+    places = {name: Place(name) for name in SCENES}
+    works = [work(name, place) for name, place in places.items()]
+    costs = [row for name, place in places.items() for row in sectors(name, place)]
+    lines = [
+        "# Shelling", "", provenance("numpy") + ".", "",
+        "## Work", "",
+        f"Cell {CELL}, hemispheres of {RAYS[0]} x {RAYS[1]} rays, mean over 16 points of the ceiling. Tests per ray at "
+        f"most as given; cell steps per ray at most {MOST_STEPS}; cells, patches and shells per frustum.", "",
+        "| scene | patches | tests/ray k | at most | thesis | in windows/ray | cell steps/ray | grid rays/ray | cells "
+        "| patches found | EDRC | shells |", "|---" * 12 + "|", *works, "",
+        "## Sectors", "",
+        f"The same hemispheres from points 4, 7, 10 and 13, cut in sections by a sparse casting from point 1 (ratio "
+        f"{RATIO}); each cluster casts its own. Patches fetched: by all clusters. Worst: of the busiest cluster.", "",
+        "| scene | clusters | cell steps/ray | grid rays/ray | tests/ray | patches fetched | worst steps "
+        "| worst tests |",
+        "|---" * 8 + "|", *costs, "",
+        "## Speed", "",
+        f"`{FAST_SCENE}`, {FAST_RAYS[0]} x {FAST_RAYS[1]} rays, one hemisphere with setup of all patches and read-out "
+        f"of (u, v); processor time, best of {REPEATS} runs. The aim is {LEAST_SPEEDUP} times the naive rate.", "",
+        "| method | cell | ms | million rays/s | tests/ray | naive : this, time | naive : this, tests |",
+        "|---" * 7 + "|", *fast,
+    ]
+    click.echo("\n".join(works + costs + fast))
+    write_report(output, lines)
+
+
+if __name__ == "__main__":
+    main()
