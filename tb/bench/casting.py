@@ -87,7 +87,8 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     lines = [
         "# Casting: million rays per second of one processor core",
         "",
-        f"{provenance('numpy', 'trimesh', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, processor time.",
+        f"{provenance('numpy', 'trimesh', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, "
+        "processor time.",
         "",
         "| scene | patches | rays | count | cells | build s | tests/ray | steps/ray | grid | naive | Embree "
         "| grid : naive | Embree : grid |",
