@@ -94,7 +94,8 @@ class Shelling:
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
-             subshells: tuple = (), references: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
+             subshells: tuple = (), references: np.ndarray | None = None,
+             ray_tests: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
         Parameters
@@ -105,6 +106,8 @@ class Shelling:
             A `SubshellList` for each sector. Default: none but the last subshell, which is all of the sector.
         references
             N int64, to which the tests of each patch are added.
+        ray_tests
+            R int64, to which the tests of each ray are added.
 
         Returns
         -------
@@ -117,7 +120,7 @@ class Shelling:
         """
         memory = RayMemory(len(record), self._config)
         patches = PatchSetup(record, self._config).patches(self._geometry)
-        tests = _Tests(patches, record, memory, self._config, references)
+        tests = _Tests(patches, record, memory, self._config, references, ray_tests)
         sectors = sectors or (Sector.whole(record),)
         counts = [self._cluster(record, sector, listed, tests, memory)
                   for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
@@ -159,9 +162,10 @@ def _schedule(subshells, window, last_shell):
 class _Tests:
     """Tests of patches against the rays of their windows."""
 
-    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, references=None):
+    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, references=None,
+                 ray_tests=None):
         self._patches, self._record, self._memory, self._config = patches, record, memory, config
-        self._references = references
+        self._references, self._ray_tests = references, ray_tests
         self._directions = record.all_directions()
         # Products of planes and directions are below 2^53: exact in float64.
         self._components = np.ascontiguousarray(self._directions.T, dtype=np.float64)
@@ -194,6 +198,8 @@ class _Tests:
         counts.tests += len(ray)
         if self._references is not None:
             self._references += np.bincount(patch, minlength=len(self._references))
+        if self._ray_tests is not None:
+            np.add.at(self._ray_tests, ray, 1)
         first, last = self._cone[patch], self._cone[patch + 1] - 1
         hit = self._inside(first, ray)
         two = np.flatnonzero(last > first)
