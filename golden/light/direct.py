@@ -98,7 +98,9 @@ class DirectLight:
         density = (chance / total[lit, None]).ravel()
         where = np.repeat(lit, self._samples)
         toward, angle = self._place(points.position[where], choice, u, v)
-        cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.linalg.norm(toward, axis=1)
+        length = np.linalg.norm(toward, axis=1)
+        # A point on a light meets itself there.
+        cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.where(length > 0, length, 1)
         geometry = np.maximum(cosine, 0) * angle / (np.pi * density)
         some = np.flatnonzero(geometry > 0)
         light = self._emission[choice[some]] * geometry[some, None]

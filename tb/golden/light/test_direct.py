@@ -268,3 +268,13 @@ def test_light_depends_on_a_points_key_and_on_no_other_point(monkeypatch):
 def test_no_points_and_no_lights_are_no_trouble():
     assert irradiance(scene_of(RECEIVER, (LIGHTS["kite"], LAMP)), points_at((0, 0, 0), count=0)).shape == (0, 3)
     assert not irradiance(scene_of(RECEIVER), points_at((0, 0, 0))).any()
+
+
+def test_a_light_does_not_light_itself():
+    rng = np.random.default_rng(11)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    lamp = rectangle((0.3, 0.2, 1.7), *axes[:2])
+    scene = scene_of((lamp, LAMP))
+    place = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
+    points = SurfacePoints(place, np.broadcast_to(scene.normals[0], place.shape), np.zeros(500, int))
+    assert irradiance(scene, points, samples=4).max() < 1e-9
