@@ -11,6 +11,7 @@ from golden.cast.ray_file import read_rays, write_hits
 from golden.commands.cast import cast as cast_frustum
 from golden.commands.config import show_config
 from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.schedule import schedule_phase
 from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.light.form_factors import patch_form_factors
@@ -68,6 +69,7 @@ def main():
 
 main.add_command(show_config)
 main.add_command(cast_frustum)
+main.add_command(schedule_phase)
 
 
 @main.command("scenes")
