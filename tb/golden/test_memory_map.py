@@ -1,0 +1,247 @@
+"""The memory image: nothing is lost on the way to bytes and back, and what is broken is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden.ctu.unit import CellTraversalUnit
+from golden.errors import InputError
+from golden.fixed import round_shift
+from golden.frustum import Hemisphere, Screen, screen_record
+from golden.icu.collector import collect
+from golden.memory_map import (
+    ALIGNMENT,
+    ENTRY,
+    HEADER,
+    MAGIC,
+    REGIONS,
+    MemoryImage,
+    from_bytes,
+    layout_tables,
+    machine_image,
+    pack_beats,
+    unpack_beats,
+)
+from golden.scene.open import open_scene
+from golden.schedule.phase import schedule
+from tb.golden.schedule.scenes import CONFIG, Case, case
+
+PAGE = Path(__file__).parents[2] / "docs" / "memory-map.md"
+WEIGHTS = Hemisphere(128, 32).polar_weights
+
+
+@pytest.fixture(scope="module", params=["hemisphere", "screen"])
+def scene(request):
+    made = case("room1627")
+    if request.param == "hemisphere":
+        return made
+    screen = Screen(camera=open_scene("room1627").camera, width=90, height=50)
+    return Case(made.geometry, made.shelling, screen_record(screen, made.geometry.coordinates))
+
+
+@pytest.fixture(scope="module")
+def plan(scene):
+    return schedule(scene.record, scene.geometry, scene.shelling.table, CONFIG, clusters=8, ratio=16, capacity=20,
+                    topology="mesh")
+
+
+@pytest.fixture(scope="module")
+def image(scene, plan):
+    return machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan,
+                         weights=None if scene.record.is_screen else WEIGHTS)
+
+
+@pytest.fixture(scope="module")
+def back(image):
+    return from_bytes(image.to_bytes())
+
+
+def test_bytes_and_back_and_bytes_are_the_same_bytes(image, back):
+    assert back.to_bytes() == image.to_bytes()
+    for region in REGIONS:
+        assert np.array_equal(back[region.name], image[region.name])
+
+
+def test_the_same_input_gives_the_same_bytes(scene, plan, image):
+    again = machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan,
+                          weights=None if scene.record.is_screen else WEIGHTS)
+    assert again.to_bytes() == image.to_bytes()
+
+
+def test_geometry_returns(scene, back):
+    assert np.array_equal(back.vertices(), scene.geometry.vertices)
+    assert np.array_equal(back["patches"]["surface"], scene.geometry.surface)
+    assert np.array_equal(back["patches"]["id"], np.arange(len(scene.geometry)))
+
+
+def test_cells_return_with_their_patches(scene, back):
+    table = scene.shelling.table
+    assert np.array_equal(back["cell_grid"]["lower"][0], table.lower)
+    assert np.array_equal(back["cell_grid"]["shape"][0], table.shape)
+    assert back["cell_grid"]["cell"][0] == table.cell
+    for number in range(0, len(table), 37):
+        pointer, count = (int(back["cells"][name][number]) for name in ("pointer", "count"))
+        expected = table.patches.read(table.entries(np.array([number])))
+        assert np.array_equal(back["patch_lists"]["patch"][pointer:pointer + count], expected)
+
+
+def test_the_frustum_returns_and_casts_the_same(scene, back):
+    record = back.frustum(CONFIG.numbers)
+    for name, value in vars(scene.record).items():
+        assert np.array_equal(getattr(record, name), value), name
+    hits, _ = scene.shelling.cast(record)
+    assert not len(hits.differences(scene.shelling.cast(scene.record)[0]))
+
+
+def test_the_schedule_returns(plan, back):
+    assert back.sections() == plan.partition.sections
+    assert np.array_equal(back["clusters"]["processor"], plan.processor)
+    cluster, address = plan.sets.residence(len(back["patches"]))
+    assert np.array_equal(back["residence"]["cluster"], cluster)
+    assert np.array_equal(back["residence"]["address"], address)
+    for number, (held, listed) in enumerate(zip(plan.sets.patches, plan.subshells, strict=True)):
+        assert np.array_equal(back.residents(number), held)
+        assert np.array_equal(back.subshells(number), np.stack([listed.patches, listed.shell], axis=1))
+
+
+def test_grid_rays_can_be_made_from_the_tables_alone(scene, back):
+    unit = CellTraversalUnit(scene.record, scene.shelling.table)
+    assert len(back["shells"]) == unit.last_shell - 1
+    for number, shell in enumerate(back["shells"]):
+        rays = unit.rays(number + 2)
+        rows = back["grid_rows"][shell["first_row"]:shell["first_row"] + shell["rows"]]
+        columns = back["grid_columns"][shell["first_column"]:shell["first_column"] + shell["columns"]]
+        down, across = rows["table"][:, None].astype(np.int64), columns["table"][None].astype(np.int64)
+        if scene.record.is_screen:
+            parts = np.broadcast_arrays(across[..., 0], down[..., 0], 1 << 16)
+        else:
+            parts = np.broadcast_arrays((down[..., 0] * across[..., 0] + (1 << 15)) >> 16,
+                                        (down[..., 0] * across[..., 1] + (1 << 15)) >> 16, down[..., 1])
+        assert np.array_equal(np.stack(parts, axis=-1), rays.direction)
+        assert np.array_equal(rows["first_near"], rays.first_row)
+        assert np.array_equal(rows["near"], rays.row_count)
+        reach, position = rows["column_reach"][:, None].astype(np.int64), columns["position"].astype(np.int64)
+        first, last = -((reach + 128 - position) >> 8), (position + reach - 128) >> 8
+        if scene.record.is_screen:
+            first, last = np.maximum(first, 0), np.minimum(last, scene.record.columns - 1)
+        count = np.clip(last - first + 1, 0, scene.record.columns)
+        assert np.array_equal(count, rays.column_count)
+        some = (count > 0) & (count < scene.record.columns)
+        assert np.array_equal((first % scene.record.columns)[some], rays.first_column[some])
+        assert (shell["begin"], shell["end"]) == unit.borders(number + 2)
+
+
+def test_ray_directions_can_be_made_from_the_tables_alone(scene, back):
+    column, row = back["columns"]["table"].astype(np.int64), back["rows"]["table"].astype(np.int64)[:, None]
+    if scene.record.is_screen:
+        parts = np.broadcast_arrays(column[:, 0], row[..., 0], 1 << 16)
+    else:
+        parts = np.broadcast_arrays(round_shift(row[..., 0] * column[:, 0], 16),
+                                    round_shift(row[..., 0] * column[:, 1], 16), row[..., 1])
+    assert np.array_equal(np.stack(parts, axis=-1).reshape(-1, 3), scene.record.all_directions())
+
+
+def test_results_return_and_their_sums_are_the_collectors(scene, back):
+    hits, _ = scene.shelling.cast(scene.record)
+    written = from_bytes(back.with_results(hits).to_bytes())
+    assert not len(written.hits().differences(hits))
+    weights = np.repeat(written["rows"]["weight"].astype(np.int64), scene.record.columns)
+    assert np.array_equal(written["sums"]["sum"][:-1], collect(hits.patch, weights, len(scene.geometry)))
+    assert written["sums"]["sum"].sum() == weights.sum()
+    if not scene.record.is_screen:
+        assert written["sums"]["sum"].sum() == 1 << 32
+
+
+def test_before_the_machine_runs_no_ray_has_hit_anything(back):
+    assert (back.hits().patch == -1).all()
+    assert not back["sums"]["sum"].any()
+
+
+def test_regions_are_aligned_and_apart(image):
+    offsets = image.offsets
+    end = HEADER.dtype.itemsize + len(REGIONS) * ENTRY.dtype.itemsize
+    for region in REGIONS:
+        assert offsets[region.name] % ALIGNMENT == 0
+        assert offsets[region.name] >= end
+        end = offsets[region.name] + image[region.name].nbytes
+    assert end <= len(image.to_bytes())
+
+
+def test_a_patch_is_read_without_crossing_a_page():
+    (patches,) = (region for region in REGIONS if region.name == "patches")
+    assert patches.dtype.itemsize == ALIGNMENT
+    assert 4096 % ALIGNMENT == 0
+
+
+def test_records_have_no_hidden_gaps_and_even_words():
+    for region in (HEADER, ENTRY, *REGIONS):
+        ends = [offset + size.itemsize for size, offset in region.dtype.fields.values()]
+        starts = [offset for _, offset in region.dtype.fields.values()]
+        assert starts == [0, *ends[:-1]]
+        for field in region.fields:
+            width = np.dtype(field.type).itemsize
+            assert region.dtype.fields[field.name][1] % width == 0
+
+
+def test_beats_hold_three_coordinates_of_24_bits():
+    vertices = np.array([[0, 0, 0], [1, 2, 3], [(1 << 24) - 1] * 3, [0xABCDEF, 0x123456, 0xFEDCBA]])
+    low, high = pack_beats(vertices)
+    assert [int(top) << 64 | int(bottom) for bottom, top in zip(low, high, strict=True)] == [
+        int(x) | int(y) << 24 | int(z) << 48 for x, y, z in vertices]
+    assert np.array_equal(unpack_beats(low, high), vertices)
+
+
+def test_the_page_shows_the_layout():
+    assert layout_tables() in PAGE.read_text()
+
+
+def broken(image, region, field, value, row=0):
+    """The bytes of an image with one field changed."""
+    copy = image[region].copy()
+    copy[field][row] = value
+    return MemoryImage({**image.regions, region: copy}).to_bytes()
+
+
+@pytest.mark.parametrize(("region", "field", "value", "message"), [
+    ("cells", "pointer", 1 << 31, "cells must point into the .* records of patch_lists"),
+    ("cells", "count", 1 << 31, "cells must point into"),
+    ("patch_lists", "patch", 1297, r"patch_lists.patch must be below 1297"),
+    ("subshells", "patch", 0xFFFFFFFF, "subshells.patch must be below"),
+    ("residents", "patch", 5000, "residents.patch must be below"),
+    ("near_cells", "cell", 1 << 30, "near_cells.cell must be below"),
+    ("clusters", "end_column", 5000, "sections must lie within the columns"),
+    ("clusters", "end_row", 0, "sections must lie within the rows"),
+    ("clusters", "residents", 9999, "clusters must point into the .* records of residents"),
+    ("clusters", "first_subshell", 9999, "clusters must point into the .* records of subshells"),
+    ("shells", "rows", 99999, "shells must point into the .* records of grid_rows"),
+    ("shells", "first_column", 99999, "shells must point into the .* records of grid_columns"),
+    ("cell_grid", "shape", 2, "cells must be as many as cell_grid.shape says"),
+    ("frustum", "columns", 7, "must"),
+])
+def test_tables_that_point_outside_are_refused(image, region, field, value, message):
+    with pytest.raises(InputError, match=f"memory image: .*{message}"):
+        from_bytes(broken(image, region, field, value))
+
+
+def test_what_is_no_image_is_refused(image):
+    data = image.to_bytes()
+    with pytest.raises(InputError, match="too few"):
+        from_bytes(data[:40])
+    with pytest.raises(InputError, match=f"Magic must be {MAGIC}, not"):
+        from_bytes(b"\0" * 4 + data[4:])
+    with pytest.raises(InputError, match="Version must be 1, not 2"):
+        from_bytes(data[:4] + b"\2" + data[5:])
+    with pytest.raises(InputError, match="Size must be"):
+        from_bytes(data[:-64])
+    start = HEADER.dtype.itemsize
+    with pytest.raises(InputError, match=r"region cell_grid.*outside"):
+        from_bytes(data[:start] + b"\xc0\xff\xff\xff\xff\0\0\0" + data[start + 8:])
+    with pytest.raises(InputError, match=r"region cell_grid.*outside"):
+        from_bytes(data[:start] + b"\x41" + data[start + 1:])
+
+
+def test_another_number_of_rays_than_was_scheduled_is_refused(scene, plan):
+    other = case("room1627", rays=(64, 16)).record
+    with pytest.raises(InputError, match=r"Frustum must have the schedule's .* rays, not 64 x 16"):
+        machine_image(other, scene.geometry, scene.shelling.table, CONFIG, plan)
