@@ -7,6 +7,7 @@ from dataclasses import replace
 import click
 import numpy as np
 
+from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.ray_file import read_rays, write_hits
 from golden.commands.cast import cast as cast_frustum
 from golden.commands.config import show_config
@@ -17,7 +18,7 @@ from golden.image import false_colour, write_exr, write_png
 from golden.light.form_factors import patch_form_factors
 from golden.light.solvers import SOLVERS
 from golden.light.tone import CURVES, tone_map
-from golden.light.two_pass import METHODS, RenderSettings, render
+from golden.light.two_pass import RenderSettings, render
 from golden.output import check_outputs, whole_file
 from golden.scene.builtin import BUILTIN
 from golden.scene.export import FORMATS, export_scene
@@ -104,7 +105,7 @@ def export(scene, output):
 @click.argument("scene")
 @click.argument("rays", type=FILE)
 @click.option("-o", "--output", type=FILE, required=True, help="Hits: patch (-1: none), t, u, v. (.npz)")
-@click.option("--method", type=click.Choice(list(METHODS)), default=RenderSettings.method,
+@click.option("--method", type=click.Choice(list(RAY_METHODS)), default=RenderSettings.method,
               help="Casting method; the hits are the same.")
 def intersect(scene, rays, output, method):
     """Cast RAYS (.npz with origin and direction, R x 3) into SCENE.
@@ -113,7 +114,7 @@ def intersect(scene, rays, output, method):
     """
     check_outputs(output, suffixes=(".npz",))
     cast, any_hit = read_rays(rays)
-    caster = METHODS[method](open_scene(scene))
+    caster = RAY_METHODS[method](open_scene(scene))
     hits = caster.occluded(cast) if any_hit else caster.nearest(cast)
     write_hits(output, hits)
     count = max(1, len(cast))
@@ -124,8 +125,8 @@ def intersect(scene, rays, output, method):
 def _elements(function):
     """Adds the options that cut patches into elements and choose how hemispheres are cast."""
     for option in (
-            click.option("--method", type=click.Choice(list(METHODS)), default=RenderSettings.method,
-                         help="Casting method; the hits are the same."),
+            click.option("--method", type=click.Choice(list(FRUSTUM_METHODS)), default=RenderSettings.method,
+                         help="How frusta are cast: hemispheres and primary rays."),
             click.option("--max-area", type=Positive(), help="Cut patches until none is larger."),
             click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")):
         function = option(function)
@@ -147,7 +148,8 @@ def formfactors(scene, output, samples, rays, max_edge, max_area, method):
     """
     check_outputs(output, suffixes=(".npz",))
     cut = _cut(open_scene(scene), max_edge, max_area)
-    result = patch_form_factors(cut, METHODS[method](cut), rays=rays, samples=samples, progress=sys.stderr.isatty())
+    result = patch_form_factors(cut, frustum_caster(cut, method), rays=rays, samples=samples,
+                                progress=sys.stderr.isatty())
     with whole_file(output) as part:
         np.savez(part, F=result.F, area=result.area, row_sums=result.row_sums, weight_bits=result.weight_bits)
     sums = result.row_sums / 2**result.weight_bits

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.cast.nearest import Nearest
+from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.oracle import Oracle
@@ -27,7 +28,7 @@ TRIAL_RAYS, TRIAL_SIZES = 4096, np.array([1, 0.7, 0.5, 0.35])
 MOST_JOBS = 256
 
 
-class Grid:
+class Grid(RayFrusta):
     """Casts by 3-D digital differential analysis, all rays of a block one cell onwards at a time.
 
     Rays that are done make room for waiting ones, so that a few long rays do not hold up the block. A ray stops in

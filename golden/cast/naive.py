@@ -3,6 +3,7 @@
 import numpy as np
 
 from golden.cast.nearest import Nearest
+from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Hits, Rays
 from golden.oracle import Oracle
 from golden.scene.scene import Scene
@@ -13,7 +14,7 @@ __all__ = ["Naive"]
 BLOCK = 1 << 14
 
 
-class Naive:
+class Naive(RayFrusta):
     """Tests every ray against every patch: the judge of all other casting methods.
 
     Parameters

@@ -79,7 +79,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     Parameters
     ----------
     caster
-        Has ``nearest(rays) -> Hits``.
+        A caster of frusta, see `golden.cast.ray_frusta.RayFrusta`.
     hemisphere
         The grid of rays.
     points, normals
@@ -105,6 +105,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     if len(normals) != count:
         raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
     frames = frame(normals)
+    cast = caster.hemispheres(hemisphere, points, frames, surfaces)
     row_sums = np.zeros(count, dtype=np.int64)
     parts = []
     with tqdm(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
@@ -113,7 +114,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, count * size)), size)
             low, high = sample[0], sample[-1] + 1
             rays = _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
-            hits = caster.nearest(rays)
+            hits = cast(sample, ray, rays)
             met = np.flatnonzero(hits.patch >= 0)
             sample, weight = sample[met], hemisphere.weights[ray[met]]
             # Sums of integers below 2^53 are exact in float64, whose bincount is the fast one.
@@ -171,7 +172,7 @@ class PatchRows:
     Parameters
     ----------
     scene, caster
-        The patches, and what casts rays among them.
+        The patches, and what casts frusta among them.
     rays
         (azimuths, polars) of the hemispheres.
     samples

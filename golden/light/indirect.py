@@ -68,8 +68,8 @@ class IndirectLight:
         return result
 
 
-def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *, hemisphere: Hemisphere, solver: str,
-                   light_samples: int, seed: int, progress: bool = False) -> IndirectLight:
+def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
+                   solver: str, light_samples: int, seed: int, progress: bool = False) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
     The light sources are not part of the system: what arrives straight from them at an element is sampled by shadow
@@ -82,8 +82,8 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
     ----------
     scene, refinement
         The patches and their elements.
-    caster, tally
-        What casts rays, and their account.
+    frusta, caster, tally
+        What casts hemispheres, what casts shadow rays, and their account.
     hemisphere
         The grid of rays at each node.
     solver
@@ -98,7 +98,7 @@ def indirect_light(scene: Scene, refinement: Refinement, caster, tally: Tally, *
     Source: Shen 1993, section 2.4.
     """
     elements = Elements(scene, refinement)
-    gather = _Gathering(scene, elements, tally.counting("hemisphere", caster), hemisphere, progress)
+    gather = _Gathering(scene, elements, tally.counting("hemisphere", frusta), hemisphere, progress)
     with tally.stage("form factors"):
         rows, sky, buried = gather.rows(elements.lattice)
         mean = _mean_of_open(elements.of_corners, buried)

@@ -3,6 +3,7 @@
 import time
 from contextlib import contextmanager
 
+from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits, Rays
 
 __all__ = ["Tally"]
@@ -36,7 +37,7 @@ class Tally:
 
 
 class CountingCaster:
-    """A caster that adds what it does to an account."""
+    """A caster of rays or frusta that adds what it does to an account."""
 
     def __init__(self, caster, counts: dict[str, int]):
         self._caster, self._counts = caster, counts
@@ -48,6 +49,17 @@ class CountingCaster:
     def occluded(self, rays: Rays) -> Hits:
         """The caster's any hits."""
         return self._count(self._caster.occluded(rays))
+
+    def hemispheres(self, *arguments) -> FrustumHits:
+        """What casts the caster's hemispheres."""
+        return self._counting(self._caster.hemispheres(*arguments))
+
+    def screen(self, *arguments) -> FrustumHits:
+        """What casts the caster's screen."""
+        return self._counting(self._caster.screen(*arguments))
+
+    def _counting(self, cast):
+        return lambda *rays: self._count(cast(*rays))
 
     def _count(self, hits):
         self._counts["rays"] += len(hits.patch)

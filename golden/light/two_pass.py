@@ -1,13 +1,15 @@
 """The image of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
 from dataclasses import dataclass, fields
+from math import isqrt
 
 import numpy as np
 from tqdm import tqdm
 
+from golden.cast.fixed_frusta import MOST_RAYS
 from golden.cast.grid import Grid
-from golden.cast.naive import Naive
-from golden.cast.rays import Rays
+from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
+from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
 from golden.light.direct import DirectLight
@@ -20,9 +22,7 @@ from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
 
-__all__ = ["METHODS", "RenderResult", "RenderSettings", "render"]
-
-METHODS = {"grid": Grid, "naive": Naive}
+__all__ = ["RenderResult", "RenderSettings", "render"]
 
 # Primary rays in work at once.
 BATCH = 1 << 16
@@ -42,6 +42,7 @@ class RenderSettings:
         Pixels, 1 to 16384 each and at most 2^26 together.
     samples
         Primary rays per pixel, 1 to 1024: the largest square grid of at most so many, one ray at random in each field.
+        Where the method is of `FIXED_METHODS` it goes through the field's middle.
     light_samples
         Shadow rays to area lights per shaded point, 1 to 1024.
     depth
@@ -53,9 +54,10 @@ class RenderSettings:
     solver
         A name of `golden.light.solvers.SOLVERS`.
     method
-        A name of ``METHODS``: how rays are cast.
+        A name of `FRUSTUM_METHODS`: how hemispheres and primary rays are cast. Other rays are cast by the same method
+        if it can, else by ``grid``.
     cell
-        Cell size of the grid (see `golden.scene.cells.Cells`).
+        Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
     seed
         Of all samples, at least 0.
     jobs
@@ -64,7 +66,7 @@ class RenderSettings:
     Errors
     ------
     InputError
-        A value out of range.
+        A value out of range, or more primary rays than a method of `FIXED_METHODS` casts at once.
     """
 
     width: int = 512
@@ -90,10 +92,18 @@ class RenderSettings:
                 raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}")
         if self.width * self.height > 2**26:
             raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}")
-        for name, choices in (("solver", SOLVERS), ("method", METHODS)):
+        for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
             if getattr(self, name) not in choices:
                 known = ", ".join(choices)
                 raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}")
+        rays = self.width * self.height * self.side**2
+        if self.method in FIXED_METHODS and rays > MOST_RAYS:
+            raise InputError(f"Size times samples must be at most {MOST_RAYS} rays by method {self.method}, not {rays}")
+
+    @property
+    def side(self) -> int:
+        """A pixel's primary rays go through ``side`` x ``side`` fields."""
+        return isqrt(self.samples)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,16 +152,18 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: 
                          f"no background")
     tally = Tally()
     with tally.stage("cells"):
-        caster = Grid(scene, settings.cell, jobs=settings.jobs) if settings.method == "grid" else Naive(scene)
+        frusta = frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs)
+        caster = frusta if settings.method in RAY_METHODS else Grid(scene, jobs=settings.jobs)
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))
-    indirect = indirect_light(scene, refinement, caster, tally, hemisphere=hemisphere, solver=settings.solver,
+    indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=settings.light_samples, seed=settings.seed, progress=progress)
+    primary = tally.counting("primary", frusta)
     shader = _Shader(scene, caster, tally, indirect, settings)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
     with tally.stage("image"):
-        image, tests, steps = _image(shader, screen, settings, progress)
+        image, tests, steps = _image(primary, shader, screen, settings, regular=frusta.regular, progress=progress)
     return RenderResult(image=image, tests=tests, steps=steps,
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
 
@@ -167,9 +179,10 @@ def _hemisphere_rays(elements):
     return next((grid for grid in ((256, 64), (128, 32)) if grid[0] * grid[1] * elements <= HEMISPHERE_RAYS), (64, 16))
 
 
-def _image(shader, screen, settings, progress):
+def _image(caster, shader, screen, settings, *, regular, progress):
     """Radiance, tests and steps of every pixel."""
-    side = int(np.sqrt(settings.samples))
+    side = settings.side
+    cast = caster.screen(screen, side)
     count = len(screen) * side * side
     totals = np.zeros((5, len(screen)))
     with tqdm(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
@@ -179,10 +192,13 @@ def _image(shader, screen, settings, progress):
             ray = np.arange(start, min(start + batch, count))
             pixel, sample = np.divmod(ray, side * side)
             keys = mix(settings.seed, 2, pixel, sample)
-            offsets = (np.stack([sample % side, sample // side], axis=1)
-                       + np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)) / side - 0.5
+            field = np.stack([sample % side, sample // side], axis=1)
+            place = 0.5 if regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
+            rays = screen.rays(pixel, (field + place) / side - 0.5)
+            column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
+            hits = cast(np.zeros(len(ray), dtype=np.int64), row * (side * screen.width) + column, rays)
             low, high = pixel[0], pixel[-1] + 1
-            for row, values in enumerate(shader.trace(screen.rays(pixel, offsets), keys)):
+            for row, values in enumerate(shader.trace(rays, hits, keys)):
                 totals[row, low:high] += np.bincount(pixel - low, values, high - low)
             bar.update(len(ray))
     shape = screen.height, screen.width
@@ -195,25 +211,24 @@ class _Shader:
 
     def __init__(self, scene, caster, tally, indirect: IndirectLight, settings):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
-        self._casters = {kind: tally.counting(kind, caster) for kind in ("primary", "reflection", "refraction")}
+        self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
         self._corner_normals = corner_normals(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
         self._index = scene.channels("refraction_index")
 
-    def trace(self, rays: Rays, keys: np.ndarray) -> np.ndarray:
-        """Radiance (rows 0 to 2), tests and steps (rows 3 and 4) of R rays."""
+    def trace(self, rays: Rays, hits: Hits, keys: np.ndarray) -> np.ndarray:
+        """Radiance (rows 0 to 2), tests and steps (rows 3 and 4) of R rays with known hits."""
         result = np.zeros((5, len(rays)))
-        waves = [("primary", rays, np.arange(len(rays)), np.ones((len(rays), 3)), keys)]
+        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), keys)]
         for depth in range(self._depth + 1):
-            waves = [wave for kind, *rest in waves for wave in self._wave(result, kind, *rest, depth < self._depth)]
+            waves = [later for wave in waves for later in self._wave(result, *wave, depth < self._depth)]
         return result
 
-    def _wave(self, result, kind, rays, owner, weight, keys, goes_on):
+    def _wave(self, result, rays, hits, owner, weight, keys, goes_on):
         """Add what rays of one generation see, times ``weight``, to their owners; gives the next generation."""
         if not len(rays):
             return
-        hits = self._casters[kind].nearest(rays)
         light = np.tile(np.asarray(self._scene.background, dtype=np.float64), (len(weight), 1))
         met = np.flatnonzero(hits.patch >= 0)
         patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
@@ -260,7 +275,7 @@ class _Shader:
             carried = weight * share
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
-            yield kind, rays, owner[some], carried[some], mix(keys[some], 5 + branch)
+            yield rays, self._casters[kind].nearest(rays), owner[some], carried[some], mix(keys[some], 5 + branch)
 
 
 def _fresnel(ratio, cosine, beyond):

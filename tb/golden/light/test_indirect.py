@@ -25,7 +25,8 @@ GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
 
 
 def solve(scene, max_edge, *, rays=(64, 16), light_samples=16, seed=0, solver="conjugate-gradient", tally=None):
-    return indirect_light(scene, refine(scene, max_edge=max_edge), Grid(scene), tally or Tally(),
+    caster = Grid(scene)
+    return indirect_light(scene, refine(scene, max_edge=max_edge), caster, caster, tally or Tally(),
                           hemisphere=Hemisphere(*rays), solver=solver, light_samples=light_samples, seed=seed)
 
 

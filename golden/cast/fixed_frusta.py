@@ -1,0 +1,146 @@
+"""Frusta in the machine's integers, for those who go on in float64."""
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from golden.cast.known_patches import hits_of_patches
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.ray_frusta import FrustumHits
+from golden.cast.rays import Hits
+from golden.cast.shelling import Shelling
+from golden.config import Config, Icu
+from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.oracle import Oracle
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+
+__all__ = ["MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta"]
+
+# Rays of a frustum at most: the largest ray memory that there is.
+MOST_RAYS = 1 << 22
+CONFIG = Config(icu=Icu(rays=MOST_RAYS))
+# Cell size of shelling; measured: finer cells pay from a million rays on.
+CELL = 0.125
+
+
+class FixedFrusta(ABC):
+    """Casts hemispheres and screens as the machine does it. It has the members of `golden.cast.ray_frusta.RayFrusta`.
+
+    The machine says which patch a ray hits. Where on it follows in float64 from the ray that its integers stand for.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    """
+
+    regular = True
+
+    def __init__(self, scene: Scene):
+        self._scene, self._oracle = scene, Oracle(scene)
+        self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
+        self._cast = self._machine(self._geometry)
+
+    @abstractmethod
+    def _machine(self, geometry: PatchGeometry):
+        """What gives a record's `FixedHits`, and tests and steps of each of its rays."""
+
+    def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
+        """What casts the hemispheres at M points; all rays of one together, when the first of them are asked for.
+
+        Errors
+        ------
+        InputError
+            The hemisphere has more than `MOST_RAYS` rays.
+        """
+        coordinates, cast = self._for(points)
+
+        def record(number):
+            return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
+                                     source=int(surfaces[number]), axes=frames[number])
+        return _Bundles(self._oracle, cast, record).hits
+
+    def screen(self, screen: Screen, side: int) -> FrustumHits:
+        """What casts the rays of an image through the middles of the pixels' fields.
+
+        Errors
+        ------
+        InputError
+            There are more than 65536 fields across or down, or more than `MOST_RAYS` in all.
+        """
+        fields = Screen(camera=screen.camera, width=side * screen.width, height=side * screen.height)
+        coordinates, cast = self._for(np.array([screen.camera.eye]))
+        return _Bundles(self._oracle, cast, lambda number: screen_record(fields, coordinates)).hits
+
+    def _for(self, points):
+        """Coordinates that hold the points, and the machine in them."""
+        geometry, cast = self._geometry, self._cast
+        lower, upper = geometry.coordinates.points([[0] * 3, [CONFIG.numbers.scene.high] * 3])
+        if not ((points >= lower) & (points <= upper)).all():
+            geometry = PatchGeometry.of(self._scene, CONFIG.numbers, points)
+            cast = self._machine(geometry)
+        return geometry.coordinates, cast
+
+
+class ShellingFrusta(FixedFrusta):
+    """By shelling. A ray's tests are its own; cell steps are grid rays', so the frustum's are shared out evenly.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    cell
+        Cell size, see `Shelling`.
+
+    Errors
+    ------
+    InputError
+        Cell size out of range.
+    """
+
+    def __init__(self, scene: Scene, cell: float | None = None):
+        self._cell = CELL if cell is None else cell
+        super().__init__(scene)
+
+    def _machine(self, geometry):
+        shelling = Shelling(geometry, CONFIG, cell=self._cell)
+
+        def cast(record: FrustumRecord):
+            tests = np.zeros(len(record), dtype=np.int64)
+            hits, (counts,) = shelling.cast(record, ray_tests=tests)
+            steps, rest = divmod(counts.cell_steps, len(record))
+            return hits, tests, steps + (np.arange(len(record)) < rest)
+        return cast
+
+
+class NaiveFixedFrusta(FixedFrusta):
+    """All patches against all rays: the same hits."""
+
+    def _machine(self, geometry):
+        naive = NaiveFixed(geometry, CONFIG)
+
+        def cast(record: FrustumRecord):
+            count = len(record)
+            return naive.cast(record), np.full(count, len(geometry)), np.zeros(count, dtype=np.int64)
+        return cast
+
+
+class _Bundles:
+    """Frusta that are cast when they are needed; the last one is kept."""
+
+    def __init__(self, oracle, cast, record):
+        self._oracle, self._cast, self._record = oracle, cast, record
+        self._last, self._held = None, None
+
+    def hits(self, frustum, number, rays) -> Hits:
+        """The hits of rays ``number`` of frusta ``frustum``."""
+        values = np.empty((3, len(rays)), dtype=np.int64)
+        for one in np.unique(frustum):
+            if one != self._last:
+                hits, tests, steps = self._cast(self._record(one))
+                self._last, self._held = one, np.stack([hits.patch, tests, steps])
+            rows = np.flatnonzero(frustum == one)
+            values[:, rows] = self._held[:, number[rows]]
+        patch, tests, steps = values
+        return hits_of_patches(self._oracle, rays, patch, tests=tests, steps=steps)
