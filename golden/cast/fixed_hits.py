@@ -12,6 +12,9 @@ from golden.icu.ray_memory import RayMemory
 
 __all__ = ["FixedHits", "read_out"]
 
+# Hits at a time: what the subdivision works with stays in a second-level cache.
+BLOCK = 1 << 12
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FixedHits:
@@ -47,7 +50,10 @@ def read_out(memory: RayMemory, record: FrustumRecord, patches: Patches, config:
         All patches of the scene, in the order of their ids.
     """
     patch = memory.patch
-    hit = np.flatnonzero(patch >= 0)
+    hits = np.flatnonzero(patch >= 0)
     u, v = np.zeros((2, len(patch)), dtype=np.int64)
-    u[hit], v[hit] = hit_uv(patches, patch[hit], record.directions(hit % record.columns, hit // record.columns), config)
+    for start in range(0, len(hits), BLOCK):
+        hit = hits[start:start + BLOCK]
+        directions = record.directions(hit % record.columns, hit // record.columns)
+        u[hit], v[hit] = hit_uv(patches, patch[hit], directions, config)
     return FixedHits(inverse=memory.inverse, patch=patch, u=u, v=v)

@@ -26,6 +26,8 @@ def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
     -------
     rows x columns bool of the grid rays.
     """
+    if may_change.all():
+        return (rays.row_count[:, None] > 0) & (rays.column_count > 0)
     height, width = may_change.shape
     # Sums over all rays above and to the left; twice around, so that a window may pass the end of a row.
     total = np.zeros((height + 1, 2 * width + 1), dtype=np.int32)
