@@ -48,9 +48,10 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 	@echo "== regressions of $(BLOCK)"
 	$(BIN)/pytest -n 2 $(BENCHES)
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling; tables in out/bench/
+bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters; tables in out/bench/
 	@echo "== measuring into $(OUT)/bench/"
 	$(BIN)/python -m tb.bench.casting
+	$(BIN)/python -m tb.bench.schedule
 	$(BIN)/python -m tb.bench.shelling
 	$(BIN)/python -m tb.bench.exactness
 
