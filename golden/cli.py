@@ -13,6 +13,7 @@ from golden.commands.cast import cast as cast_frustum
 from golden.commands.config import show_config
 from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
 from golden.commands.schedule import schedule_phase
+from golden.commands.stimulus import export_stimulus
 from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.light.form_factors import patch_form_factors
@@ -69,6 +70,7 @@ def main():
 
 
 main.add_command(show_config)
+main.add_command(export_stimulus)
 main.add_command(cast_frustum)
 main.add_command(schedule_phase)
 

@@ -1,0 +1,56 @@
+"""Stimulus of `golden.ctu.grid_rays`."""
+
+import numpy as np
+
+from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
+from golden.fixed import signed, unsigned
+from golden.stimulus.block import Block, Field
+from golden.stimulus.ctu.grids import SHELL, SHELLS, shells
+from golden.stimulus.frusta import frustum_arrays, frustum_fields, frustum_record, random_frustum
+
+__all__ = ["BLOCK", "RAY", "draw_rays"]
+
+RAY = unsigned(16, 0)
+
+
+def draw_rays(random: np.random.Generator, record, count: int) -> dict[str, np.ndarray]:
+    """Shell, row and column of grid rays, those of the grids' corners first."""
+    shell = random.integers(*SHELLS, count, endpoint=True)
+    size = np.array([(rays.rows, rays.columns) for rays in map(shells(record), shell.tolist())])
+    place = random.integers(size)
+    corners = (count + 1) // 2
+    place[:min(corners, 8):2] = 0
+    place[1:min(corners, 8):2] = size[1:min(corners, 8):2] - 1
+    return {"shell": shell, "row": place[:, 0], "column": place[:, 1]}
+
+
+def _fields(config):
+    position = signed(17, INDEX_FRACTION)
+    return [*frustum_fields(config), Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
+            Field("column", RAY, "of the shell's grid")], [
+        Field("direction", signed(3, FRACTION), "R frame"),
+        Field("first_row", RAY, "of the rays near it"), Field("row_count", RAY, "of the rays near it"),
+        Field("first_column", RAY, "of the rays near it; a hemisphere's go on around the circle"),
+        Field("column_count", RAY, "of the rays near it"),
+        Field("row_position", position, "where it is among the frustum's rows"),
+        Field("column_position", position, "where it is among the frustum's columns")]
+
+
+def _draw(random, count, config):
+    record = random_frustum(random, config)
+    return {**frustum_arrays(record), **draw_rays(random, record, count)}
+
+
+def _expect(given, config):
+    rays_of, found = shells(frustum_record(given, config)), []
+    for shell, row, column in zip(given["shell"], given["row"], given["column"], strict=True):
+        rays = rays_of(int(shell))
+        found.append((*rays.direction[row, column], rays.first_row[row], rays.row_count[row],
+                      rays.first_column[row, column], rays.column_count[row, column], rays.row_position[row],
+                      rays.column_position[column]))
+    found = np.array(found)
+    names = [field.name for field in _fields(config)[1]]
+    return {"direction": found[:, :3], **dict(zip(names[1:], found[:, 3:].T, strict=True))}
+
+
+BLOCK = Block(about="a grid ray of one frustum", fields=_fields, draw=_draw, expect=_expect)

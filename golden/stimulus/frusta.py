@@ -1,0 +1,75 @@
+"""Frustum records as fields of a stimulus."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.fixed import signed, unsigned
+from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.scene.camera import Camera
+from golden.scene.g_coordinates import GCoordinates
+from golden.stimulus.block import FLAG, Arrays, Field
+
+__all__ = ["SOURCE", "frustum_arrays", "frustum_fields", "frustum_record", "random_frustum", "random_hemisphere",
+           "random_screen"]
+
+# The surface that a frustum's rays leave.
+SOURCE = 3
+HEMISPHERE, SCREEN = (64, 16), (60, 45)
+_SIZES = ("columns", "rows", "column_bits", "row_bits", "source")
+
+
+def random_hemisphere(random: np.random.Generator, config: Config) -> FrustumRecord:
+    """Around a random normal."""
+    return hemisphere_record(Hemisphere(*HEMISPHERE), _unit(config), random.uniform(0.3, 0.7, 3),
+                             random.normal(size=3), source=SOURCE)
+
+
+def random_screen(random: np.random.Generator, config: Config) -> FrustumRecord:
+    """Through a random camera."""
+    eye = random.uniform(0.3, 0.7, 3)
+    camera = Camera(eye=tuple(eye), target=tuple(eye + random.normal(size=3)), up=tuple(random.normal(size=3)),
+                    fov=float(random.choice([20, 60, 100])))
+    return screen_record(Screen(camera=camera, width=SCREEN[0], height=SCREEN[1]), _unit(config))
+
+
+def random_frustum(random: np.random.Generator, config: Config) -> FrustumRecord:
+    """One of both."""
+    return random.choice([random_hemisphere, random_screen])(random, config)
+
+
+def frustum_fields(config: Config) -> list[Field]:
+    """What `frustum_arrays` gives."""
+    numbers = config.numbers
+    return [Field(f"frustum_{name}", form, about, constant=True) for name, form, about in (
+        ("is_screen", FLAG, "screen or hemisphere"),
+        ("origin", numbers.scene, "G coordinates"),
+        ("matrix", numbers.direction, "G to R"),
+        ("to_global", numbers.direction, "directions, R to G"),
+        ("z_scale", unsigned(1, numbers.direction_fraction), "R coordinate of depth 1"),
+        ("half_angles", None, "true slopes of x = 1 and y = 1"),
+        ("columns", unsigned(17, 0), "azimuths or pixels across"),
+        ("rows", unsigned(17, 0), "polar angles or pixels down"),
+        ("column_bits", unsigned(5, 0), "logarithm of the grid of columns"),
+        ("row_bits", unsigned(5, 0), "logarithm of the grid of rows"),
+        ("column_table", numbers.direction, "(cos, sin) of each azimuth, or x of each column"),
+        ("row_table", numbers.direction, "(sin, cos) of each polar angle, or y of each row"),
+        ("source", signed(31, 0), "the surface that the rays leave and never hit, or -1"))]
+
+
+def frustum_arrays(record: FrustumRecord) -> Arrays:
+    """A record's numbers."""
+    names = [field.name.removeprefix("frustum_") for field in frustum_fields(Config())]
+    return {f"frustum_{name}": np.asarray(getattr(record, name), dtype=None if name == "half_angles" else np.int64)
+            for name in names}
+
+
+def frustum_record(given: Arrays, config: Config) -> FrustumRecord:
+    """The record of its numbers."""
+    part = {name.removeprefix("frustum_"): value for name, value in given.items() if name.startswith("frustum_")}
+    part |= {name: int(part[name]) for name in (*_SIZES, "z_scale")}
+    part |= {"is_screen": bool(part["is_screen"]), "half_angles": tuple(part["half_angles"].tolist())}
+    return FrustumRecord(numbers=config.numbers, **part)
+
+
+def _unit(config):
+    return GCoordinates(corner=np.zeros(3), scale=1.0, numbers=config.numbers, bounds=np.array([[0.1] * 3, [0.9] * 3]))

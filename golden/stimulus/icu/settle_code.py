@@ -1,0 +1,28 @@
+"""Stimulus of `golden.icu.settle_code`."""
+
+from golden.fixed import unsigned
+from golden.icu.settle_code import settle_code, settle_floor, settle_threshold
+from golden.stimulus.block import Block, Field, hard_first
+
+__all__ = ["BLOCK"]
+
+
+def _fields(config):
+    return [Field("inverse", config.numbers.inverse, "1/t of a ray's best hit, or the bound of a patch")], [
+        Field("code", config.icu.settle, "of a ray"), Field("floor", config.numbers.inverse, "what the code says"),
+        Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "codes below it may improve on the bound")]
+
+
+def _draw(random, count, config):
+    high = config.numbers.inverse.high
+    drawn = random.integers(0, high, count, endpoint=True)
+    edge = (config.numbers.inverse_bias - 1) << config.numbers.fraction_bits
+    return {"inverse": hard_first(drawn, [0, 1, high, edge - 1, edge, edge + 1])}
+
+
+def _expect(given, config):
+    code = settle_code(given["inverse"], config)
+    return {"code": code, "floor": settle_floor(code, config), "threshold": settle_threshold(given["inverse"], config)}
+
+
+BLOCK = Block(about="an inverse distance", fields=_fields, draw=_draw, expect=_expect)
