@@ -12,11 +12,12 @@ import numpy as np
 
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling, ShellingCounts
+from golden.frustum import Hemisphere, hemisphere_record
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
 from tb.bench.report import provenance, write_report
-from tb.bench.viewpoints import ceiling_points, downwards
 from tb.golden.cast.frusta import CONFIG
 
 SCENES = ("lobby", "room1627", "cubes", "man", "phone")
@@ -26,7 +27,8 @@ THESIS_TESTS = {"lobby": 2.6, "room1627": 4.1}
 CLUSTERS, RATIO = (1, 2, 4, 8, 16), 64
 # The points between which the thesis' phases run, counted from 0.
 POINTS = (3, 6, 9, 12)
-FAST_SCENE, FAST_RAYS, FAST_CELLS, REPEATS, LEAST_SPEEDUP = "room1627", (512, 128), (0.125, CELL), 5, 25
+FAST_SCENE, FAST_RAYS, FAST_CELLS, FAST_POINT = "room1627", (512, 128), (0.125, CELL), 5
+REPEATS, LEAST_SPEEDUP = 5, 25
 
 
 class Place:
@@ -34,13 +36,13 @@ class Place:
 
     def __init__(self, name: str):
         self.scene = open_scene(name)
-        self.points = ceiling_points(self.scene)
+        self.points, self._down = ceiling_points(self.scene)
         self.geometry = PatchGeometry.of(self.scene, CONFIG.numbers, self.points)
         self.shelling = Shelling(self.geometry, CONFIG, cell=CELL)
 
     def record(self, point: int):
         """The hemisphere of a point."""
-        return downwards(self.geometry.coordinates, self.points[point], RAYS)
+        return hemisphere_record(Hemisphere(*RAYS), self.geometry.coordinates, self.points[point], self._down)
 
 
 def work(name: str, place: Place) -> str:
@@ -88,9 +90,9 @@ def seconds(cast, record) -> tuple[float, object]:
 def speed() -> list[str]:
     """Shelling beside the naive algorithm."""
     scene = open_scene(FAST_SCENE)
-    point = ceiling_points(scene)[5]
-    geometry = PatchGeometry.of(scene, CONFIG.numbers, point)
-    record = downwards(geometry.coordinates, point, FAST_RAYS)
+    points, down = ceiling_points(scene)
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, points[FAST_POINT])
+    record = hemisphere_record(Hemisphere(*FAST_RAYS), geometry.coordinates, points[FAST_POINT], down)
     slow, expected = seconds(NaiveFixed(geometry, CONFIG).cast, record)
     rows = [f"| naive | - | {1e3 * slow:.0f} | {len(record) / slow / 1e6:.2f} | {len(scene)} | 1 | 1 |"]
     for cell in FAST_CELLS:

@@ -4,25 +4,12 @@ import numpy as np
 
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
 from golden.scene.camera import Camera
-from golden.scene.g_coordinates import GCoordinates
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.scene.view import default_camera
 from tb.golden.cast.frusta import CONFIG, random_origin
 
-__all__ = ["ceiling_points", "downwards", "hard_records"]
-
-
-def ceiling_points(scene: Scene) -> list[np.ndarray]:
-    """The middles of the ceiling (the top of the scene box) cut in 4 x 4; the first is the thesis' point 1."""
-    lower, upper = scene.bounds
-    places = (np.arange(4) + 0.5) / 4
-    return [lower + (upper - lower) * (x, y, 1 - 1e-3) for x in places for y in places]
-
-
-def downwards(coordinates: GCoordinates, point, rays: tuple[int, int]) -> FrustumRecord:
-    """A hemisphere that looks down."""
-    return hemisphere_record(Hemisphere(*rays), coordinates, point, (0, 0, -1))
+__all__ = ["hard_records"]
 
 
 def hard_records(scene: Scene, *, origins: int, rays: tuple[int, int], pixels: tuple[int, int],
