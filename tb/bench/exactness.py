@@ -91,8 +91,8 @@ def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
         f"* *orders*: the same with the finest cells, the patches of each cell in {ORDERS} random orders on "
         f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be 0.",
         "* The rest: rays of which fixed point hits another patch than the float64 oracle, by cause "
-        "(`golden.cast.differences`), and all but *dropped* per million rays. *Dropped* are rays that leave a vertex or "
-        "a point of a patch that is not named as their source: float64 meets it at the origin itself. *Unexplained* "
+        "(`golden.cast.differences`), and all but *dropped* per million rays. *Dropped* are rays that leave a vertex "
+        "or a point of a patch that is not named as their source: float64 meets it at the origin itself. *Unexplained* "
         "must be 0.", "",
         "| " + " | ".join(["scene", "patches", "seed", "frusta", "rays", "hit", *(f"cell {cell}" for cell in CELLS),
                            "orders", *(cause.replace("_", " ") for cause in CAUSES), "per million"]) + " |",
