@@ -53,9 +53,10 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
                 ratio: int) -> LowDensity:
     """Cast one ray of every ``ratio`` shell by shell; a ray in the window of a patch counts as hit.
 
-    Each ray cast stands for the virtual frustum around it. It hits where it meets the plane of the patch, unless that
-    is farther than the patch's farthest vertex. A patch found in a shell counts as tested against all rays of its
-    window that lie in frusta whose hit may still change and is not nearer than the patch can be.
+    Each ray cast stands for the virtual frustum around it, so a window only counts if it holds all of that. The hit is
+    where the ray meets the plane of the patch, unless that is farther than the patch's farthest vertex. A patch found
+    in a shell counts as tested against all rays of its window that lie in frusta whose hit may still change and is not
+    nearer than the patch can be.
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
         tested = alive[place] & (distance[place] >= nearest[patch])
         np.add.at(tests, place, overlap.rays * tested)
         np.add.at(frequency, patch, overlap.rays * tested)
-        cast = overlap.holds_ray & tested
-        place, patch = (overlap.row[cast], overlap.column[cast]), patch[cast]
+        hit = overlap.covers & tested
+        place, patch = (overlap.row[hit], overlap.column[hit]), patch[hit]
         plane = _distance(inverse_distance(patches.factor[patch], directions[place], config.numbers), config)
         np.minimum.at(distance, place, np.where(plane <= farthest[patch], plane, np.inf))
         found.append(new[frequency[new] > 0])

@@ -21,15 +21,15 @@ class Overlaps:
         K int64: number of the window, and place of the frustum.
     rays
         K int64: rays of the window in the frustum, at least 1.
-    holds_ray
-        K bool: the frustum's own ray is among them.
+    covers
+        K bool: those are all rays of the frustum.
     """
 
     window: np.ndarray
     column: np.ndarray
     row: np.ndarray
     rays: np.ndarray
-    holds_ray: np.ndarray
+    covers: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -73,16 +73,20 @@ class VirtualFrusta:
         return (np.minimum(column * self.width + self.width // 2, self.columns - 1),
                 np.minimum(row * self.height + self.height // 2, self.rows - 1))
 
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """V x U int64: rays of each frustum."""
+        down, across = (np.minimum(size, total - np.arange(0, total, size))
+                        for size, total in ((self.height, self.rows), (self.width, self.columns)))
+        return down[:, None] * across
+
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Rows x columns: for each ray the value of its frustum."""
         return values.repeat(self.height, axis=0).repeat(self.width, axis=1)[:self.rows, :self.columns]
 
     def share(self, values: np.ndarray) -> np.ndarray:
         """Rows x columns float64: for each ray its share of the value of its frustum."""
-        rays = np.add.reduceat(np.add.reduceat(
-            np.ones((self.rows, self.columns)), np.arange(0, self.rows, self.height), axis=0),
-            np.arange(0, self.columns, self.width), axis=1)
-        return self.spread(values / rays)
+        return self.spread(values / self.sizes)
 
     def overlaps(self, window: Window) -> Overlaps:
         """The frusta into which windows reach; one that a ring of columns enters at both ends comes twice."""
@@ -99,6 +103,5 @@ class VirtualFrusta:
         which, column, row = blocks.only(~empty).pairs(self.shape[1])
         first, end = np.maximum(left[which], column * self.width), np.minimum(right[which], (column + 1) * self.width)
         above, below = np.maximum(top[which], row * self.height), np.minimum(bottom[which], (row + 1) * self.height)
-        own_column, own_row = (index[row, column] for index in self.rays)
-        holds = (own_column >= first) & (own_column < end) & (own_row >= above) & (own_row < below)
-        return Overlaps(number[which], column, row, (end - first) * (below - above), holds)
+        rays = (end - first) * (below - above)
+        return Overlaps(number[which], column, row, rays, rays == self.sizes[row, column])
