@@ -193,10 +193,10 @@ def directed(seeds, rows, count):
     return found
 
 
-def check_directed(margin, *, rows, count, **functions):
+def check_directed(margin, *, rows, count, seeds=range(8), **functions):
     """The scenes directed at these margins' absence go wrong with them absent, and only then."""
     margin(**functions)
-    frusta = directed(range(8), rows, count)
+    frusta = directed(seeds, rows, count)
     assert len(frusta) == count
     assert wrong(frusta) == count
     margin(**{name: ORIGINAL[name] for name in functions})
@@ -210,9 +210,10 @@ def test_without_the_depth_directed_scenes_go_wrong(margin):
     check_directed(margin, rows=10, count=6, depth=lambda shell: 0.0)
 
 
-def test_with_less_than_a_step_instead_of_the_angle_directed_scenes_go_wrong(margin):
-    check_directed(margin, rows=10, count=10,
-                   angle=lambda shell: 0.75 * grid_rays.steps(shell)[1] if shell > 2 else ORIGINAL["angle"](shell))
+@pytest.mark.parametrize(("step", "rows", "count", "seeds"), [(0.75, 10, 10, range(8)), (1.0, 12, 1, [59])])
+def test_with_one_step_instead_of_the_angle_directed_scenes_go_wrong(margin, step, rows, count, seeds):
+    check_directed(margin, rows=rows, count=count, seeds=seeds,
+                   angle=lambda shell: step * grid_rays.steps(shell)[1] if shell > 2 else ORIGINAL["angle"](shell))
 
 
 def test_with_two_azimuth_steps_near_the_pole_directed_scenes_go_wrong(margin):
