@@ -85,6 +85,7 @@ def _report(plan: Schedule, shelling: Shelling, records: dict, patches: int, top
         "patches": patches, "found": len(plan.found.patches), "resident": len(plan.sets),
         "balance": {"estimated": _balance(estimated), "true": _balance(tests),
                     "rays": _balance([one.rays for one in counts]),
+                    "estimated_cell_steps": _balance(plan.estimated_steps),
                     "cell_steps": _balance([one.cell_steps for one in counts])},
         "effectiveness": {str(number): float(effectiveness(dense, plan.found.frequency)[-1])
                           for number, dense in frequency.items()},
@@ -111,7 +112,8 @@ def _text(report: dict) -> str:
     balance = report["balance"]
     lines = [f"{report['found']} of {report['patches']} patches found, {report['resident']} resident",
              f"balance (largest : mean): tests {balance['true']:.3f} (estimated {balance['estimated']:.3f}), "
-             f"rays {balance['rays']:.3f}, cell steps {balance['cell_steps']:.3f}",
+             f"rays {balance['rays']:.3f}, cell steps {balance['cell_steps']:.3f} (estimated "
+             f"{balance['estimated_cell_steps']:.3f})",
              "point  CUF    E(N')"]
     lines += [f"{point:>5}  {cuf:.3f}  {report['effectiveness'][point]:.3f}" for point, cuf in report["cuf"].items()]
     if "mean_hops" in report:

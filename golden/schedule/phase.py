@@ -49,6 +49,11 @@ class Schedule:
         """Intersection computations expected of each cluster."""
         return self.partition.sums(self.found.frusta.share(self.found.tests))
 
+    @property
+    def estimated_steps(self) -> np.ndarray:
+        """Cell-traversal steps expected of each cluster, without those beyond its sector's border."""
+        return self.partition.sums(self.found.frusta.share(self.found.steps))
+
 
 def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,
              ratio: int, room: int | None = None, capacity: int | None = None,

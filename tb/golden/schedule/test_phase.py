@@ -39,6 +39,13 @@ def test_work_by_frustum_and_by_patch_are_the_same_work(scene):
     assert found.tests.sum() == found.frequency.sum()
 
 
+def test_cell_steps_are_shared_out_and_none_is_lost(scene):
+    _, (counts,) = scene.shelling.cast(scene.record)
+    plan = made(scene, ratio=1)
+    assert plan.estimated_steps.sum() == pytest.approx(round(plan.found.steps.sum()))
+    assert 0.7 < plan.found.steps.sum() / counts.cell_steps < 1.5
+
+
 def test_all_rays_cast_estimate_the_work_of_a_dense_casting(scene):
     table = scene.shelling.table
     references = np.zeros(len(scene.geometry), dtype=np.int64)
