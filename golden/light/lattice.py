@@ -14,6 +14,9 @@ __all__ = ["Lattice", "Place"]
 # A node on the rim of a patch moves this share of the way to the patch's centre, out of the corner that it shares with
 # the next surface, which would else be seen edge-on.
 INSET = 1e-3
+# But at least about this share of the scene's size away from the patch's borders, or half of the way: from nearer to it
+# the machine's integers cannot see the next surface.
+CLEAR = 2.0**-19
 # A node of a curved surface rises by this share of its patch's size above it, free of its neighbours' facets.
 LIFT = 2e-3
 # Positions nearer than this share of the scene's size are one node.
@@ -90,7 +93,8 @@ class Lattice:
             _, one, self._node = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         self.normal = self._mean(normal)
         self.normal /= np.linalg.norm(self.normal, axis=1, keepdims=True)
-        inset = INSET * (bilinear(scene.vertices[patch], *np.full((2, len(patch)), 0.5)) - position)
+        middle = bilinear(scene.vertices[patch], *np.full((2, len(patch)), 0.5))
+        inset = _inset(scene)[patch, None] * (middle - position)
         lift = LIFT * np.sqrt(scene.areas[patch]) * _curved(scene)[patch]
         self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
         self.source = scene.surface[patch[one]]
@@ -151,6 +155,12 @@ def _curved(scene):
     """N bool: whether the patch's smooth group is more than one plane."""
     group, _ = np.unique(np.stack([scene.smooth, scene.surface]), axis=1)
     return np.bincount(group, minlength=scene.smooth.max() + 1)[scene.smooth] > 1
+
+
+def _inset(scene):
+    """N: which share of the way to its patch's centre a node moves."""
+    longest = np.linalg.norm(scene.vertices - np.roll(scene.vertices, 1, axis=1), axis=2).max(axis=1)
+    return np.clip(2 * CLEAR * scene.size * longest / scene.areas, INSET, 0.5)
 
 
 def _points(triangle, cuts):

@@ -22,6 +22,7 @@ def bare(monkeypatch):
     """Nodes exactly on the corners of elements."""
     monkeypatch.setattr(lattice, "INSET", 0.0)
     monkeypatch.setattr(lattice, "LIFT", 0.0)
+    monkeypatch.setattr(lattice, "CLEAR", 0.0)
 
 
 @pytest.fixture(params=[9.0, 0.7, 0.4])

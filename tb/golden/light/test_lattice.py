@@ -35,6 +35,7 @@ def bare(monkeypatch):
     """Nodes exactly on the corners of cells."""
     monkeypatch.setattr(lattice_module, "INSET", 0.0)
     monkeypatch.setattr(lattice_module, "LIFT", 0.0)
+    monkeypatch.setattr(lattice_module, "CLEAR", 0.0)
 
 
 @pytest.mark.usefixtures("bare")
@@ -131,6 +132,15 @@ def test_nodes_of_a_flat_patch_stay_in_its_plane_and_move_a_little_inwards():
     moved = lattice.position[corners[np.arange(4), [0, 1, 3, 2]]] - FLOOR
     np.testing.assert_allclose(moved, lattice_module.INSET * (FLOOR.mean(axis=0) - FLOOR), rtol=0, atol=1e-12)
     assert (lattice.source == scene.surface[0]).all()
+
+
+def test_nodes_of_a_thin_strip_stand_clear_of_its_borders():
+    strip = rectangle((0, 0, 0), (1, 0, 0), (0, 1e-4, 0))
+    for scene in (scene_of((strip, BLACK)), scene_of((strip[[0, 1, 2, 2]], BLACK))):
+        position = lattice_of(scene, 1).position
+        used = position[np.unique(lattice_of(scene, 1).at(np.zeros(3, dtype=int), *np.eye(3)[:2]).nodes)]
+        assert len(used) >= 3
+        assert (np.minimum(used[:, 1], 1e-4 - used[:, 1]) > 1e-6).all()
 
 
 def test_nodes_of_a_curved_surface_look_outwards_and_stand_free_of_every_facet():
