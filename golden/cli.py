@@ -179,7 +179,7 @@ def formfactors(scene, output, samples, rays, max_edge, max_area, method):
               help=f"Of the radiosity system: {', '.join(SOLVERS)}.")
 @_elements
 @click.option("--cell", type=Positive(),
-              help="Cell size of the grid, share of the scene's longest side.  [default: by the number of patches]")
+              help="Cell size of grid or shelling, share of the scene's longest side.  [default: the method's choice]")
 @click.option("--jobs", type=int,
               help="Threads that cast; the image does not depend on it.  [default: one per processor]")
 @click.option("--seed", type=int, default=RenderSettings.seed, help="Of all random choices.")

@@ -15,12 +15,14 @@ from golden.oracle import Oracle
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 
-__all__ = ["MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta"]
+__all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta"]
 
 # Rays of a frustum at most: the largest ray memory that there is.
 MOST_RAYS = 1 << 22
+# Fields of a screen across and down at most.
+MOST_ACROSS = 1 << 16
 CONFIG = Config(icu=Icu(rays=MOST_RAYS))
-# Cell size of shelling; measured: finer cells pay from a million rays on.
+# Cell size of shelling. In a model that works on all rays at once few large shells cost less than many small ones.
 CELL = 0.125
 
 
@@ -67,7 +69,7 @@ class FixedFrusta(ABC):
         Errors
         ------
         InputError
-            There are more than 65536 fields across or down, or more than `MOST_RAYS` in all.
+            There are more than `MOST_ACROSS` fields across or down, or more than `MOST_RAYS` in all.
         """
         fields = Screen(camera=screen.camera, width=side * screen.width, height=side * screen.height)
         coordinates, cast = self._for(np.array([screen.camera.eye]))

@@ -6,7 +6,7 @@ from math import isqrt
 import numpy as np
 from tqdm import tqdm
 
-from golden.cast.fixed_frusta import MOST_RAYS
+from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS
 from golden.cast.grid import Grid
 from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.rays import Hits, Rays
@@ -96,9 +96,10 @@ class RenderSettings:
             if getattr(self, name) not in choices:
                 known = ", ".join(choices)
                 raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}")
-        rays = self.width * self.height * self.side**2
-        if self.method in FIXED_METHODS and rays > MOST_RAYS:
-            raise InputError(f"Size times samples must be at most {MOST_RAYS} rays by method {self.method}, not {rays}")
+        rays, across = self.width * self.height * self.side**2, self.side * max(self.width, self.height)
+        if self.method in FIXED_METHODS and (rays > MOST_RAYS or across > MOST_ACROSS):
+            raise InputError(f"Size times samples must be at most {MOST_RAYS} rays, {MOST_ACROSS} across, by method "
+                             f"{self.method}, not {rays}")
 
     @property
     def side(self) -> int:

@@ -270,6 +270,14 @@ def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
         np.testing.assert_allclose(stored["area"], 0.25)
 
 
+def test_form_factors_by_shelling_are_the_naive_algorithms_in_the_same_integers(folder):
+    for method in ("shelling", "naive-fixed"):
+        succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--method", method)
+    with np.load(folder / "shelling.npz") as ours, np.load(folder / "naive-fixed.npz") as naive:
+        np.testing.assert_array_equal(ours["F"], naive["F"])
+        assert ours["F"].max() > 0.1
+
+
 def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder):
     succeed("formfactors", "furnace:1", "-o", "F.npz", "--rays", "16x4", "--max-edge", "0.5")
     with np.load(folder / "F.npz") as stored:

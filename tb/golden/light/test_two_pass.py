@@ -346,8 +346,10 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
     ({"depth": -1}, "Depth must be 0 to 64, not -1"),
     ({"depth": 65}, "Depth must be 0 to 64, not 65"),
     ({"seed": -1}, "Seed must be 0 to 9223372036854775807, not -1"),
-    ({"method": "shelling", "width": 1024, "height": 1025}, "Size times samples must be at most 4194304 rays by method "
-     "shelling, not 4198400"),
+    ({"method": "shelling", "width": 2048, "height": 2049}, "Size times samples must be at most 4194304 rays, 65536 "
+     "across, by method shelling, not 16785408"),
+    ({"method": "shelling", "width": 16384, "height": 1, "samples": 25}, "Size times samples must be at most 4194304 "
+     "rays, 65536 across, by method shelling, not 409600"),
     ({"method": "magic"}, "Method must be one of grid, naive, shelling, naive-fixed, not 'magic'"),
 ])
 def test_settings_out_of_range_are_refused(bad, message):
