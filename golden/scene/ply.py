@@ -62,40 +62,31 @@ class _Text:
 
     def __init__(self, data: bytes):
         self._words = np.array(data.split())
-        self._position = 0
+        self.position = 0
 
     def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
         """``count`` rows of values of the given types."""
-        end = self._position + count * len(kinds)
+        end = self.position + count * len(kinds)
         if end > len(self._words):
             raise EOFError
-        table = self._words[self._position:end].reshape(count, len(kinds))
-        self._position = end
+        table = self._words[self.position:end].reshape(count, len(kinds))
+        self.position = end
         with np.errstate(invalid="ignore"):  # what is no integer is no valid vertex number either
             return [table[:, column].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
                     for column, kind in enumerate(kinds)]
 
     def peek(self, kind: str, skip: list[str]) -> int:
         """The value that comes after ones of the types ``skip``."""
-        if self._position + len(skip) >= len(self._words):
+        if self.position + len(skip) >= len(self._words):
             raise EOFError
-        return int(self._words[self._position + len(skip)])
-
-    @property
-    def mark(self):
-        """Where to go back to."""
-        return self._position
-
-    @mark.setter
-    def mark(self, value):
-        self._position = value
+        return int(self._words[self.position + len(skip)])
 
 
 class _Binary:
-    """Rows of numbers in binary."""
+    """Rows of numbers in binary; ``position`` is where the next one starts."""
 
     def __init__(self, data: bytes, order: str):
-        self._data, self._order, self._position = data, order, 0
+        self._data, self._order, self.position = data, order, 0
 
     def _dtype(self, kinds):
         return np.dtype([(f"f{column}", self._order + kind) for column, kind in enumerate(kinds)])
@@ -103,29 +94,20 @@ class _Binary:
     def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
         """``count`` rows of values of the given types."""
         dtype = self._dtype(kinds)
-        end = self._position + count * dtype.itemsize
+        end = self.position + count * dtype.itemsize
         if end > len(self._data):
             raise EOFError
-        table = np.frombuffer(self._data, dtype, count, self._position) if count else np.empty(0, dtype)
-        self._position = end
+        table = np.frombuffer(self._data, dtype, count, self.position) if count else np.empty(0, dtype)
+        self.position = end
         return [table[name] for name in dtype.names]
 
     def peek(self, kind: str, skip: list[str]) -> int:
         """The value that comes after ones of the types ``skip``."""
-        offset = self._position + self._dtype(skip).itemsize
+        offset = self.position + self._dtype(skip).itemsize
         item = np.dtype(self._order + kind)
         if offset + item.itemsize > len(self._data):
             raise EOFError
         return int(np.frombuffer(self._data, item, 1, offset)[0])
-
-    @property
-    def mark(self):
-        """Where to go back to."""
-        return self._position
-
-    @mark.setter
-    def mark(self, value):
-        self._position = value
 
 
 def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.ndarray]]:
@@ -139,10 +121,10 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
             kinds += [length_kind] + [kind] * lengths[-1][1]
         else:
             kinds.append(kind)
-    start, step = rows.mark, 8
+    start, step = rows.position, 8
     while True:
         count = min(step, left)
-        rows.mark = start
+        rows.position = start
         try:
             table = rows.rows(kinds, count)
         except EOFError:
@@ -159,7 +141,7 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
         if good < count or count == left:
             break
         step *= 2
-    rows.mark = start
+    rows.position = start
     table = rows.rows(kinds, good)
     return good, [length for _, length in lengths], table
 

@@ -1,26 +1,13 @@
 """The ``cast`` command: what it prints and writes, and what it refuses."""
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
-import golden.cli
 import golden.commands.cast
+from tb.golden.commands.runner import report, run
 
 FRUSTUM = ("cast", "cornell", "--patch", "2", "--rays", "32x8")
-
-
-def run(*arguments):
-    return CliRunner().invoke(golden.cli.main, [str(argument) for argument in arguments])
-
-
-def report(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
 
 
 def test_the_report_counts_the_work_and_finds_no_difference():

@@ -1,26 +1,13 @@
 """The ``schedule`` command: what it prints and writes, and what it refuses."""
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image
 
-import golden.cli
 from golden.memory_map import from_bytes
+from tb.golden.commands.runner import report, run
 
 SCENE = ("schedule", "lobby", "--rays", "64x16", "--ratio", "16", "--clusters", "4")
-
-
-def run(*arguments):
-    return CliRunner().invoke(golden.cli.main, [str(argument) for argument in arguments])
-
-
-def report(*arguments):
-    result = run(*arguments, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
 
 
 def test_the_report_adds_up():
