@@ -62,7 +62,7 @@ class Grid(RayFrusta):
         self._strides = np.array([counts.shape[1] * counts.shape[2], counts.shape[2], 1])
         # Planes n . x = offset, and how far vertices and rounding leave them.
         self._normal = np.ascontiguousarray(scene.normals.T)
-        self._offset = np.einsum("ij,ij->i", scene.normals, scene.vertices.mean(axis=1))
+        self._offset = np.einsum("ij,ij->i", scene.normals, scene.centres)
         distance = np.einsum("ij,ikj->ik", scene.normals, scene.vertices) - self._offset[:, None]
         self._slack = np.abs(distance).max(axis=1) + self.cells.margin
 
@@ -166,7 +166,7 @@ def _cheapest(scene):
     # A point on the unit sphere added to the normal gives the cosine's distribution.
     direction = random.normal(size=(len(patch), 3))
     direction = scene.normals[patch] + 0.999 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    rays = Rays(scene.vertices[patch, :3].mean(axis=1), direction, scene.surface[patch])
+    rays = Rays(scene.centres[patch], direction, scene.surface[patch])
     sizes = np.clip(balanced_cell(scene) * TRIAL_SIZES, 1 / FINEST, 1)
     return min(np.unique(sizes).tolist()[::-1], key=lambda cell: _cost(Grid(scene, cell, jobs=1).nearest(rays)))
 

@@ -12,7 +12,7 @@ from golden.cast.fixed_hits import FixedHits
 from golden.cast.grid import Grid
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling, ShellingCounts
-from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET, SCENE_HELP, Positive, Triple, WholePair
 from golden.config import PRESETS, Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
@@ -57,9 +57,8 @@ class Judges(click.ParamType):
 @click.option("--clusters", type=int, default=1, help="Clusters that share the frustum, a power of two.")
 @click.option("--compare", type=Judges(), default=(), show_default=False,
               help="Compare all hits with the naive algorithm's and with float64.")
-@click.option("--preset", type=click.Choice(list(PRESETS)), default="paper", help="Of the parameters.")
-@click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
-              help="Another value of a parameter. May be repeated.")
+@PRESET
+@ASSIGNMENTS
 @click.option("-o", "--output", type=FILE, help="Hits: patch (-1: none), inverse (1/t as stored), t, u, v. (.npz)")
 @click.option("--picture", type=FILE, help="A colour for each patch, rays as the frustum's grid has them. (.png)")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -106,7 +105,7 @@ def _frustum(scene: Scene, config: Config, origin, normal, patch, rays, screen) 
     if patch is not None:
         if not 0 <= patch < len(scene):
             raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {patch}")
-        origin, normal, source = scene.vertices[patch].mean(axis=0), scene.normals[patch], int(scene.surface[patch])
+        origin, normal, source = scene.centres[patch], scene.normals[patch], int(scene.surface[patch])
     geometry = PatchGeometry.of(scene, config.numbers, [origin])
     return hemisphere_record(Hemisphere(*rays), geometry.coordinates, origin, normal, source=source), geometry
 

@@ -7,19 +7,16 @@ import re
 
 import click
 
+from golden.commands.parameters import ASSIGNMENTS
 from golden.config import PRESETS, Config
 from golden.fixed import Format
 
-__all__ = ["PARAMETERS", "show_config"]
-
-
-PARAMETERS = click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
-                          help="Another value of a parameter, for example icu.rays=4096. May be repeated.")
+__all__ = ["show_config"]
 
 
 @click.command("config")
 @click.argument("preset", type=click.Choice(list(PRESETS)))
-@PARAMETERS
+@ASSIGNMENTS
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def show_config(preset, assignments, as_json):
     """Print the parameters of PRESET and the widths and formats derived from them."""

@@ -5,9 +5,14 @@ from pathlib import Path
 import click
 import numpy as np
 
-__all__ = ["FILE", "SCENE_HELP", "Positive", "Triple", "WholePair"]
+from golden.config import PRESETS
+
+__all__ = ["ASSIGNMENTS", "FILE", "PRESET", "SCENE_HELP", "Positive", "Triple", "WholePair"]
 
 FILE = click.Path(path_type=Path)
+PRESET = click.option("--preset", type=click.Choice(list(PRESETS)), default="paper", help="Of the parameters.")
+ASSIGNMENTS = click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
+                           help="Another value of a parameter, for example icu.rays=4096. May be repeated.")
 SCENE_HELP = "SCENE is a built-in name (see `scenes`), NAME:SIZE, or a file: .obj .ply .stl .gltf .glb .nff."
 
 

@@ -6,7 +6,7 @@ import click
 import numpy as np
 
 from golden.cast.shelling import Shelling
-from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET, SCENE_HELP, Positive, Triple, WholePair
 from golden.config import PRESETS
 from golden.errors import InputError
 from golden.frustum import Hemisphere, hemisphere_record
@@ -40,9 +40,8 @@ PICTURE_WIDTH = 1024
 @click.option("--capacity", type=click.IntRange(min=0), help="Patches that a cluster holds.  [default: any number]")
 @click.option("--topology", type=click.Choice(TOPOLOGIES),
               help="Assign heavy traffic to near processors of this network.  [default: cluster i is processor i]")
-@click.option("--preset", type=click.Choice(list(PRESETS)), default="paper", help="Of the parameters.")
-@click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
-              help="Another value of a parameter. May be repeated.")
+@PRESET
+@ASSIGNMENTS
 @click.option("-o", "--output", type=FILE, help="Memory image for the machine. (.bin)")
 @click.option("--picture", type=FILE, help="The clusters' sections, azimuth across, bright where work is. (.png)")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

@@ -2,8 +2,7 @@
 
 import click
 
-from golden.commands.config import PARAMETERS
-from golden.commands.parameters import FILE
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 from golden.config import PRESETS
 from golden.output import check_outputs
 from golden.stimulus import BLOCKS, stimulus
@@ -16,8 +15,8 @@ __all__ = ["export_stimulus"]
 @click.argument("block")
 @click.option("-n", "count", type=int, default=1000, help="Number of vectors.")
 @click.option("--seed", type=int, default=0, help="Of all random choices.")
-@click.option("--preset", type=click.Choice(list(PRESETS)), default="paper", help="Of the parameters.")
-@PARAMETERS
+@PRESET
+@ASSIGNMENTS
 @click.option("-o", "--output", type=FILE, required=True, help=f"File to write: {' '.join(SUFFIXES)}.")
 def export_stimulus(block, count, seed, preset, assignments, output):
     """Write inputs and expected outputs of BLOCK, its hard cases first.

@@ -49,9 +49,7 @@ class DirectLight:
         self._lights = np.flatnonzero(emission.max(axis=1) > 0)
         self._emission = emission[self._lights]
         vertices = scene.vertices[self._lights]
-        # Of a triangle, the repeated corner would count twice in the centre.
-        share = np.where(scene.is_triangle[self._lights, None], [1 / 3, 1 / 3, 1 / 3, 0], 0.25)
-        self._centre = np.einsum("lk,lkj->lj", share, vertices)
+        self._centre = scene.centres[self._lights]
         self._radius2 = ((vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
         self._transmittance = scene.channels("transparent")

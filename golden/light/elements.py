@@ -22,9 +22,9 @@ class Elements:
 
     Members
     -------
-    patch, vertices, normal, area, triangle
-        Of each element: its patch (C), corners (C x 4 x 3), unit normal on its side (C x 3), area (C), and whether it
-        is a triangle (C).
+    patch, vertices, centre, normal, area, triangle
+        Of each element: its patch (C), corners (C x 4 x 3), their mean (C x 3), unit normal on its side (C x 3), area
+        (C), and whether it is a triangle (C).
     lattice
         The nodes at the elements' corners. Its sheets are the sides of patches.
     place
@@ -39,8 +39,8 @@ class Elements:
         self._back_sheet = np.full(len(scene), -1)
         self._back_sheet[backs] = len(scene) + np.arange(len(backs))
         sheet_patch = np.concatenate([np.arange(len(scene)), backs])
-        self._sheet_side = np.repeat([1.0, -1.0], [len(scene), len(backs)])
-        self.lattice = Lattice(scene, patch=sheet_patch, side=self._sheet_side, cuts=refinement.cuts[sheet_patch],
+        sheet_side = np.repeat([1.0, -1.0], [len(scene), len(backs)])
+        self.lattice = Lattice(scene, patch=sheet_patch, side=sheet_side, cuts=refinement.cuts[sheet_patch],
                                lower=np.zeros((len(sheet_patch), 2)), upper=np.ones((len(sheet_patch), 2)))
         count = len(refinement.parent)
         behind = np.flatnonzero(scene.two_sided[refinement.parent])
@@ -50,6 +50,7 @@ class Elements:
         self._front = np.arange(len(self._element)) < count
         self.patch = refinement.parent[self._element]
         self.vertices = refinement.scene.vertices[self._element]
+        self.centre = refinement.scene.centres[self._element]
         self.area = refinement.scene.areas[self._element]
         self.triangle = scene.is_triangle[self.patch]
         self.normal = np.where(self._front, 1.0, -1.0)[:, None] * scene.normals[self.patch]

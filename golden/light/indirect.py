@@ -108,7 +108,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         reflectance = sum(scene.channels(name)[elements.patch] for name in ("diffuse", "specular", "transparent"))
         system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
                                  emission=reflectance * (direct + mean @ sky), area=elements.area,
-                                 centre=elements.vertices.mean(axis=1), normal=elements.normal)
+                                 centre=elements.centre, normal=elements.normal)
         solution = SOLVERS[solver](system, progress=progress)
         irradiance = rows @ solution.display + sky
     with tally.stage("closer look"):

@@ -118,6 +118,12 @@ class Scene:
         return (self.vertices[:, 3] == self.vertices[:, 2]).all(axis=1)
 
     @cached_property
+    def centres(self) -> np.ndarray:
+        """N x 3: the mean of each patch's corners; a triangle's repeated one counts once."""
+        share = np.where(self.is_triangle[:, None], [1 / 3, 1 / 3, 1 / 3, 0], 0.25)
+        return np.einsum("nk,nkj->nj", share, self.vertices)
+
+    @cached_property
     def area_vectors(self) -> np.ndarray:
         """N x 3: front normal times area."""
         v = self.vertices

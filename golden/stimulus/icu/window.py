@@ -1,10 +1,15 @@
 """Windows as fields of a stimulus."""
 
 from golden.fixed import unsigned
+from golden.icu.edge_planes import edge_planes
+from golden.icu.vertex_direction import vertex_direction
 from golden.icu.window import Window
-from golden.stimulus.block import Arrays, Field
+from golden.stimulus.block import Arrays, Block, Field
+from golden.stimulus.frusta import frustum_arrays, frustum_fields, frustum_record
+from golden.stimulus.icu.edge_planes import plane_arrays, plane_fields, planes_of
+from golden.stimulus.patches import r_patches
 
-__all__ = ["window_arrays", "window_fields"]
+__all__ = ["window_arrays", "window_block", "window_fields"]
 
 
 def window_fields() -> list[Field]:
@@ -18,3 +23,30 @@ def window_fields() -> list[Field]:
 def window_arrays(window: Window) -> Arrays:
     """The numbers of some windows."""
     return {field.name: getattr(window, field.name) for field in window_fields()}
+
+
+def window_block(about: str, windows, random_frustum) -> Block:
+    """The stimulus of a block that finds the windows of patches in one frustum.
+
+    Parameters
+    ----------
+    windows
+        The block's class, made from a record and a configuration.
+    random_frustum
+        Gives a record from a random generator and a configuration.
+    """
+
+    def fields(config):
+        return [*frustum_fields(config), Field("direction", config.numbers.vertex, "V' of the four vertices"),
+                *plane_fields(config)], window_fields()
+
+    def draw(random, count, config):
+        direction = vertex_direction(r_patches(random, count, config.numbers), config.numbers)[0]
+        return {**frustum_arrays(random_frustum(random, config)), "direction": direction,
+                **plane_arrays(edge_planes(direction, config.numbers))}
+
+    def expect(given, config):
+        unit = windows(frustum_record(given, config), config)
+        return window_arrays(unit.windows(given["direction"], planes_of(given)))
+
+    return Block(about=about, fields=fields, draw=draw, expect=expect)
