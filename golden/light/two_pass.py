@@ -199,8 +199,8 @@ def _image(caster, shader, screen, settings, *, regular, progress):
             column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
             hits = cast(np.zeros(len(ray), dtype=np.int64), row * (side * screen.width) + column, rays)
             low, high = pixel[0], pixel[-1] + 1
-            for row, values in enumerate(shader.trace(rays, hits, keys)):
-                totals[row, low:high] += np.bincount(pixel - low, values, high - low)
+            for total, values in zip(totals, shader.trace(rays, hits, keys), strict=True):
+                total[low:high] += np.bincount(pixel - low, values, high - low)
             bar.update(len(ray))
     shape = screen.height, screen.width
     image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / side**2
@@ -242,8 +242,8 @@ class _Shader:
         arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4))
         arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
         light[met[diffuse]] += self._materials["diffuse"][patch[diffuse]] * arriving
-        for row, values in enumerate((*(light * weight).T, hits.tests, hits.steps)):
-            result[row] += np.bincount(owner, values, result.shape[1])
+        for total, values in zip(result, (*(light * weight).T, hits.tests, hits.steps), strict=True):
+            total += np.bincount(owner, values, result.shape[1])
         if goes_on:
             yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met])
 
