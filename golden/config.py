@@ -134,6 +134,19 @@ class Icu:
     ----------
     rays
         Rays that the ray memory of one cluster holds; a power of two, 64 to 2^22.
+    side_bits
+        A frustum has at most 2^b columns and 2^b rows; 6 to 16.
+    patch_bits
+        A scene has at most 2^b patches; 8 to 24.
+    tile_bits
+        A word of the settle map holds 2^b x 2^b rays; 1 to 3.
+    slots
+        Patches between the start of their setup and the issue of their last ray; a power of two, 16 to 128. Setup takes
+        a patch every four cycles, so a fourth of its latency keeps it going.
+    generation_bits
+        Bits of the tags that make a ray memory empty at once: every 2^b - 1 frusta it is cleared; 1 to 16.
+    product_registers
+        Registers of each multiplier; 1 to 3.
     angle_bits
         Bits of an angle; 2^b is a full turn; 18 to 24.
     cordic_stages
@@ -152,6 +165,12 @@ class Icu:
     """
 
     rays: int = 1 << 18
+    side_bits: int = 12
+    patch_bits: int = 16
+    tile_bits: int = 2
+    slots: int = 32
+    generation_bits: int = 4
+    product_registers: int = 2
     angle_bits: int = 24
     cordic_stages: int = 16
     cordic_guard: int = 6
@@ -164,11 +183,24 @@ class Icu:
 
     def __post_init__(self):
         _check_power_of_two("icu", "rays", self.rays, 64, 1 << 22)
-        for name, low, high in (("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
+        _check_power_of_two("icu", "slots", self.slots, 16, 128)
+        for name, low, high in (("side_bits", 6, 16), ("patch_bits", 8, 24), ("tile_bits", 1, 3),
+                                ("generation_bits", 1, 16), ("product_registers", 1, 3),
+                                ("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
                                 ("bulge_polar_bits", 3, 8), ("bulge_span_bits", 3, 8), ("uv_bits", 1, 12),
                                 ("uv_guard", 0, 12), ("settle_bits", 4, 12),
                                 ("settle_fraction", 1, self.settle_bits - 2)):
             _check_range("icu", name, getattr(self, name), low, high)
+
+    @property
+    def ray_bits(self) -> int:
+        """Address bits of the ray memory."""
+        return self.rays.bit_length() - 1
+
+    @property
+    def slot_bits(self) -> int:
+        """Bits of the number of a slot."""
+        return self.slots.bit_length() - 1
 
     @property
     def uv(self) -> Format:
@@ -246,8 +278,8 @@ class Config:
 
 # tiny: simulates in seconds. small: fits a small FPGA. paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
-    "tiny": Config(icu=Icu(rays=1 << 12)),
-    "small": Config(icu=Icu(rays=1 << 14)),
+    "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13)),
+    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13)),
     "paper": Config(),
-    "large": Config(icu=Icu(rays=1 << 20)),
+    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20)),
 }

@@ -21,7 +21,7 @@ __all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "Shell
 MOST_RAYS = 1 << 22
 # Fields of a screen across and down at most.
 MOST_ACROSS = 1 << 16
-CONFIG = Config(icu=Icu(rays=MOST_RAYS))
+CONFIG = Config(icu=Icu(rays=MOST_RAYS, side_bits=16, patch_bits=24))
 # Cell size of shelling. In a model that works on all rays at once few large shells cost less than many small ones.
 CELL = 0.125
 

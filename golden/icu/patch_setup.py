@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.config import Config
+from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.icu.edge_planes import EdgePlanes, edge_planes
 from golden.icu.g2r_transform import g2r_transform
@@ -51,15 +52,27 @@ class PatchSetup:
     ----------
     record, config
         The frustum, and the configuration.
+
+    Errors
+    ------
+    InputError
+        The frustum has more columns or rows, or the scene more patches, than the configuration has numbers for.
     """
 
     def __init__(self, record: FrustumRecord, config: Config):
+        side = 1 << config.icu.side_bits
+        if max(record.columns, record.rows) > side:
+            raise InputError(f"frustum: Columns and rows must be at most 2^icu.side_bits ({side}), "
+                             f"not {record.columns} x {record.rows}")
         self._record, self._config = record, config
         self._windows = (ImagePlaneWindows if record.is_screen else SphericalWindows)(record, config)
 
     def patches(self, geometry: PatchGeometry) -> Patches:
         """The patches of ``geometry``, all at once."""
         record, numbers = self._record, self._config.numbers
+        if len(geometry) > 1 << self._config.icu.patch_bits:
+            raise InputError(f"scene: Patches must be at most 2^icu.patch_bits ({1 << self._config.icu.patch_bits}), "
+                             f"not {len(geometry)}")
         vertices = g2r_transform(record, geometry.vertices)
         directions, exponents = vertex_direction(vertices, numbers)
         planes, factor = edge_planes(directions, numbers), plane_factor(vertices, numbers)

@@ -1,0 +1,134 @@
+"""Shapes and payloads of the machine's streams, from `golden.config`.
+
+Vectors are arrays of their components. A payload is a struct; all blocks that pass it on use the layout from here.
+"""
+
+from amaranth.hdl import Shape, signed, unsigned
+from amaranth.lib.data import ArrayLayout, StructLayout
+
+from golden.config import Config
+from golden.fixed import Format
+
+__all__ = ["Formats", "shape"]
+
+
+def shape(format: Format) -> Shape:
+    """The Amaranth shape of a fixed-point format."""
+    return signed(format.width) if format.is_signed else unsigned(format.width)
+
+
+class Formats:
+    """All layouts of one configuration.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    scene_vertex, vertex, direction, plane
+        Three components each: G coordinates, R frame, ray or matrix row, V'_i x V'_j.
+    """
+
+    def __init__(self, config: Config):
+        numbers, icu = config.numbers, config.icu
+        self.config = config
+        self.scene = shape(numbers.scene)
+        self.direction = shape(numbers.direction)
+        self.vector = shape(numbers.vector)
+        self.vertex = shape(numbers.vertex)
+        self.edge_plane = shape(numbers.edge_plane)
+        self.edge_distance = shape(numbers.edge_distance)
+        self.mantissa = shape(numbers.mantissa)
+        self.inverse = shape(numbers.inverse)
+        self.uv = shape(icu.uv)
+        self.settle = shape(icu.settle)
+        self.vertex_exponent = signed(6)
+        self.factor_exponent = signed(8)
+        self.angle = unsigned(icu.angle_bits)
+        self.patch = unsigned(icu.patch_bits)
+        # Of the surface that a patch was split from.
+        self.surface = signed(32)
+        # An index of a column or a row, and a number of columns or rows.
+        self.index = unsigned(icu.side_bits)
+        self.count = unsigned(icu.side_bits + 1)
+        self.slot = unsigned(icu.slot_bits)
+        self.tile = unsigned(icu.ray_bits - 2 * icu.tile_bits)
+        self.ray = unsigned(icu.ray_bits)
+
+        self.scene_vector = ArrayLayout(self.scene, 3)
+        self.direction_vector = ArrayLayout(self.direction, 3)
+        self.vector_vector = ArrayLayout(self.vector, 3)
+        self.vertex_vector = ArrayLayout(self.vertex, 3)
+        self.edge_plane_vector = ArrayLayout(self.edge_plane, 3)
+        self.mantissa_vector = ArrayLayout(self.mantissa, 3)
+
+    @property
+    def frustum(self) -> StructLayout:
+        """A bundle of rays, and the section of it that is a cluster's own.
+
+        ``section``: first_column <= column < end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles
+        of the section. ``longest_direction``: see `golden.frustum.FrustumRecord`; 0 for a screen.
+        """
+        return StructLayout({
+            "is_screen": 1, "origin": self.scene_vector, "matrix": ArrayLayout(self.direction_vector, 3),
+            "columns": self.count, "rows": self.count, "column_bits": 5, "row_bits": 5,
+            "source": self.surface, "longest_direction": unsigned(self.direction.width + 1),
+            "section": self.section, "tiles_across": self.count})
+
+    @property
+    def section(self) -> StructLayout:
+        """Half-open ranges of columns and rows."""
+        return StructLayout(dict.fromkeys(("first_column", "end_column", "first_row", "end_row"), self.count))
+
+    @property
+    def patch_vertex(self) -> StructLayout:
+        """One of the four vertices of a patch; ids are the same in all four."""
+        return StructLayout({"patch": self.patch, "surface": self.surface, "vertex": self.scene_vector})
+
+    @property
+    def planes(self) -> StructLayout:
+        """Edge planes in the order of `golden.icu.edge_planes.EDGES`, orientations, and whether the patch is split."""
+        return StructLayout({"planes": ArrayLayout(self.edge_plane_vector, 6), "orientation": ArrayLayout(signed(2), 2),
+                             "split": 1})
+
+    @property
+    def factor(self) -> StructLayout:
+        """Plane factor m = mantissa 2^exponent."""
+        return StructLayout({"mantissa": self.mantissa_vector, "exponent": self.factor_exponent, "dropped": 1})
+
+    @property
+    def window(self) -> StructLayout:
+        """Columns and rows of the frustum; in a hemisphere the columns may go on from the last to the first.
+
+        Counts of 0: no rays.
+        """
+        return StructLayout({"column_first": self.index, "column_count": self.count,
+                             "row_first": self.index, "row_count": self.count})
+
+    @property
+    def section_window(self) -> StructLayout:
+        """A window's part of the section, counted from the section's first column and row.
+
+        ``column_count`` columns from ``column_first`` on, and (where the window goes round) ``wrapped_count`` columns
+        from 0 on, which are others. No rays: ``row_count`` or both of the other counts are 0.
+        """
+        return StructLayout({"column_first": self.index, "column_count": self.count, "wrapped_count": self.count,
+                             "row_first": self.index, "row_count": self.count})
+
+    @property
+    def slot_record(self) -> StructLayout:
+        """What the intersection needs of a patch, read per ray by its slot."""
+        return StructLayout({"planes": self.planes, "factor": self.factor,
+                             "exponents": ArrayLayout(self.vertex_exponent, 4), "patch": self.patch})
+
+    @property
+    def settle_word(self) -> ArrayLayout:
+        """Settle codes of a tile: ray (column, row) at (row mod side) side + column mod side."""
+        return ArrayLayout(self.settle, 1 << 2 * self.config.icu.tile_bits)
+
+    @property
+    def hit(self) -> StructLayout:
+        """What a ray hit; ``inverse`` 0: nothing, and then all is 0."""
+        return StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})

@@ -1,0 +1,1 @@
+"""Intersection computation in hardware, block for block as in `golden.icu`."""

@@ -1,0 +1,179 @@
+"""Pipelines whose delays are computed: values carry their age, and what meets is made equally old."""
+
+from collections.abc import Callable
+
+from amaranth.hdl import Signal, Value
+from amaranth.lib.data import View
+
+__all__ = ["Pipeline", "Staged"]
+
+
+class Staged:
+    """A value of the item that entered a pipeline ``age`` cycles ago. Made by `Pipeline` only.
+
+    Members
+    -------
+    value
+        Amaranth value (or view) that holds it.
+    age
+        Registers between the pipeline's input and the value.
+    """
+
+    def __init__(self, value, age: int):
+        self.value, self.age = value, age
+        self._older = None
+
+    def __repr__(self) -> str:
+        return f"<value of age {self.age}>"
+
+
+class Pipeline:
+    """A chain of registers from a stream to a stream; one item per cycle, items never overtake.
+
+    Operators are functions that take the pipeline and `Staged` values and give `Staged` values; each says by the age of
+    its result how many registers it takes. Wherever values of different age meet, `Pipeline` inserts the registers
+    that the younger ones lack, shared between all their users. So latency is a result: it is known when the last output
+    has been named, before elaboration.
+
+    The datapath is described in a component's constructor and becomes registers with `add_to`::
+
+        pipeline = Pipeline(self.i, self.o)
+        x, y = (pipeline.input(self.i.payload[name]) for name in "xy")
+        total = pipeline.register(lambda x, y: x + y, x, y)
+        pipeline.output(self.o.payload, total)
+        self.latency = pipeline.latency
+
+    Parameters
+    ----------
+    i, o
+        Streams as the component sees them. If ``o`` is always ready nothing stalls, and ``i`` may be always ready too.
+        Otherwise the whole chain stands while an item at its end waits for ``o``.
+
+    Members
+    -------
+    latency
+        Cycles from an item's transfer at ``i`` to the first cycle in which ``o`` shows it.
+
+    Timing
+    ------
+    Latency: what the operators add up to. One item per cycle; stalls only with ``o``; ``latency`` items in flight.
+
+    Errors
+    ------
+    ValueError
+        ``i`` is always ready but ``o`` is not.
+    """
+
+    def __init__(self, i, o):
+        self._i, self._o = i, o
+        self._stalls = not o.signature.always_ready
+        if self._stalls and i.signature.always_ready:
+            raise ValueError("Input must be a stream that can wait where the output can, not one that is always ready")
+        self._advance = Signal(name="advance") if self._stalls else None
+        self._registers, self._ports, self._outputs = [], [], []
+        self._valid = [Staged(i.valid, 0)]
+
+    def input(self, value) -> Staged:
+        """A value of the item that enters; any value that is given together with it."""
+        return Staged(value, 0)
+
+    def constant(self, value) -> Staged:
+        """A value that does not change while items are in the pipeline: of any age, so it is never delayed."""
+        return Staged(value, None)
+
+    def combine(self, function: Callable, *operands: Staged) -> Staged:
+        """``function`` of equally old values, without a register."""
+        age = self._age(operands)
+        result = function(*(self._at(operand, age).value for operand in operands))
+        return Staged(result if isinstance(result, View) else Value.cast(result), age)
+
+    def register(self, function: Callable, *operands: Staged, registers: int = 1) -> Staged:
+        """``function`` of equally old values, with registers behind it; of a tuple of results a tuple."""
+        age = self._age(operands)
+        age = 0 if age is None else age
+        result = function(*(self._at(operand, age).value for operand in operands))
+        if isinstance(result, tuple):
+            return tuple(self.delay(Staged(value, age), registers) for value in result)
+        return self.delay(Staged(result, age), registers)
+
+    def delay(self, operand: Staged, cycles: int) -> Staged:
+        """The same value ``cycles`` older."""
+        if operand.age is None:
+            return operand
+        return self._at(operand, operand.age + cycles)
+
+    def align(self, *operands: Staged) -> tuple[Staged, ...]:
+        """The same values, equally old."""
+        age = self._age(operands)
+        return tuple(self._at(operand, age) for operand in operands)
+
+    def product(self, a: Staged, b: Staged, *, registers: int) -> Staged:
+        """``a b`` in one multiplier: one register behind it, of more the second in front of it, the others behind.
+
+        The registers in front are shared by nobody else, so that they can be placed at the multiplier.
+        """
+        if registers >= 2:
+            a, b = self.align(a, b)
+            a, b = (Staged(operand.value, operand.age) for operand in (a, b))
+            a, b = self.delay(a, 1), self.delay(b, 1)
+        return self.register(lambda a, b: a * b, a, b, registers=max(1, registers - 1))
+
+    def read(self, port, address: Staged) -> Staged:
+        """What a memory's read port (domain ``sync``) gives for an address: one cycle older."""
+        self._ports.append((port, address))
+        return Staged(port.data, address.age + 1)
+
+    def valid(self, age: int) -> Value:
+        """Whether there is an item of this age."""
+        while len(self._valid) <= age:
+            self._valid.append(Staged(Signal(name=f"valid_{len(self._valid)}"), len(self._valid)))
+        return self._valid[age].value
+
+    def moves(self, age: int) -> Value:
+        """Whether an item of this age goes on in this cycle: for what must happen once per item."""
+        return self.valid(age) & self._advance if self._stalls else self.valid(age)
+
+    def output(self, target, operand: Staged) -> None:
+        """Drive a part of ``o``'s payload. All parts are delayed to the age of the oldest."""
+        self._outputs.append((target, operand))
+
+    @property
+    def latency(self) -> int:
+        """See above."""
+        return max([1, *(operand.age for _, operand in self._outputs if operand.age is not None)])
+
+    def add_to(self, m) -> None:
+        """Put the registers into the module of the component."""
+        latency = self.latency
+        for target, operand in self._outputs:
+            m.d.comb += target.eq(self._at(operand, latency).value)
+        m.d.comb += self._o.valid.eq(self.valid(latency))
+        if self._stalls:
+            m.d.comb += self._advance.eq(self._o.ready | ~self._o.valid)
+        if not self._i.signature.always_ready:
+            m.d.comb += self._i.ready.eq(self._advance if self._stalls else 1)
+        for port, address in self._ports:
+            m.d.comb += [port.addr.eq(address.value), port.en.eq(self._advance if self._stalls else 1)]
+        valid = [stage.value for stage in self._valid]
+        registers = [*self._registers, *zip(valid[1:], valid[:-1], strict=True)]
+        with m.If(self._advance if self._stalls else 1):
+            m.d.sync += [target.eq(source) for target, source in registers]
+
+    def _age(self, operands):
+        return max((operand.age for operand in operands if operand.age is not None), default=None)
+
+    def _at(self, operand, age):
+        """``operand``, delayed to ``age``."""
+        if operand.age is None or age is None:
+            return operand
+        if operand.age > age:
+            raise AssertionError(f"a value of age {operand.age} is asked for at age {age}")
+        while operand.age < age:
+            if operand._older is None:
+                value = operand.value
+                shape = value.shape() if isinstance(value, View) else Value.cast(value).shape()
+                register = Signal(shape, reset_less=True, name=f"age_{operand.age + 1}")
+                self._registers.append((register, value))
+                operand._older = Staged(register, operand.age + 1)
+            operand = operand._older
+        return operand
