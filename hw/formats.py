@@ -4,12 +4,29 @@ Vectors are arrays of their components. A payload is a struct; all blocks that p
 """
 
 from amaranth.hdl import Shape, signed, unsigned
+from amaranth.lib import enum
 from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
 from golden.fixed import Format
 
-__all__ = ["Formats", "shape"]
+__all__ = ["Formats", "TableKind", "shape"]
+
+# Bits of a weight of a ray: those of `golden.frustum.Hemisphere.polar_weights`, and a few for few columns.
+WEIGHT_BITS = 42
+
+
+class TableKind(enum.Enum, shape=2):
+    """The tables of a frustum, all addressed by column or row of the whole frustum.
+
+    COLUMN: (cos, sin) of each azimuth, or (x, 0) of each column of a screen. ROW: (sin, cos) of each polar angle, or
+    (y, 0). SLACK: of each row, see `golden.icu.sbb.SphericalWindows.azimuth_slack`. WEIGHT: of each row's rays.
+    """
+
+    COLUMN = 0
+    ROW = 1
+    SLACK = 2
+    WEIGHT = 3
 
 
 def shape(format: Format) -> Shape:
@@ -81,6 +98,16 @@ class Formats:
     def section(self) -> StructLayout:
         """Half-open ranges of columns and rows."""
         return StructLayout(dict.fromkeys(("first_column", "end_column", "first_row", "end_row"), self.count))
+
+    @property
+    def direction_pair(self) -> ArrayLayout:
+        """An entry of the column table or the row table."""
+        return ArrayLayout(self.direction, 2)
+
+    @property
+    def table_write(self) -> StructLayout:
+        """An entry of one of the frustum's tables; ``data`` is a `direction_pair`, an angle or a weight."""
+        return StructLayout({"kind": TableKind, "index": self.index, "data": unsigned(WEIGHT_BITS)})
 
     @property
     def patch_vertex(self) -> StructLayout:
