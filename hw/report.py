@@ -42,11 +42,12 @@ def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, r
 
 def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int) -> str:
     """The figures as Markdown, with all that is needed to get them again."""
-    lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | slowest path |", "|---|---|---|---|---|---|---|---|"]
+    lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | slowest path |", "|---" * 8 + "|"]
     for row in rows:
         area, clock = row.area, row.clock
-        lines.append(f"| {row.unit} | {'' if row.latency is None else row.latency} | {area.lut} | {area.ff} | {area.dsp} "
-                     f"| {area.bram} | {f'{clock.mhz:.0f}' if clock else ''} | {clock.path if clock else ''} |")
+        cells = [row.unit, "" if row.latency is None else row.latency, area.lut, area.ff, area.dsp, area.bram,
+                 f"{clock.mhz:.0f}" if clock else "", clock.path if clock else ""]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
     changed = ", ".join(f"{path}={value}" for path, value in config.parameters().items())
     return "\n".join([f"# {block} on an ECP5-85, speed grade 6", "", *lines, "",
                       f"{tool_versions()}; placer seed {seed}; preset {preset}: {changed}.", ""])

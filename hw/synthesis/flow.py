@@ -136,7 +136,8 @@ def _slowest(paths):
 
 def _run(command, log):
     with log.open("w") as file:
-        done = subprocess.run([str(part) for part in command], cwd=log.parent, stdout=file, stderr=subprocess.STDOUT, check=False)
+        done = subprocess.run([str(part) for part in command], cwd=log.parent, stdout=file, stderr=subprocess.STDOUT,
+                              check=False)
     if done.returncode:
         last = [line for line in log.read_text(errors="replace").splitlines() if line.strip()][-1:]
         raise InputError(f"report: {Path(str(command[0])).name} failed, see {log}: {' '.join(last)}")

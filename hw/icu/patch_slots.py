@@ -1,0 +1,77 @@
+"""Patch slots: what the rays need of the patches that are under way."""
+
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["PatchSlots"]
+
+
+class PatchSlots(wiring.Component):
+    """One `Formats.slot_record` for each of ``icu.slots`` patches, written in parts, read whole.
+
+    A part is written when the block that makes it has it, at the latest when the patch's window goes to the ray
+    generator. Who hands out the slots sees to it that no slot is written again before its last ray has read it.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes with a read from ``i`` to ``o``.
+
+    Members
+    -------
+    i_planes, i_factor, i_exponents, i_patch
+        Parts: ``slot`` and ``part``. Always ready.
+    i
+        ``tag`` and ``slot``. Always ready.
+    o
+        ``tag`` and ``record``. Always ready.
+
+    Timing
+    ------
+    Latency: ``2`` cycles from ``i`` to ``o``. A part can be read in the cycle after it was written. One read and one
+    write of each part per cycle; nothing stalls.
+
+    Golden counterpart: `golden.icu.patch_setup.Patches`.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        formats = Formats(config)
+        self._slots = config.icu.slots
+        self._parts = {"planes": formats.planes, "factor": formats.factor,
+                       "exponents": ArrayLayout(formats.vertex_exponent, 4), "patch": formats.patch}
+
+        def items(layout):
+            return stream.Signature(StructLayout(layout), always_ready=True)
+
+        super().__init__({
+            **{f"i_{name}": In(items({"slot": formats.slot, "part": shape})) for name, shape in self._parts.items()},
+            "i": In(items({"tag": tag, "slot": formats.slot})),
+            "o": Out(items({"tag": tag, "record": formats.slot_record}))})
+        # Distributed memory: the record is wide and there are few of them.
+        self._memories = {name: Memory(shape=shape, depth=self._slots, init=[], attrs={"ram_style": "distributed"})
+                          for name, shape in self._parts.items()}
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        slot = pipeline.input(self.i.payload.slot)
+        for name, memory in self._memories.items():
+            part = pipeline.delay(pipeline.read(memory.read_port(), slot), 1)
+            pipeline.output(self.o.payload.record[name], part)
+        pipeline.output(self.o.payload.tag, pipeline.input(self.i.payload.tag))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        for name, memory in self._memories.items():
+            m.submodules[name] = memory
+            port, given = memory.write_port(), getattr(self, f"i_{name}")
+            m.d.comb += [port.addr.eq(given.payload.slot), port.data.eq(given.payload.part), port.en.eq(given.valid)]
+        self._pipeline.add_to(m)
+        return m
