@@ -1,0 +1,75 @@
+"""G2R transform: vertices from scene coordinates to the frustum's R frame."""
+
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.fixed import round_shift, split_limbs, total
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["G2rTransform"]
+
+# Bits of an operand of a multiplier.
+OPERAND = 18
+
+
+class G2rTransform(wiring.Component):
+    """``V = matrix (P - origin)``, one rounding per component.
+
+    The offset is two limbs, so that each product fits one multiplier.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``slot``, ``index`` 0 to 3, ``vertex`` in scene coordinates. Always ready.
+    o
+        ``slot``, ``index``, ``vertex`` in the R frame. Always ready.
+    frustum
+        `Formats.frustum`, the same while vertices are under way.
+
+    Timing
+    ------
+    Latency: ``product_registers + 5`` cycles. One vertex per cycle; nothing stalls.
+
+    Golden counterpart: `golden.icu.g2r_transform.g2r_transform`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        formats, numbers = Formats(config), config.numbers
+
+        def items(vertex):
+            return stream.Signature(StructLayout({"slot": formats.slot, "index": 2, "vertex": vertex}),
+                                    always_ready=True)
+
+        super().__init__({"i": In(items(formats.scene_vector)), "o": Out(items(formats.vector_vector)),
+                          "frustum": In(formats.frustum)})
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        given, made = self.i.payload, self.o.payload
+        offset = [pipeline.register(lambda a, b: a - b, pipeline.input(given.vertex[axis]),
+                                    pipeline.constant(self.frustum.origin[axis])) for axis in range(3)]
+        limbs = [[pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k], value) for k in range(2)]
+                 for value in offset]
+        lost = numbers.scene_bits + numbers.direction_fraction - numbers.vector_fraction
+        for row in range(3):
+            high, low = (total(pipeline, [
+                pipeline.product(limbs[axis][k], pipeline.constant(self.frustum.matrix[row][axis]),
+                                 registers=config.icu.product_registers) for axis in range(3)]) for k in range(2))
+            whole = pipeline.register(lambda high, low: (high << OPERAND) + low, high, low)
+            vertex = pipeline.register(lambda value: round_shift(value, lost), whole)
+            pipeline.output(made.vertex[row], vertex)
+        for name in ("slot", "index"):
+            pipeline.output(made[name], pipeline.input(given[name]))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m

@@ -1,0 +1,101 @@
+"""Fixed-point operators, bit for bit those of `golden.fixed`: plain functions of values, and steps of a `Pipeline`."""
+
+from collections.abc import Sequence
+
+from amaranth.hdl import Cat, Const, Mux, Value
+
+from hw.lib.pipeline import Pipeline, Staged
+
+__all__ = ["magnitude", "normalise", "round_shift", "shift_left", "shift_right", "split_limbs", "total", "with_sign"]
+
+# Multiplexers between two registers of a shifter.
+LEVELS = 2
+
+
+def magnitude(value: Value) -> Value:
+    """Absolute value of a signed one that is never the most negative number: one bit less."""
+    negative = value[-1]
+    return ((value.as_unsigned() ^ negative.replicate(len(value))) + negative)[:len(value) - 1]
+
+
+def with_sign(magnitude: Value, negative: Value) -> Value:
+    """The signed value of a magnitude, one bit wider."""
+    flipped = Cat(magnitude, 0) ^ negative.replicate(len(magnitude) + 1)
+    return (flipped + negative)[:len(flipped)].as_signed()
+
+
+def round_shift(value: Value, by: int) -> Value:
+    """A signed value / 2^``by`` to the nearest integer, half away from zero: one addition."""
+    if by == 0:
+        return value
+    # Of a negative value half is rounded down, which is away from zero.
+    total = value + Mux(value[-1], Const((1 << by - 1) - 1, by), Const(1 << by - 1, by))
+    return (total >> by).as_signed()[:len(value) - by + 1].as_signed()
+
+
+def split_limbs(value: Value, bits: int) -> tuple[Value, Value]:
+    """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed."""
+    low = value[:bits].as_signed()
+    high = value[bits:].as_signed() + value[bits - 1]
+    return high.as_signed(), low
+
+
+def normalise(pipeline: Pipeline, width: int, operands: Sequence[Staged]) -> tuple[list[Staged], Staged]:
+    """Unsigned values shifted left together until one of them has its leading one at bit ``width`` - 1.
+
+    Returns
+    -------
+    The shifted values, and by how much; of zeros it is the largest shift, 2^k - 1 of at least ``width`` - 1.
+    """
+    steps = max(1, (width - 1).bit_length())
+    by = []
+    operands = [pipeline.combine(lambda value: Cat(value, Const(0, max(0, width - len(value))))[:width], operand)
+                for operand in operands]
+    for step in reversed(range(steps)):
+        places = min(1 << step, width)
+
+        def clear(*values, places=places):
+            return ~Cat(value[width - places:] for value in values).any()
+
+        empty = pipeline.combine(clear, *operands)
+
+        def move(empty, value, places=places):
+            return Mux(empty, (value << places)[:width], value)
+
+        moved = [pipeline.combine(move, empty, operand) for operand in operands]
+        # A register behind each step: the test of all leading bits and the multiplexer are enough for one cycle.
+        operands = [pipeline.delay(value, 1) for value in moved]
+        by.append(pipeline.delay(empty, 1))
+    return operands, pipeline.combine(lambda *bits: Cat(*reversed(bits)), *by)
+
+
+def shift_left(pipeline: Pipeline, value: Staged, by: Staged, width: int) -> Staged:
+    """``value 2^by``, the low ``width`` bits; keeps the sign of signed values."""
+    return _shift(pipeline, value, by, width, lambda value, places: value << places)
+
+
+def shift_right(pipeline: Pipeline, value: Staged, by: Staged, width: int) -> Staged:
+    """``value / 2^by``, cut off downwards."""
+    return _shift(pipeline, value, by, width, lambda value, places: value >> places)
+
+
+def _shift(pipeline, value, by, width, move):
+    is_signed = Value.cast(value.value).shape().signed
+    for bit in range(len(by.value)):
+        def step(value, by, bit=bit):
+            moved = Mux(by[bit], move(value, min(1 << bit, width)), value)[:width]
+            return moved.as_signed() if is_signed else moved
+
+        value = pipeline.register(step, value, by) if bit % LEVELS == LEVELS - 1 else pipeline.combine(step, value, by)
+    if len(by.value) % LEVELS:
+        value = pipeline.delay(value, 1)
+    return value
+
+
+def total(pipeline: Pipeline, terms: Sequence[Staged]) -> Staged:
+    """The sum of some values, two by two, with a register behind each addition."""
+    terms = list(terms)
+    while len(terms) > 1:
+        pairs = [pipeline.register(lambda a, b: a + b, *terms[k:k + 2]) for k in range(0, len(terms) - 1, 2)]
+        terms = pairs + terms[len(terms) & ~1:]
+    return terms[0]
