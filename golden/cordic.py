@@ -5,7 +5,7 @@ import numpy as np
 from golden.config import Icu
 from golden.fixed import bit_length
 
-__all__ = ["circular", "circular_error", "gain", "linear", "linear_error", "normalise"]
+__all__ = ["circular", "circular_error", "gain", "linear", "linear_error", "normalise", "turns"]
 
 
 def normalise(a: np.ndarray, b: np.ndarray, bits: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -38,7 +38,7 @@ def circular(x: np.ndarray, y: np.ndarray, icu: Icu) -> tuple[np.ndarray, np.nda
     behind = x < 0
     x, y = (np.where(behind, -value, value) for value in (x, y))
     angle = np.where(behind, half, 0)
-    for stage, turn in enumerate(_turns(icu)):
+    for stage, turn in enumerate(turns(icu)):
         above = y >= 0
         step_x, step_y = y >> stage, x >> stage
         x, y = x + np.where(above, step_x, -step_x), y - np.where(above, step_y, -step_y)
@@ -77,5 +77,6 @@ def linear_error(icu: Icu, bits: int) -> int:
     return int(np.ceil(1 + cut))
 
 
-def _turns(icu):
+def turns(icu: Icu) -> np.ndarray:
+    """By how much each stage of `circular` turns: ``cordic_stages`` int, in units of an angle."""
     return np.rint(np.arctan(2.0 ** -np.arange(icu.cordic_stages)) / (2 * np.pi) * 2.0**icu.angle_bits).astype(int)

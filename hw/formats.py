@@ -64,6 +64,8 @@ class Formats:
         self.vertex_exponent = signed(6)
         self.factor_exponent = signed(8)
         self.angle = unsigned(icu.angle_bits)
+        # An angle with a sign, or a quotient from -1 to 1.
+        self.coordinate = signed(max(icu.angle_bits + 1, icu.cordic_stages + 2))
         self.patch = unsigned(icu.patch_bits)
         # Of the surface that a patch was split from.
         self.surface = signed(32)
@@ -115,10 +117,19 @@ class Formats:
         return StructLayout({"patch": self.patch, "surface": self.surface, "vertex": self.scene_vector})
 
     @property
-    def planes(self) -> StructLayout:
-        """Edge planes in the order of `golden.icu.edge_planes.EDGES`, orientations, and whether the patch is split."""
-        return StructLayout({"planes": ArrayLayout(self.edge_plane_vector, 6), "orientation": ArrayLayout(signed(2), 2),
-                             "split": 1})
+    def planes(self) -> ArrayLayout:
+        """Edge planes in the order of `golden.icu.edge_planes.EDGES`."""
+        return ArrayLayout(self.edge_plane_vector, 6)
+
+    @property
+    def turns(self) -> StructLayout:
+        """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.icu.edge_planes`."""
+        return StructLayout({"orientation": ArrayLayout(signed(2), 2), "split": 1})
+
+    @property
+    def signs(self) -> ArrayLayout:
+        """-1, 0 or 1 for each component of the planes of the four edges and the first diagonal."""
+        return ArrayLayout(ArrayLayout(signed(2), 3), 5)
 
     @property
     def factor(self) -> StructLayout:
@@ -147,7 +158,7 @@ class Formats:
     @property
     def slot_record(self) -> StructLayout:
         """What the intersection needs of a patch, read per ray by its slot."""
-        return StructLayout({"planes": self.planes, "factor": self.factor,
+        return StructLayout({"planes": self.planes, "turns": self.turns, "factor": self.factor,
                              "exponents": ArrayLayout(self.vertex_exponent, 4), "patch": self.patch})
 
     @property

@@ -71,6 +71,7 @@ class Pipeline:
             raise ValueError("Input must be a stream that can wait where the output can, not one that is always ready")
         self._advance = Signal(name="advance") if self._stalls else None
         self._registers, self._ports, self._outputs = [], [], []
+        self._kept = None
         self._valid = [Staged(i.valid, 0)]
 
     def input(self, value) -> Staged:
@@ -101,6 +102,18 @@ class Pipeline:
         if operand.age is None:
             return operand
         return self._at(operand, operand.age + cycles)
+
+    def before(self, operand: Staged, items: int) -> Staged:
+        """The value that the item ``items`` cycles ahead had: that of the one before, if they come without a gap.
+
+        Errors
+        ------
+        ValueError
+            The pipeline can stall.
+        """
+        if self._stalls:
+            raise ValueError("Output must be always ready for items to follow each other without a gap")
+        return Staged(self._at(operand, operand.age + items).value, operand.age)
 
     def align(self, *operands: Staged) -> tuple[Staged, ...]:
         """The same values, equally old."""
@@ -137,6 +150,10 @@ class Pipeline:
         """Drive a part of ``o``'s payload. All parts are delayed to the age of the oldest."""
         self._outputs.append((target, operand))
 
+    def keep(self, condition: Staged) -> None:
+        """Only items of which ``condition`` is 1 come out."""
+        self._kept = condition
+
     @property
     def latency(self) -> int:
         """See above."""
@@ -147,7 +164,10 @@ class Pipeline:
         latency = self.latency
         for target, operand in self._outputs:
             m.d.comb += target.eq(self._at(operand, latency).value)
-        m.d.comb += self._o.valid.eq(self.valid(latency))
+        valid = self.valid(latency)
+        if self._kept is not None:
+            valid = valid & self._at(self._kept, latency).value
+        m.d.comb += self._o.valid.eq(valid)
         if self._stalls:
             m.d.comb += self._advance.eq(self._o.ready | ~self._o.valid)
         if not self._i.signature.always_ready:

@@ -1,0 +1,150 @@
+"""Edge planes: the planes through the origin and each edge and diagonal of a patch, exact."""
+
+from amaranth.hdl import Array, Cat, Module, Signal, signed
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.fixed import split_limbs, total
+from hw.lib.phases import Phases
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["EdgePlanes"]
+
+OPERAND = 18
+PHASES = 4
+# The next two axes after each.
+AXES = ((1, 2), (2, 0), (0, 1))
+
+
+class EdgePlanes(wiring.Component):
+    """``n_ij = V'_i x V'_j`` of four edges and two diagonals, and which way the patch turns.
+
+    In phase e six multipliers make the plane of edge e, six more its product with the vertex after it, and three make
+    one half of a diagonal's plane: 0-2 in the first two phases, 1-3 in the others.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``slot`` and ``directions``, V' of the four vertices; at least four cycles apart. Always ready.
+    o_planes
+        ``slot`` and ``part``, `Formats.planes`. Always ready.
+    o
+        ``slot``, ``turns`` (`Formats.turns`) and ``signs`` (`Formats.signs`). Always ready.
+
+    Timing
+    ------
+    Latency: ``2 * product_registers + 12`` cycles to ``o``; ``o_planes`` comes earlier. A patch every four cycles;
+    nothing stalls.
+
+    Golden counterpart: `golden.icu.edge_planes.edge_planes`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        formats, registers = Formats(config), config.icu.product_registers
+
+        def items(**fields):
+            return stream.Signature(StructLayout({"slot": formats.slot, **fields}), always_ready=True)
+
+        patch = StructLayout({"slot": formats.slot, "directions": ArrayLayout(formats.vertex_vector, 4)})
+        super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
+                          "o_planes": Out(items(part=formats.planes)),
+                          "o": Out(items(turns=formats.turns, signs=formats.signs))})
+        self._phases = Phases(patch, count=PHASES)
+        beat = self._phases.o
+        # What a phase ends with: its edge's triple, and the signs of its edge's plane and of the diagonal's.
+        signs = ArrayLayout(signed(2), 3)
+        self._end = stream.Signature(StructLayout({"slot": formats.slot, "phase": 2, "turn": signed(2), "edge": signs,
+                                                   "diagonal": signs, "is_triangle": 1}), always_ready=True).create()
+        self._pipeline = pipeline = Pipeline(beat, self._end)
+        vertices = beat.payload.item.directions
+        phase = pipeline.input(beat.payload.phase)
+
+        def chosen(first):
+            """The vertex that is ``first`` places after the phase's own."""
+            return [pipeline.register(lambda phase, axis=axis: Array(
+                vertices[(k + first) % 4][axis] for k in range(4))[phase], phase) for axis in range(3)]
+
+        def difference(a, b):
+            return pipeline.register(lambda a, b: a - b, a, b)
+
+        a, b, c = (chosen(first) for first in range(3))
+        plane = [difference(*(pipeline.product(a[j], b[k], registers=registers) for j, k in (axes, axes[::-1])))
+                 for axes in AXES]
+        # A half: the products of one of the two terms of each component.
+        half = []
+        for j, k in AXES:
+            one = pipeline.register(lambda phase, j=j, k=k: Array(
+                [vertices[0][j], vertices[0][k], vertices[1][j], vertices[1][k]])[phase], phase)
+            other = pipeline.register(lambda phase, j=j, k=k: Array(
+                [vertices[2][k], vertices[2][j], vertices[3][k], vertices[3][j]])[phase], phase)
+            half.append(pipeline.product(one, other, registers=registers))
+        diagonal = [difference(pipeline.before(value, 1), value) for value in half]
+        self._planes = pipeline.align(pipeline.input(beat.payload.item.slot), phase, *plane, *diagonal)
+
+        limbs = [[pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k], value) for value in plane]
+                 for k in range(2)]
+        high, low = (total(pipeline, [pipeline.product(value, vertex, registers=registers)
+                                      for value, vertex in zip(limb, c, strict=True)]) for limb in limbs)
+        triple = pipeline.register(lambda high, low: (high << OPERAND) + low, high, low)
+        pipeline.output(self._end.payload.turn, pipeline.register(_sign, triple))
+        pipeline.output(self._end.payload.phase, phase)
+        pipeline.output(self._end.payload.slot, pipeline.input(beat.payload.item.slot))
+        for axis in range(3):
+            pipeline.output(self._end.payload.edge[axis], pipeline.register(_sign, plane[axis]))
+            pipeline.output(self._end.payload.diagonal[axis], pipeline.register(_sign, diagonal[axis]))
+        is_triangle = pipeline.register(
+            lambda _: Cat(vertices[2][axis] == vertices[3][axis] for axis in range(3)).all(), phase)
+        pipeline.output(self._end.payload.is_triangle, is_triangle)
+        self.latency = self._phases.latency + PHASES - 1 + pipeline.latency + 2
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.phases = phases = self._phases
+        m.d.comb += [phases.i.valid.eq(self.i.valid), phases.i.payload.eq(self.i.payload)]
+        # The planes as their phases pass; the next patch begins to overwrite them when they have been shown.
+        slot, phase, *values = (value.value for value in self._planes)
+        plane, diagonal = values[:3], values[3:]
+        passes = self._pipeline.valid(self._planes[0].age)
+        planes = self.o_planes.payload.part
+        with m.If(passes):
+            m.d.sync += self.o_planes.payload.slot.eq(slot)
+            with m.Switch(phase):
+                for edge in range(PHASES):
+                    with m.Case(edge):
+                        m.d.sync += [planes[edge][axis].eq(plane[axis]) for axis in range(3)]
+                        if edge % 2:
+                            m.d.sync += [planes[PHASES + edge // 2][axis].eq(diagonal[axis]) for axis in range(3)]
+        m.d.sync += self.o_planes.valid.eq(passes & (phase == PHASES - 1))
+
+        end, done = self._end, Signal()
+        turns = Signal(ArrayLayout(signed(2), PHASES))
+        signs = Signal.like(self.o.payload.signs)
+        with m.If(end.valid), m.Switch(end.payload.phase):
+            for edge in range(PHASES):
+                with m.Case(edge):
+                    m.d.sync += [turns[edge].eq(end.payload.turn), signs[edge].eq(end.payload.edge)]
+                    if edge == 1:
+                        m.d.sync += signs[PHASES].eq(end.payload.diagonal)
+        slot, is_triangle = Signal.like(self.o.payload.slot), Signal()
+        convex = (turns[0] != 0) & Cat(turns[edge] == turns[0] for edge in range(1, PHASES)).all()
+        m.d.sync += [
+            slot.eq(end.payload.slot), is_triangle.eq(end.payload.is_triangle),
+            done.eq(end.valid & (end.payload.phase == PHASES - 1)), self.o.valid.eq(done),
+            self.o.payload.slot.eq(slot), self.o.payload.signs.eq(signs),
+            self.o.payload.turns.split.eq(~convex & ~is_triangle),
+            self.o.payload.turns.orientation[0].eq(turns[0]), self.o.payload.turns.orientation[1].eq(turns[2])]
+        self._pipeline.add_to(m)
+        return m
+
+
+def _sign(value):
+    """-1, 0 or 1."""
+    return Cat(value.any(), value[-1]).as_signed()

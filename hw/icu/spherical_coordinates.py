@@ -1,0 +1,125 @@
+"""Spherical coordinates: the angles of a vertex, or where a screen sees it."""
+
+from amaranth.hdl import Const, Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.cordic import gain
+from golden.icu.sbb import GAIN_FRACTION
+from hw.formats import Formats
+from hw.lib.cordic import cordic
+from hw.lib.fixed import magnitude, normalise, round_shift, shift_right, with_sign
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["SphericalCoordinates"]
+
+
+class SphericalCoordinates(wiring.Component):
+    """Hemisphere: azimuth and polar angle. Screen: x/z and y/z in units of 2^-``cordic_stages``.
+
+    Two CORDICs one behind the other. The azimuth comes of (x, y), brought to full length; the polar angle of that
+    pair's length and z, lengthened as much. What a screen does not see within 45 degrees of its axis has quotient 1 or
+    -1.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``slot``, ``index``, ``direction`` V'. Always ready.
+    o
+        ``slot``, ``index``, ``first`` (azimuth or x/z), ``second`` (polar angle, which may leave 0 to a half turn by
+        its error, or y/z), ``front``: z is positive. Always ready.
+    is_screen
+        The same while vertices are under way.
+
+    Timing
+    ------
+    Latency: ``2 * cordic_stages + bits(vertex_bits - 1) + (bits(vertex_bits - 1) + 1) // 2 + 9`` cycles, ``bits(n)``
+    those of the number n. One vertex per cycle; nothing stalls.
+
+    Golden counterpart: `golden.icu.sbb.SphericalWindows.angles`, `golden.icu.ipbb.ImagePlaneWindows`. Source: Shen
+    1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        formats, icu, bits = Formats(config), config.icu, config.numbers.vertex_bits
+        place = {"slot": formats.slot, "index": 2}
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({**place, "direction": formats.vertex_vector}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({**place, "first": formats.coordinate, "second": formats.coordinate,
+                                                    "front": 1}), always_ready=True)),
+            "is_screen": In(1)})
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        given, made = self.i.payload, self.o.payload
+        x, y, z = (pipeline.input(given.direction[axis]) for axis in range(3))
+        front = pipeline.combine(lambda z: (z > 0), z)
+        # Both products of 1.65 (the gain) and sqrt 2 twice, and the sign.
+        width = bits + icu.cordic_guard + 4
+
+        def full_length(a, b):
+            """A pair with its larger magnitude at full length, and by how many places it was shifted."""
+            sizes = [pipeline.register(magnitude, value) for value in (a, b)]
+            sizes, by = normalise(pipeline, bits, sizes)
+            signs = (pipeline.combine(lambda value: value[-1], value) for value in (a, b))
+            pair = (pipeline.register(with_sign, size, sign) for size, sign in zip(sizes, signs, strict=True))
+            return *pair, by
+
+        def within(across):
+            """(z, across) of a screen's quotient, (1, 0) for those that are not formed, and what stands for these."""
+            outside = pipeline.combine(lambda across, z: (across >= z) | (-across >= z), across, z)
+            pair = (pipeline.combine(lambda outside, z: Mux(outside, Const(1, len(z)), z).as_signed(), outside, z),
+                    pipeline.combine(lambda outside, across: Mux(outside, 0, across).as_signed(), outside, across))
+            return *pair, outside, pipeline.combine(lambda across: across[-1], across)
+
+        def chosen(screen, hemisphere):
+            return pipeline.register(lambda a, b: Mux(self.is_screen, a, b).as_signed(), screen, hemisphere)
+
+        def guarded(value):
+            return pipeline.combine(lambda value: (value << icu.cordic_guard).as_signed(), value)
+
+        screen_x = within(x)
+        a, b, by = full_length(chosen(screen_x[0], x), chosen(screen_x[1], y))
+        first, length = cordic(pipeline, guarded(a), guarded(b), linear=self.is_screen, icu=icu, width=width)
+
+        lengthened = pipeline.product(z, pipeline.constant(Const(round(gain(icu) * 2**GAIN_FRACTION))),
+                                      registers=icu.product_registers)
+        lengthened = pipeline.register(lambda value: round_shift(value, GAIN_FRACTION - icu.cordic_guard), lengthened)
+        length = shift_right(pipeline, length, by, width)
+        # The screen's second pair waits with short numbers until the first CORDIC is done.
+        screen_y = within(y)
+        late = length.age - 2 - len(by.value)
+        waiting = [pipeline.delay(value, late - value.age) for value in screen_y[:2]]
+        c, d, _ = full_length(*waiting)
+        second, _ = cordic(pipeline, chosen(guarded(c), lengthened), chosen(guarded(d), length),
+                           linear=self.is_screen, icu=icu, width=width)
+
+        one, quarter = 1 << icu.cordic_stages, 1 << icu.angle_bits - 2
+
+        def coordinate(value, outside, negative, is_polar):
+            """An angle, polar ones from minus a quarter turn on, or a quotient."""
+            angle = value[:icu.angle_bits]
+            if is_polar:
+                wraps = angle >= 3 * quarter
+                angle = Mux(wraps, angle.as_signed(), angle)
+            quotient = Mux(outside, Mux(negative, -one, one), value[:icu.cordic_stages + 2].as_signed())
+            return Mux(self.is_screen, quotient, angle)
+
+        for name, value, screen, is_polar in (("first", first, screen_x, False), ("second", second, screen_y, True)):
+            pipeline.output(made[name], pipeline.register(
+                lambda value, outside, negative, is_polar=is_polar: coordinate(value, outside, negative, is_polar),
+                value, *screen[2:]))
+        pipeline.output(made.front, front)
+        for name in place:
+            pipeline.output(made[name], pipeline.input(given[name]))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m
