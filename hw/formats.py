@@ -57,6 +57,7 @@ class Formats:
         self.vertex = shape(numbers.vertex)
         self.edge_plane = shape(numbers.edge_plane)
         self.edge_distance = shape(numbers.edge_distance)
+        self.plane_normal = shape(numbers.plane_normal)
         self.mantissa = shape(numbers.mantissa)
         self.inverse = shape(numbers.inverse)
         self.uv = shape(icu.uv)

@@ -34,7 +34,9 @@ def round_shift(value: Value, by: int) -> Value:
 
 
 def split_limbs(value: Value, bits: int) -> tuple[Value, Value]:
-    """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed."""
+    """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed; a short value has h = 0."""
+    if len(value) <= bits:
+        return Const(0, 1).as_signed(), value.as_signed()
     low = value[:bits].as_signed()
     high = value[bits:].as_signed() + value[bits - 1]
     return high.as_signed(), low
