@@ -138,6 +138,13 @@ class Formats:
         return StructLayout({"mantissa": self.mantissa_vector, "exponent": self.factor_exponent, "dropped": 1})
 
     @property
+    def seen(self) -> StructLayout:
+        """What windows are made of: the four vertices' coordinates and which of them are in front, and the planes."""
+        return StructLayout({"slot": self.slot, "first": ArrayLayout(self.coordinate, 4),
+                             "second": ArrayLayout(self.coordinate, 4), "front": 4, "turns": self.turns,
+                             "signs": self.signs})
+
+    @property
     def window(self) -> StructLayout:
         """Columns and rows of the frustum; in a hemisphere the columns may go on from the last to the first.
 

@@ -1,5 +1,6 @@
 """SBB: the window of azimuths and polar angles that holds a patch seen from a hemisphere's origin."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -11,12 +12,47 @@ from golden.frustum import FrustumRecord
 from golden.icu.edge_planes import DIAGONAL, EDGES, EdgePlanes
 from golden.icu.window import Window, make_window
 
-__all__ = ["SphericalWindows", "bulge_table"]
+__all__ = ["SphericalWindows", "WindowErrors", "bulge_table", "window_errors"]
 
 # Bits behind the point of the factor that brings z to the length of the first CORDIC's results.
 GAIN_FRACTION = 16
 # A bulge is stored in units of a quarter turn / 2^12, rounded up.
 BULGE_BITS = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowErrors:
+    """Upper bounds, in units of an angle.
+
+    Parameters
+    ----------
+    azimuth, polar
+        Of a vertex' angles as CORDIC finds them.
+    polar_slack
+        Of the polar angle of a direction of the tables.
+    """
+
+    azimuth: int
+    polar: int
+    polar_slack: int
+
+
+@cache
+def window_errors(config: Config) -> WindowErrors:
+    """The errors of a configuration."""
+    icu, numbers = config.icu, config.numbers
+    turn = 2.0**icu.angle_bits / (2 * np.pi)
+    azimuth = circular_error(icu, numbers.vertex_bits)
+    # The length that enters the second CORDIC is cut once per stage and once when it is shifted back; the factor for z
+    # is rounded.
+    length = (icu.cordic_stages * np.sqrt(2) + 2) / 2.0 ** (numbers.vertex_bits - 1 + icu.cordic_guard)
+    return WindowErrors(azimuth=azimuth, polar=azimuth + int(np.ceil((length + 2.0**-GAIN_FRACTION / 2) * turn)),
+                        polar_slack=int(np.ceil(_table_error(config) * turn)))
+
+
+def _table_error(config):
+    """How far a table direction is from the one that it stands for: three roundings by half a unit each way."""
+    return 2.0 ** (1 - config.numbers.direction_fraction)
 
 
 class SphericalWindows:
@@ -32,20 +68,16 @@ class SphericalWindows:
 
     def __init__(self, record: FrustumRecord, config: Config):
         self._record, self._config = record, config
-        icu, numbers = config.icu, config.numbers
-        turn = 2.0**icu.angle_bits / (2 * np.pi)
-        self.azimuth_error = circular_error(icu, numbers.vertex_bits)
-        # The length that enters the second CORDIC is cut once per stage and once when it is shifted back; the factor
-        # for z is rounded.
-        length = (icu.cordic_stages * np.sqrt(2) + 2) / 2.0 ** (numbers.vertex_bits - 1 + icu.cordic_guard)
-        self.polar_error = self.azimuth_error + int(np.ceil((length + 2.0**-GAIN_FRACTION / 2) * turn))
-        # A table direction is this far from the one it stands for: three roundings by half a unit each way.
-        off = 2.0 ** (1 - numbers.direction_fraction)
-        self.polar_slack = int(np.ceil(off * turn))
+        icu = config.icu
+        errors = window_errors(config)
+        self.azimuth_error, self.polar_error = errors.azimuth, errors.polar
+        self.polar_slack = errors.polar_slack
+        off = _table_error(config)
         sine = np.sin((2 * np.arange(record.rows) + 1) * (np.pi / 4 / record.rows))
         half = 1 << (icu.angle_bits - 1)
         # Rows so near the pole that the tables' error turns them by more than a radian get the whole ring.
-        self.azimuth_slack = np.where(off < sine, np.ceil(off / sine * turn), half).astype(np.int64)
+        turned = np.ceil(off / sine * 2.0**icu.angle_bits / (2 * np.pi))
+        self.azimuth_slack = np.where(off < sine, turned, half).astype(np.int64)
         self._gain = round(gain(icu) * 2**GAIN_FRACTION)
 
     def angles(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,8 @@ from amaranth.hdl import Cat, Const, Mux, Value
 
 from hw.lib.pipeline import Pipeline, Staged
 
-__all__ = ["magnitude", "normalise", "round_shift", "shift_left", "shift_right", "split_limbs", "total", "with_sign"]
+__all__ = ["extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right", "split_limbs", "total",
+           "with_sign"]
 
 # Multiplexers between two registers of a shifter.
 LEVELS = 2
@@ -34,7 +35,10 @@ def round_shift(value: Value, by: int) -> Value:
 
 
 def split_limbs(value: Value, bits: int) -> tuple[Value, Value]:
-    """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed; a short value has h = 0."""
+    """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed.
+
+    A value of at most ``bits`` bits has h = 0.
+    """
     if len(value) <= bits:
         return Const(0, 1).as_signed(), value.as_signed()
     low = value[:bits].as_signed()
@@ -92,6 +96,19 @@ def _shift(pipeline, value, by, width, move):
     if len(by.value) % LEVELS:
         value = pipeline.delay(value, 1)
     return value
+
+
+def extreme(pipeline: Pipeline, values: Sequence[Staged], *, largest: bool) -> Staged:
+    """The largest or the smallest of some values, two by two, with a register behind each comparison."""
+    def better(a, b):
+        chosen = Mux((a > b) if largest else (a < b), a, b)
+        return chosen.as_signed() if Value.cast(a).shape().signed or Value.cast(b).shape().signed else chosen
+
+    values = list(values)
+    while len(values) > 1:
+        pairs = [pipeline.register(better, *values[k:k + 2]) for k in range(0, len(values) - 1, 2)]
+        values = pairs + values[len(values) & ~1:]
+    return values[0]
 
 
 def total(pipeline: Pipeline, terms: Sequence[Staged]) -> Staged:

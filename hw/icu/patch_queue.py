@@ -1,0 +1,74 @@
+"""Patch queue: vertices wait for a slot, then enter patch setup."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.queue import Queue
+
+__all__ = ["PatchQueue"]
+
+
+class PatchQueue(wiring.Component):
+    """Gives each patch a slot and each of its vertices an index.
+
+    Slots are handed out in turn and come back in the same order, so their number is a counter. The first vertex of a
+    patch waits until a slot is free; the other three follow it without asking.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    depth
+        Vertices that wait.
+
+    Members
+    -------
+    i
+        `Formats.patch_vertex`; four vertices of a patch follow each other.
+    o
+        ``slot``, ``index`` 0 to 3, ``item``. Always ready.
+    free
+        The slot that was handed out longest ago is free again.
+    waiting
+        Patches that have a slot.
+
+    Timing
+    ------
+    Latency: that of `Queue`, if a slot is free. One vertex per cycle; stalls while ``icu.slots`` patches have a slot.
+    """
+
+    def __init__(self, *, config: Config, depth: int = 8):
+        formats = Formats(config)
+        self._slots, self._depth = config.icu.slots, depth
+        super().__init__({
+            "i": In(stream.Signature(formats.patch_vertex)),
+            "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "index": 2, "item": formats.patch_vertex}),
+                                      always_ready=True)),
+            "free": In(1),
+            "waiting": Out(range(self._slots + 1)),
+        })
+        self._queue = Queue(formats.patch_vertex, depth=depth)
+        self.latency = self._queue.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.queue = queue = self._queue
+        wiring.connect(m, wiring.flipped(self.i), queue.i)
+        slot, index = Signal.like(self.o.payload.slot), Signal(2)
+        enters, takes = Signal(), Signal()
+        m.d.comb += [
+            enters.eq(queue.o.valid & ((index != 0) | (self.waiting != self._slots))),
+            takes.eq(enters & (index == 0)),
+            queue.o.ready.eq(enters), self.o.valid.eq(enters),
+            self.o.payload.slot.eq(slot), self.o.payload.index.eq(index), self.o.payload.item.eq(queue.o.payload),
+        ]
+        with m.If(enters):
+            m.d.sync += index.eq(index + 1)
+            with m.If(index == 3):
+                m.d.sync += slot.eq(slot + 1)
+        m.d.sync += self.waiting.eq(self.waiting + takes - self.free)
+        return m

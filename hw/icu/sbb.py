@@ -1,0 +1,192 @@
+"""SBB: the window of azimuths and polar angles that holds a patch seen from a hemisphere's origin."""
+
+from amaranth.hdl import Array, Cat, Const, Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.icu.edge_planes import DIAGONAL, EDGES
+from golden.icu.sbb import BULGE_BITS, bulge_table, window_errors
+from hw.formats import Formats, TableKind
+from hw.lib.fixed import extreme, shift_left
+from hw.lib.phases import Phases
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["Sbb"]
+
+PHASES = 4
+
+
+class Sbb(wiring.Component):
+    """The azimuths of the vertices, walked round the patch the way its edge planes say, and the polar angles less what
+    each edge rises above its lower end; widened by the errors of CORDIC and of the tables.
+
+    In phase e one lane does edge e; another one does the diagonal.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.seen`, coordinates of a hemisphere; at least four cycles apart. Always ready.
+    i_table
+        `Formats.table_write`, of which SLACK is taken. Always ready.
+    o
+        ``slot`` and ``window`` (`Formats.window`). Always ready.
+    frustum
+        `Formats.frustum`, the same while patches are under way.
+
+    Timing
+    ------
+    Latency: ``2 * ((bits(side_bits) + 1) // 2) + 27`` cycles, ``bits(n)`` those of the number n. A patch every four
+    cycles; nothing stalls.
+
+    Golden counterpart: `golden.icu.sbb.SphericalWindows`. Source: Shen 1993, Theorem 3.1 and Eq. 3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        formats, icu = Formats(config), config.icu
+        super().__init__({
+            "i": In(stream.Signature(formats.seen, always_ready=True)),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "window": formats.window}),
+                                      always_ready=True)),
+            "frustum": In(formats.frustum)})
+        self._bulges = Memory(shape=BULGE_BITS + 1, depth=1 << icu.bulge_polar_bits + icu.bulge_span_bits,
+                              init=[int(value) for value in bulge_table(icu).ravel()])
+        self._slacks = Memory(shape=icu.angle_bits, depth=1 << icu.side_bits, init=[])
+        self._phases = Phases(formats.seen, count=PHASES)
+        self._pipeline = pipeline = Pipeline(self._phases.o, self.o)
+        bits = icu.angle_bits
+        quarter, half = 1 << bits - 2, 1 << bits - 1
+        errors = window_errors(config)
+        item = self._phases.o.payload.item
+        phase = pipeline.input(self._phases.o.payload.phase)
+        pipeline.keep(pipeline.combine(lambda phase: phase == PHASES - 1, phase))
+        around = [item.signs[edge][2] for edge in range(5)]
+
+        def at_last(value, edge):
+            """What a phase had, when the last one is there."""
+            return pipeline.before(value, PHASES - 1 - edge)
+
+        def lane(edges):
+            """Turn and least polar angle of the edges, one per phase."""
+            def pick(values):
+                return pipeline.register(lambda phase: Array(values)[phase] if len(values) > 1 else values[0], phase)
+
+            azimuths, polars = ([pick([coordinate[EDGES[edge][end]] for edge in edges]) for end in range(2)]
+                                for coordinate in (item.first, item.second))
+            sign = pick([around[edge] for edge in edges])
+            forward = pipeline.register(
+                lambda a, b, sign: Mux(sign < 0, a[:bits] - b[:bits], b[:bits] - a[:bits])[:bits], *azimuths, sign)
+
+            def signed_turn(forward, sign):
+                # What goes on against the sign by less than a quarter turn is an error of the angles.
+                behind = Mux(sign == 0, forward[-1], forward >= 3 * quarter)
+                return Cat(forward, behind).as_signed()
+
+            along = pipeline.register(signed_turn, forward, sign)
+            turn = pipeline.register(lambda along, sign: Mux(sign < 0, -along, along).as_signed(), along, sign)
+            span = pipeline.register(
+                lambda along: (Mux(along < 0, -along, along) + 2 * errors.azimuth) >> bits - 1 - icu.bulge_span_bits,
+                along)
+            lower = pipeline.register(lambda a, b: Mux(a < b, a, b).as_signed(), *polars)
+            lower = pipeline.register(lambda value: value - errors.polar, lower)
+            most = (1 << icu.bulge_span_bits) - 1
+
+            def address(lower, span):
+                part = Mux(lower < 0, 0, Mux(lower >= quarter, Const(quarter - 1, bits), lower[:bits]))
+                return Cat(Mux(span > most, most, span)[:icu.bulge_span_bits],
+                           part[bits - 2 - icu.bulge_polar_bits:bits - 2])
+
+            place = pipeline.register(address, lower, span)
+            bulge = pipeline.delay(pipeline.read(self._bulges.read_port(), place), 1)
+            reach = pipeline.register(lambda lower, bulge: Mux(
+                lower < quarter, lower - (bulge << bits - 2 - BULGE_BITS), lower).as_signed(), lower, bulge)
+            return turn, reach
+
+        turn, reach = lane(range(4))
+        _, across = lane([DIAGONAL])
+        across = pipeline.register(lambda across, edge, split: Mux(split, across, edge).as_signed(),
+                                   across, at_last(reach, 0), pipeline.input(item.turns.split))
+        least = extreme(pipeline, [*(at_last(reach, edge) for edge in range(4)), across], largest=False)
+        greatest = extreme(pipeline, [pipeline.input(item.second[k]) for k in range(4)], largest=True)
+
+        pole, nadir = pipeline.register(lambda _: _axis_inside(around, item.turns.orientation), phase)
+        lowest = pipeline.register(lambda least, pole: Mux(pole, 0, least) - errors.polar_slack, least, pole)
+        highest = pipeline.register(lambda value: Mux(
+            value > quarter - errors.polar, quarter, value + errors.polar) + errors.polar_slack, greatest)
+
+        def index(value, count_bits, unit, last):
+            """The first or last index whose angle, (2 i + 1) / 2 of 2^``unit`` cut in 2^``count_bits``, is inside."""
+            value = shift_left(pipeline, value, pipeline.constant(count_bits), len(value.value) + icu.side_bits)
+            middle = -(1 << unit - 1) if last else (1 << unit - 1) - 1
+            return pipeline.register(lambda value: ((value + middle) >> unit).as_signed(), value)
+
+        size_bits = icu.side_bits.bit_length()
+        row_bits, column_bits = (self.frustum[name][:size_bits] for name in ("row_bits", "column_bits"))
+        rows, columns = self.frustum.rows, self.frustum.columns
+        row_first = pipeline.register(lambda value: Mux(value < 0, 0, value), index(lowest, row_bits, bits - 2, False))
+        row_last = pipeline.register(lambda value: Mux(value >= rows, rows - 1, value),
+                                     index(highest, row_bits, bits - 2, True))
+        clipped = pipeline.register(lambda value: Mux(value >= rows, rows - 1, value)[:icu.side_bits], row_first)
+        slack = pipeline.delay(pipeline.read(self._slacks.read_port(), clipped), 1)
+        slack = pipeline.register(lambda value: value + errors.azimuth, slack)
+
+        walked = [pipeline.combine(lambda value: value[:bits], pipeline.input(item.first[0]))]
+        for edge in range(3):
+            walked.append(pipeline.register(lambda a, b: a + b, walked[-1], at_last(turn, edge)))
+        left = pipeline.register(lambda a, b: a - b, extreme(pipeline, walked, largest=False), slack)
+        right = pipeline.register(lambda a, b: a + b, extreme(pipeline, walked, largest=True), slack)
+        wide = pipeline.register(lambda left, right: right - left > half, left, right)
+        ring = pipeline.register(lambda wide, pole, nadir: wide | pole | nadir, wide, pole, nadir)
+        column_first, column_last = (index(value, column_bits, bits, last)
+                                     for value, last in ((left, False), (right, True)))
+
+        def count(first, last):
+            return pipeline.register(lambda first, last: last - first + 1, first, last)
+
+        row_count, column_count = count(row_first, row_last), count(column_first, column_last)
+        turns = pipeline.input(Cat(item.turns.orientation[0], item.turns.orientation[1]).any())
+        some = pipeline.register(lambda rows, across, ring, turns: (rows > 0) & ((across > 0) | ring) & turns,
+                                 row_count, column_count, ring, turns)
+        window = self.o.payload.window
+        mask = (1 << icu.side_bits) - 1
+        for name, value in (
+                ("row_first", pipeline.register(lambda some, value: Mux(some, value, 0), some, row_first)),
+                ("row_count", pipeline.register(lambda some, value: Mux(some, value, 0), some, row_count)),
+                ("column_first", pipeline.register(
+                    lambda some, ring, value: Mux(some & ~ring, value & (columns - 1) & mask, 0),
+                    some, ring, column_first)),
+                ("column_count", pipeline.register(
+                    lambda some, ring, value: Mux(some, Mux(ring, columns, value), 0), some, ring, column_count))):
+            pipeline.output(window[name], value)
+        pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
+        self.latency = self._phases.latency + PHASES - 1 + pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.phases, m.submodules.bulges, m.submodules.slacks = self._phases, self._bulges, self._slacks
+        wiring.connect(m, wiring.flipped(self.i), self._phases.i)
+        port, given = self._slacks.write_port(), self.i_table
+        m.d.comb += [port.addr.eq(given.payload.index), port.data.eq(given.payload.data),
+                     port.en.eq(given.valid & (given.payload.kind == TableKind.SLACK))]
+        self._pipeline.add_to(m)
+        return m
+
+
+def _axis_inside(around, orientation):
+    """Whether the R frame's z axis meets the patch, upwards and downwards; zero counts as inside."""
+    diagonal = around[DIAGONAL]
+    triangles = ((around[0], around[1], -diagonal), (diagonal, around[2], around[3]))
+
+    def inside(side):
+        return Cat((turn != 0) & Cat(~((edge != 0) & ((edge < 0) ^ (turn < 0) ^ (side < 0))) for edge in edges).all()
+                   for edges, turn in zip(triangles, (orientation[0], orientation[1]), strict=True)).any()
+
+    return inside(1), inside(-1)
