@@ -1,0 +1,97 @@
+"""Section clip: the part of a window that belongs to the cluster's section."""
+
+from amaranth.hdl import Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["SectionClip"]
+
+
+class SectionClip(wiring.Component):
+    """Cuts a window at the section's borders and counts from there; columns that go round come as a second piece.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``slot`` and ``window`` (`Formats.window`). Always ready.
+    o
+        ``slot`` and ``window`` (`Formats.section_window`). Always ready.
+    frustum
+        `Formats.frustum`, the same while patches are under way.
+
+    Timing
+    ------
+    Latency: ``5`` cycles. A window per cycle; nothing stalls.
+
+    Golden counterpart: `golden.icu.section_clip.section_clip`.
+    """
+
+    def __init__(self, *, config: Config):
+        formats = Formats(config)
+
+        def items(window):
+            return stream.Signature(StructLayout({"slot": formats.slot, "window": window}), always_ready=True)
+
+        super().__init__({"i": In(items(formats.window)), "o": Out(items(formats.section_window)),
+                          "frustum": In(formats.frustum)})
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        given, made = self.i.payload.window, self.o.payload.window
+        frustum, section = self.frustum, self.frustum.section
+
+        def constant(function):
+            """Of the frustum; has been there for long when patches come."""
+            return pipeline.constant(function)
+
+        across = constant(section.end_column - section.first_column)
+        down = constant(section.end_row - section.first_row)
+
+        def not_below_zero(value):
+            return Mux(value < 0, 0, value)
+
+        def step(function, *operands):
+            return pipeline.register(function, *operands)
+
+        first = step(lambda value, origin: value - origin, pipeline.input(given.column_first),
+                     constant(section.first_column))
+        last = step(lambda first, count: first + count, first, pipeline.input(given.column_count))
+        before = pipeline.combine(lambda first: first < 0, first)
+        front = step(lambda last, across: Mux(last < across, last, across), last, across)
+        front = step(lambda end, first, before: Mux(before, 0, not_below_zero(end - first)), front, first, before)
+        over = step(lambda last, before: Mux(before, last, last - frustum.columns), last, before)
+        wrapped = step(lambda over, before, across: Mux(
+            before | ~frustum.is_screen, not_below_zero(Mux(over < across, over, across)), 0), over, before, across)
+
+        top = step(lambda value, origin: value - origin, pipeline.input(given.row_first), constant(section.first_row))
+        bottom = step(lambda top, count: top + count, top, pipeline.input(given.row_count))
+        top = step(not_below_zero, top)
+        bottom = step(lambda bottom, down: Mux(bottom < down, bottom, down), bottom, down)
+        rows = step(lambda top, bottom: bottom - top, top, bottom)
+
+        some = pipeline.combine(lambda rows, front, wrapped: (rows > 0) & ((front > 0) | (wrapped > 0)),
+                                rows, front, wrapped)
+
+        def output(target, function, *operands):
+            pipeline.output(target, step(lambda some, *values: Mux(some, function(*values), 0), some, *operands))
+
+        output(made.column_first, lambda first, front: Mux((front == 0) | (first < 0), 0, first), first, front)
+        output(made.column_count, lambda front, wrapped: Mux(front == 0, wrapped, front), front, wrapped)
+        output(made.wrapped_count, lambda front, wrapped: Mux(front == 0, 0, wrapped), front, wrapped)
+        output(made.row_first, lambda top: top, top)
+        output(made.row_count, lambda rows: rows, rows)
+        pipeline.output(self.o.payload.slot, pipeline.input(self.i.payload.slot))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m
