@@ -62,6 +62,8 @@ class Formats:
         self.inverse = shape(numbers.inverse)
         self.uv = shape(icu.uv)
         self.settle = shape(icu.settle)
+        # One more than every settle code.
+        self.threshold = unsigned(icu.settle_bits + 1)
         self.vertex_exponent = signed(6)
         self.factor_exponent = signed(8)
         self.angle = unsigned(icu.angle_bits)

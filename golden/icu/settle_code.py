@@ -4,13 +4,13 @@ import numpy as np
 
 from golden.config import Config
 
-__all__ = ["settle_code", "settle_floor", "settle_threshold"]
+__all__ = ["scale", "settle_code", "settle_floor", "settle_threshold"]
 
 # Codes begin at 1/t = 2^this: a hit within the G cube is at most sqrt 3 away.
 FIRST_EXPONENT = -1
 
 
-def _scale(config):
+def scale(config: Config) -> tuple[int, int]:
     """The stored inverse distance at which code 0 begins, and the bits that a code leaves out."""
     numbers = config.numbers
     return (FIRST_EXPONENT + numbers.inverse_bias) << numbers.fraction_bits, \
@@ -19,13 +19,13 @@ def _scale(config):
 
 def settle_code(inverse: np.ndarray, config: Config) -> np.ndarray:
     """The largest code whose floor is at most ``inverse`` (stored); 0 says nothing."""
-    first, lost = _scale(config)
+    first, lost = scale(config)
     return np.clip((inverse - first) >> lost, 0, config.icu.settle.high)
 
 
 def settle_floor(code: np.ndarray, config: Config) -> np.ndarray:
     """The stored inverse distance that a ray with this code has at least."""
-    first, lost = _scale(config)
+    first, lost = scale(config)
     return np.where(code > 0, first + (code << lost), 0)
 
 
@@ -34,5 +34,5 @@ def settle_threshold(inverse: np.ndarray, config: Config) -> np.ndarray:
 
     A ray whose code is below it may still improve on a patch whose bound is ``inverse``.
     """
-    first, lost = _scale(config)
+    first, lost = scale(config)
     return np.clip(((inverse - first) >> lost) + 1, 1, config.icu.settle.high + 1)

@@ -6,8 +6,8 @@ from amaranth.hdl import Cat, Const, Mux, Value
 
 from hw.lib.pipeline import Pipeline, Staged
 
-__all__ = ["extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right", "split_limbs", "total",
-           "with_sign"]
+__all__ = ["extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right", "small_product",
+           "split_limbs", "total", "with_sign"]
 
 # Multiplexers between two registers of a shifter.
 LEVELS = 2
@@ -96,6 +96,16 @@ def _shift(pipeline, value, by, width, move):
     if len(by.value) % LEVELS:
         value = pipeline.delay(value, 1)
     return value
+
+
+def small_product(pipeline: Pipeline, a: Staged, b: Staged) -> Staged:
+    """``a b`` of signed values without a multiplier, for a short ``a``: its bits choose what is added."""
+    def row(a, b, bit):
+        term = Mux(a[bit], -b if bit == len(a) - 1 else b, 0)
+        return (term << bit).as_signed()
+
+    return total(pipeline, [pipeline.register(lambda a, b, bit=bit: row(a, b, bit), a, b)
+                            for bit in range(len(a.value))])
 
 
 def extreme(pipeline: Pipeline, values: Sequence[Staged], *, largest: bool) -> Staged:

@@ -1,0 +1,163 @@
+"""Inverse distance bound: what no ray of a patch's window can exceed, and the settle code that says so."""
+
+from amaranth.hdl import Array, Cat, Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.icu.inverse_distance import BOUND_BITS
+from golden.icu.settle_code import scale
+from hw.formats import Formats, TableKind
+from hw.icu.inverse_distance import encode, value_bits
+from hw.lib.fixed import extreme, magnitude, split_limbs
+from hw.lib.phases import Phases
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["InverseDistanceBound"]
+
+OPERAND = 18
+PHASES = 4
+
+
+class InverseDistanceBound(wiring.Component):
+    """Hemisphere: the length of m from the leading bits of its components, rounded up, times the longest direction.
+    Screen: the largest m . d of the window's four corners, which is a sum of the larger products of either axis.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``slot``, ``factor`` (`Formats.factor`) and ``window`` (`Formats.window`, before it is clipped to the section);
+        at least four cycles apart. Always ready.
+    i_table
+        `Formats.table_write`, of which COLUMN and ROW are taken. Always ready.
+    o
+        ``slot``, ``bound`` (`Formats.inverse`) and ``threshold``: rays with a settle code below it may still improve.
+        Always ready.
+    frustum
+        `Formats.frustum`, the same while patches are under way.
+
+    Timing
+    ------
+    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 21`` cycles, ``bits(n)`` those of
+    the number n. A patch every four cycles; nothing stalls.
+
+    Golden counterpart: `golden.icu.inverse_distance.bound`, `golden.icu.settle_code.settle_threshold`.
+    """
+
+    def __init__(self, *, config: Config):
+        formats, numbers, icu = Formats(config), config.numbers, config.icu
+        item_layout = StructLayout({"slot": formats.slot, "factor": formats.factor, "window": formats.window})
+        super().__init__({
+            "i": In(stream.Signature(item_layout, always_ready=True)),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "bound": formats.inverse,
+                                                    "threshold": formats.threshold}), always_ready=True)),
+            "frustum": In(formats.frustum)})
+        self._tables = {kind: Memory(shape=formats.direction, depth=1 << icu.side_bits, init=[])
+                        for kind in (TableKind.COLUMN, TableKind.ROW)}
+        self._phases = Phases(item_layout, count=PHASES)
+        self._pipeline = pipeline = Pipeline(self._phases.o, self.o)
+        item, screen = self._phases.o.payload.item, self.frustum.is_screen
+        phase = pipeline.input(self._phases.o.payload.phase)
+        pipeline.keep(pipeline.combine(lambda phase: phase == PHASES - 1, phase))
+        mantissa, window = item.factor.mantissa, item.window
+
+        def product(a, b):
+            return pipeline.product(a, b, registers=icu.product_registers)
+
+        # Phases 0 and 1 look at the window's columns, the others at its rows: the first one, then the last one.
+        def place(phase, first, count):
+            return (first + Mux(phase[0] & (count > 0), count - 1, 0))[:icu.side_bits]
+
+        column = pipeline.register(place, phase, *map(pipeline.input, (window.column_first, window.column_count)))
+        row = pipeline.register(place, phase, *map(pipeline.input, (window.row_first, window.row_count)))
+        entries = [pipeline.delay(pipeline.read(self._tables[kind].read_port(), address), 1)
+                   for kind, address in ((TableKind.COLUMN, column), (TableKind.ROW, row))]
+        across = pipeline.combine(lambda phase, column, row: Mux(phase[1], row, column).as_signed(), phase, *entries)
+        component = pipeline.register(lambda phase: Mux(phase[1], mantissa[1], mantissa[0]).as_signed(), phase)
+        high, low = (pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k], component) for k in range(2))
+        # In a hemisphere the phases square the leading bits of one component each.
+        lost = numbers.mantissa_bits - BOUND_BITS
+
+        def leading(phase):
+            values = Array([magnitude(mantissa[axis]) for axis in range(3)] + [mantissa[0][:1] & 0])
+            return (values[phase] + ((1 << lost) - 1)) >> lost
+
+        size = pipeline.register(leading, phase)
+        a = pipeline.register(lambda size, low: Mux(screen, low, size).as_signed(), size, low)
+        b = pipeline.register(lambda size, across: Mux(screen, across, size).as_signed(), size, across)
+        low = product(a, b)
+        high = product(high, across)
+
+        # Screen.
+        whole = pipeline.register(lambda low, high: low + (high << OPERAND), low, high)
+        parts = [pipeline.before(whole, PHASES - 1 - count) for count in range(PHASES)]
+        larger = [extreme(pipeline, parts[k:k + 2], largest=True) for k in (0, 2)]
+        on_screen = pipeline.register(lambda x, y: x + y, *larger)
+        on_screen = pipeline.register(lambda value, z: value + (z << numbers.direction_fraction),
+                                      on_screen, pipeline.input(mantissa[2]))
+
+        # Hemisphere.
+        squares = [pipeline.before(low, PHASES - 1 - count) for count in range(3)]
+        square = pipeline.register(lambda a, b, c: (a + b + c)[:2 * BOUND_BITS + 2], *squares)
+        length = _ceil_sqrt(pipeline, square)
+        length = product(pipeline.combine(lambda value: Cat(value, 0).as_signed(), length),
+                         pipeline.constant(Cat(self.frustum.longest_direction, 0).as_signed()))
+        length = pipeline.combine(lambda value: (value << lost).as_signed(), length)
+
+        bits = value_bits(numbers) + 1
+        value = pipeline.register(lambda a, b: Mux(screen, a, b)[:bits].as_signed(), on_screen, length)
+        exponent = pipeline.combine(lambda value: value - numbers.direction_fraction,
+                                    pipeline.input(item.factor.exponent))
+        bound = encode(pipeline, value, exponent, numbers, up=True)
+        pipeline.output(self.o.payload.bound, bound)
+        first, cut = scale(config)
+
+        def threshold(bound):
+            code = ((bound - first) >> cut) + 1
+            return Mux(code < 1, 1, Mux(code > icu.settle.high + 1, icu.settle.high + 1, code))
+
+        pipeline.output(self.o.payload.threshold, pipeline.register(threshold, bound))
+        pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
+        self.latency = self._phases.latency + PHASES - 1 + pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.phases = self._phases
+        wiring.connect(m, wiring.flipped(self.i), self._phases.i)
+        given = self.i_table
+        for kind, table in self._tables.items():
+            m.submodules[kind.name.lower()] = table
+            port = table.write_port()
+            m.d.comb += [port.addr.eq(given.payload.index), port.data.eq(given.payload.data),
+                         port.en.eq(given.valid & (given.payload.kind == kind))]
+        self._pipeline.add_to(m)
+        return m
+
+
+def _ceil_sqrt(pipeline, value):
+    """The smallest number whose square is at least ``value``: two digits per register."""
+    steps = len(value.value) // 2
+    root, rest = (pipeline.combine(lambda value: value[:1] & 0, value) for _ in range(2))
+    for step in range(steps):
+        pair = pipeline.combine(lambda value, k=2 * (steps - 1 - step): value[k:k + 2], value)
+
+        def digit(root, rest, pair, step=step):
+            rest, trial = Cat(pair, rest), Cat(1, 0, root)
+            difference = rest - trial
+            fits = ~difference[-1]
+            return Cat(fits, root)[:step + 1], Mux(fits, difference, rest)[:step + 3]
+
+        both = pipeline.combine(lambda *values: Cat(*digit(*values)), root, rest, pair)
+        if step % 2 or step == steps - 1:
+            both = pipeline.delay(both, 1)
+        root = pipeline.combine(lambda both, size=step + 1: both[:size], both)
+        rest = pipeline.combine(lambda both, size=step + 1: both[size:], both)
+    return pipeline.register(lambda root, rest: root + rest.any(), root, rest)
