@@ -57,6 +57,8 @@ class Formats:
         self.vertex = shape(numbers.vertex)
         self.edge_plane = shape(numbers.edge_plane)
         self.edge_distance = shape(numbers.edge_distance)
+        # -1, 0 or 1.
+        self.orientation = signed(2)
         self.plane_normal = shape(numbers.plane_normal)
         self.mantissa = shape(numbers.mantissa)
         self.inverse = shape(numbers.inverse)
@@ -127,12 +129,12 @@ class Formats:
     @property
     def turns(self) -> StructLayout:
         """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.icu.edge_planes`."""
-        return StructLayout({"orientation": ArrayLayout(signed(2), 2), "split": 1})
+        return StructLayout({"orientation": ArrayLayout(self.orientation, 2), "split": 1})
 
     @property
     def signs(self) -> ArrayLayout:
         """-1, 0 or 1 for each component of the planes of the four edges and the first diagonal."""
-        return ArrayLayout(ArrayLayout(signed(2), 3), 5)
+        return ArrayLayout(ArrayLayout(self.orientation, 3), 5)
 
     @property
     def factor(self) -> StructLayout:
