@@ -63,6 +63,8 @@ class Formats:
         self.mantissa = shape(numbers.mantissa)
         self.inverse = shape(numbers.inverse)
         self.uv = shape(icu.uv)
+        self.aligned_width = 2 * icu.uv_bits + icu.uv_guard + 2
+        self.aligned = ArrayLayout(signed(self.aligned_width), 6)
         self.settle = shape(icu.settle)
         # One more than every settle code.
         self.threshold = unsigned(icu.settle_bits + 1)
