@@ -39,12 +39,17 @@ class ImagePlaneWindows:
                            *self._indices(*column, record.columns, record.column_bits),
                            *self._indices(*row, record.rows, record.row_bits))
 
-    def _range(self, across, z, front, crosses, runs):
-        """Smallest and largest quotient of each patch."""
+    def quotients(self, across: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """``across / z`` of vertices, in units of 2^-``cordic_stages``; 1 or -1 unless it is between them and z > 0."""
         one = 1 << self._config.icu.cordic_stages
         outside = np.abs(across) >= z
         y, x, _ = normalise(np.where(outside, 0, across), np.where(outside, 1, z), self._config.numbers.vertex_bits)
-        quotient = np.where(outside, np.where(across < 0, -one, one), linear(y, x, self._config.icu))
+        return np.where(outside, np.where(across < 0, -one, one), linear(y, x, self._config.icu))
+
+    def _range(self, across, z, front, crosses, runs):
+        """Smallest and largest quotient of each patch."""
+        one = 1 << self._config.icu.cordic_stages
+        quotient = self.quotients(across, z)
         low = np.where(front, quotient, one).min(axis=1) - self.error
         high = np.where(front, quotient, -one).max(axis=1) + self.error
         return (np.where((crosses & (runs <= 0)).any(axis=1), -one, low),

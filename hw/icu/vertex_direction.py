@@ -32,8 +32,8 @@ class VertexDirection(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 + bits(vector_fraction)`` cycles, ``bits(n)`` those of the number n. One vertex per cycle; nothing
-    stalls.
+    Latency: ``3 + bits(max(vector_fraction, vertex_bits - 1))`` cycles, ``bits(n)`` those of the number n. One vertex
+    per cycle; nothing stalls.
 
     Golden counterpart: `golden.icu.vertex_direction.vertex_direction`.
     """
@@ -47,7 +47,8 @@ class VertexDirection(wiring.Component):
                                                     "exponent": formats.vertex_exponent}), always_ready=True))})
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         given, made = self.i.payload, self.o.payload
-        width, bits = numbers.vector.width - 1, numbers.vertex_bits
+        bits = numbers.vertex_bits
+        width = max(numbers.vector.width - 1, bits)
         vertex = [pipeline.input(given.vertex[axis]) for axis in range(3)]
         size = [pipeline.register(magnitude, component) for component in vertex]
         shifted, by = normalise(pipeline, width, size)

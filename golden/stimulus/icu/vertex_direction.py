@@ -24,7 +24,7 @@ def _draw(random, count, config):
     full = (1 << config.numbers.vertex_bits + 1) - 1
     hard = [(0, 0, 0), (high, low, 0), (1, 0, 0), (0, -1, 0), (0, 0, high), (low, low, low), (full, 0, 1),
             (-full, full, full - 1), (full >> 1, 0, 0), (full + 1, 1, -1)]
-    return {"vertex": hard_first(drawn, hard)}
+    return {"vertex": hard_first(drawn, np.clip(hard, low, high))}
 
 
 def _expect(given, config):
