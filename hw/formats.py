@@ -71,6 +71,8 @@ class Formats:
         self.vertex_exponent = signed(6)
         self.factor_exponent = signed(8)
         self.angle = unsigned(icu.angle_bits)
+        # Of the rays of a few hemispheres.
+        self.weight_sum = unsigned(WEIGHT_BITS + 2)
         # An angle with a sign, or a quotient from -1 to 1.
         self.coordinate = signed(max(icu.angle_bits + 1, icu.cordic_stages + 2))
         self.patch = unsigned(icu.patch_bits)

@@ -1,6 +1,7 @@
 """Update memory: a block RAM in which each item reads, changes and writes one row, one item per cycle."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -70,7 +71,7 @@ class UpdateMemory(wiring.Component):
             done.append({"written": Signal(name=f"written_{age}"),
                          "address": Signal(range(self._depth), reset_less=True, name=f"address_{age}"),
                          "row": Signal(self._shape, reset_less=True, name=f"row_{age}")})
-        for earlier, later in zip(done, done[1:], strict=False):
+        for earlier, later in pairwise(done):
             m.d.sync += [later[name].eq(earlier[name]) for name in earlier]
 
         def same(ahead):

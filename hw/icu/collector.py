@@ -1,0 +1,117 @@
+"""Collector: per-patch sums of the rays' form-factor weights."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import WEIGHT_BITS, Formats, TableKind
+from hw.lib.queue import Queue
+from hw.lib.update_memory import UpdateMemory
+
+__all__ = ["Collector"]
+
+
+class Collector(wiring.Component):
+    """Adds the weight of each ray that hit a patch to the patch's sum; sums of several frusta add up until they are read.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``row`` of the frustum and ``hit`` (`Formats.hit`). Ready unless sums are being read.
+    i_table
+        `Formats.table_write`, of which WEIGHT is taken. Always ready.
+    i_read
+        Number of patches whose sums are sent, from patch 0 on; sums that are sent begin at 0 again.
+    o
+        ``patch``, ``sum``, ``last``.
+    busy
+        Sums are being sent, or cleared after reset.
+
+    Timing
+    ------
+    Latency: ``7`` cycles to the first sum. One hit per cycle, one sum per cycle; 2^``patch_bits`` cycles to clear all
+    sums after reset.
+
+    Golden counterpart: `golden.icu.collector.collect`.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, Formats(config)
+        formats = self._formats
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"row": formats.index, "hit": formats.hit}))),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            "i_read": In(stream.Signature(config.icu.patch_bits + 1)),
+            "o": Out(stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))),
+            "busy": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, icu = self._formats, self._config.icu
+        operand = StructLayout({"weight": WEIGHT_BITS, "hit": 1, "clear": 1})
+
+        def change(old, operand):
+            return Mux(operand.clear, 0, (old + operand.weight)[:len(old)]), operand.clear | operand.hit
+
+        m.submodules.sums = sums = UpdateMemory(
+            formats.weight_sum, depth=1 << icu.patch_bits, operand=operand,
+            tag=StructLayout({"reads": 1, "last": 1}), change=change)
+        m.submodules.weights = weights = Memory(shape=WEIGHT_BITS, depth=1 << icu.side_bits, init=[])
+        write, read = weights.write_port(), weights.read_port()
+        given = self.i_table
+        m.d.comb += [write.addr.eq(given.payload.index), write.data.eq(given.payload.data),
+                     write.en.eq(given.valid & (given.payload.kind == TableKind.WEIGHT)),
+                     read.addr.eq(self.i.payload.row), read.en.eq(1)]
+
+        room = 8
+        m.submodules.queue = queue = Queue(self.o.payload.shape(), depth=room)
+        wiring.connect(m, queue.o, wiring.flipped(self.o))
+        asked = Signal(range(room + 1))
+        patch, clears = Signal(icu.patch_bits + 1), Signal(init=1)
+        count, reads = Signal(icu.patch_bits + 1), Signal()
+        asks, takes = Signal(), Signal()
+        last = patch == count - 1
+        m.d.comb += [self.busy.eq(reads | clears | asked.any()), asks.eq(reads & (asked != room)),
+                     self.i_read.ready.eq(~self.busy), self.i.ready.eq(~reads & ~clears & ~self.i_read.valid),
+                     takes.eq(self.i.valid & self.i.ready)]
+        with m.If(clears | asks):
+            m.d.sync += patch.eq(patch + 1)
+        with m.If(clears & patch[:-1].all()):
+            m.d.sync += [clears.eq(0), patch.eq(0)]
+        with m.If(asks & last):
+            m.d.sync += [reads.eq(0), patch.eq(0)]
+        with m.If(self.i_read.valid & self.i_read.ready):
+            m.d.sync += [count.eq(self.i_read.payload), reads.eq(self.i_read.payload.any())]
+        m.d.sync += asked.eq(asked + asks - (queue.o.valid & queue.o.ready))
+
+        # A hit waits two cycles for its weight.
+        hits = []
+        before = {"hit": takes & self.i.payload.hit.inverse.any(), "patch": self.i.payload.hit.patch}
+        for _ in range(2):
+            now = {"hit": Signal(), "patch": Signal(formats.patch, reset_less=True)}
+            m.d.sync += [now[name].eq(before[name]) for name in now]
+            hits.append(now)
+            before = now
+        weight = Signal(WEIGHT_BITS, reset_less=True)
+        m.d.sync += weight.eq(read.data)
+        scans = clears | asks
+        entry = sums.i.payload
+        m.d.comb += [
+            sums.i.valid.eq(before["hit"] | scans), entry.tag.reads.eq(asks & ~before["hit"]), entry.tag.last.eq(last),
+            entry.operand.hit.eq(before["hit"]), entry.operand.clear.eq(~before["hit"]),
+            entry.operand.weight.eq(weight), entry.address.eq(Mux(before["hit"], before["patch"], patch))]
+        made = sums.o.payload
+        m.d.comb += [queue.i.valid.eq(sums.o.valid & made.tag.reads), queue.i.payload.patch.eq(made.address),
+                     queue.i.payload.sum.eq(made.old), queue.i.payload.last.eq(made.tag.last)]
+        # Hits that are still on their way go first.
+        with m.If(hits[0]["hit"] | hits[1]["hit"]):
+            m.d.comb += asks.eq(0)
+        return m

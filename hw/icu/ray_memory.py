@@ -1,0 +1,154 @@
+"""Ray memory and nearest update: the best hit of each ray."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.generations import Generations
+from hw.lib.queue import Queue
+from hw.lib.update_memory import UpdateMemory
+
+__all__ = ["RayMemory"]
+
+BANKS = 2
+
+
+class RayMemory(wiring.Component):
+    """Larger 1/t wins, equal 1/t goes to the smaller patch id; so the order of updates does not matter.
+
+    A row is one integer to compare: 1/t above the complement of the id, and the tag of the generation. (u, v) are
+    written later, on a win only. Of two banks one belongs to the frustum that is cast; the other one, or the same when
+    nothing is under way, is read out.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes along with an update.
+
+    Members
+    -------
+    i_start
+        Begins a frustum in the other bank, which is empty then. The sender sees to it that no update is under way, and
+        that the other bank is not being read. No payload.
+    i
+        ``tag``, ``ray``, ``inverse``, ``patch`` and ``hit``: whether the ray meets the patch. Always ready.
+    o
+        ``tag``, ``ray``, ``inverse`` and ``won``: the ray had nothing nearer. Always ready.
+    i_payload
+        ``ray``, ``u`` and ``v`` of a win, in the order of the updates. Always ready.
+    active
+        The bank of the frustum that is cast.
+    i_read
+        ``bank`` and ``ray``, in a bank without updates.
+    o_read
+        `Formats.hit`.
+
+    Timing
+    ------
+    Latency: ``4`` cycles from ``i`` to ``o``, ``5`` from ``i_read`` to ``o_read``. One update and one read per cycle;
+    updates never stall.
+
+    Golden counterpart: `golden.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        self._config, self._formats, self._tag = config, Formats(config), tag
+        formats = self._formats
+
+        def items(layout, ready=True):
+            return stream.Signature(StructLayout(layout), always_ready=ready)
+
+        super().__init__({
+            "i_start": In(stream.Signature(0)),
+            "i": In(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
+                           "hit": 1})),
+            "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "i_payload": In(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "active": Out(1),
+            "i_read": In(items({"bank": 1, "ray": formats.ray}, ready=False)),
+            "o_read": Out(stream.Signature(formats.hit))})
+        self.latency = 4
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, icu = self._formats, self._config.icu
+        row = StructLayout({"complement": formats.patch, "inverse": formats.inverse, "generation": icu.generation_bits})
+        operand = StructLayout({"row": row, "hit": 1, "clear": 1})
+
+        def change(old, operand):
+            """The row after an update: of the larger key, as one integer."""
+            new_key = Cat(operand.row.complement, operand.row.inverse)
+            old_key = Cat(old.complement, old.inverse)
+            nearer = (old.generation != operand.row.generation) | (new_key > old_key)
+            return operand.row, operand.clear | (operand.hit & nearer)
+
+        # Reads: what is asked for waits in the queue's place until it comes.
+        room = 8
+        m.submodules.found = found = Queue(formats.hit, depth=room)
+        asked, takes = Signal(range(room + 1)), Signal()
+        wiring.connect(m, found.o, wiring.flipped(self.o_read))
+        m.d.comb += [self.i_read.ready.eq(asked != room), takes.eq(self.i_read.valid & self.i_read.ready)]
+        m.d.sync += asked.eq(asked + takes - (found.o.valid & found.o.ready))
+
+        m.d.comb += self.i_start.ready.eq(0)
+        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.sync += self.active.eq(~self.active)
+        for bank in range(BANKS):
+            m.submodules[f"generations_{bank}"] = generations = Generations(bits=icu.generation_bits, depth=icu.rays)
+            tag = StructLayout({"update": self._tag, "updates": 1, "reads": 1})
+            m.submodules[f"rows_{bank}"] = rows = UpdateMemory(row, depth=icu.rays, operand=operand, tag=tag,
+                                                               change=change)
+            m.submodules[f"payload_{bank}"] = payload = Memory(
+                shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[])
+            # Begins where the other bank ends.
+            mine = self.active != bank
+            m.d.comb += generations.i_start.valid.eq(self.i_start.valid & mine)
+            with m.If(mine):
+                m.d.comb += self.i_start.ready.eq(generations.i_start.ready)
+
+            updates = self.i.valid & (self.active == bank)
+            reads = takes & (self.i_read.payload.bank == bank)
+            given = rows.i.payload
+            m.d.comb += [
+                rows.i.valid.eq(updates | reads | generations.sweeps),
+                given.address.eq(Mux(generations.sweeps, generations.row,
+                                     Mux(updates, self.i.payload.ray, self.i_read.payload.ray))),
+                given.operand.clear.eq(generations.sweeps), given.operand.hit.eq(updates & self.i.payload.hit),
+                given.operand.row.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
+                given.operand.row.inverse.eq(self.i.payload.inverse),
+                given.operand.row.complement.eq(~self.i.payload.patch),
+                given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
+
+            write, read = payload.write_port(), payload.read_port()
+            m.d.comb += [write.addr.eq(self.i_payload.payload.ray), write.data.u.eq(self.i_payload.payload.u),
+                         write.data.v.eq(self.i_payload.payload.v),
+                         write.en.eq(self.i_payload.valid & (self.active == bank))]
+            # The row comes with age 4, and so must (u, v).
+            address = self.i_read.payload.ray
+            for _ in range(2):
+                later = Signal.like(address, reset_less=True)
+                m.d.sync += later.eq(address)
+                address = later
+            uv = Signal.like(read.data, reset_less=True)
+            m.d.comb += [read.addr.eq(address), read.en.eq(1)]
+            m.d.sync += uv.eq(read.data)
+
+            made = rows.o.payload
+            with m.If(rows.o.valid & made.tag.updates):
+                m.d.comb += [self.o.valid.eq(1), self.o.payload.tag.eq(made.tag.update),
+                             self.o.payload.ray.eq(made.address), self.o.payload.won.eq(made.written),
+                             self.o.payload.inverse.eq(made.new.inverse)]
+            some = (made.old.generation == generations.generation) & (made.old.inverse != 0)
+            with m.If(rows.o.valid & made.tag.reads):
+                m.d.comb += found.i.valid.eq(1)
+                with m.If(some):
+                    m.d.comb += [found.i.payload.inverse.eq(made.old.inverse),
+                                 found.i.payload.patch.eq(~made.old.complement),
+                                 found.i.payload.u.eq(uv.u), found.i.payload.v.eq(uv.v)]
+        return m
