@@ -62,29 +62,33 @@ class SphericalCoordinates(wiring.Component):
         # Both products of 1.65 (the gain) and sqrt 2 twice, and the sign.
         width = bits + icu.cordic_guard + 4
 
-        def full_length(a, b):
-            """A pair with its larger magnitude at full length, and by how many places it was shifted."""
-            sizes = [pipeline.register(magnitude, value) for value in (a, b)]
-            sizes, by = normalise(pipeline, bits, sizes)
-            signs = (pipeline.combine(lambda value: value[-1], value) for value in (a, b))
-            pair = (pipeline.register(with_sign, size, sign) for size, sign in zip(sizes, signs, strict=True))
-            return *pair, by
+        # Magnitudes first: then one comparison says what a screen does not see within 45 degrees.
+        sizes = [pipeline.register(magnitude, value) for value in (x, y, z)]
+        signs = [pipeline.combine(lambda value: value[-1], value) for value in (x, y, z)]
+        positive = pipeline.constant(Const(0, 1))
 
-        def within(across):
-            """(z, across) of a screen's quotient, (1, 0) for those that are not formed, and what stands for these."""
-            outside = pipeline.combine(lambda across, z: (across >= z) | (-across >= z), across, z)
-            pair = (pipeline.combine(lambda outside, z: Mux(outside, Const(1, len(z)), z).as_signed(), outside, z),
-                    pipeline.combine(lambda outside, across: Mux(outside, 0, across).as_signed(), outside, across))
-            return *pair, outside, pipeline.combine(lambda across: across[-1], across)
+        def full_length(sizes, signs):
+            """A pair with its larger magnitude at full length, and by how many places it was shifted."""
+            sizes, by = normalise(pipeline, bits, sizes)
+            return *(pipeline.register(with_sign, *parts) for parts in zip(sizes, signs, strict=True)), by
+
+        def within(axis):
+            """Sizes of (z, across) of a screen's quotient, (1, 0) for those not formed, and what stands for these."""
+            outside = pipeline.combine(lambda across, z, behind: behind | (across >= z),
+                                       sizes[axis], sizes[2], signs[2])
+            pair = (pipeline.combine(lambda outside, z: Mux(outside, Const(1, len(z)), z), outside, sizes[2]),
+                    pipeline.combine(lambda outside, across: Mux(outside, 0, across), outside, sizes[axis]))
+            return *pair, outside, signs[axis]
 
         def chosen(screen, hemisphere):
-            return pipeline.register(lambda a, b: Mux(self.is_screen, a, b).as_signed(), screen, hemisphere)
+            return pipeline.register(lambda a, b: Mux(self.is_screen, a, b), screen, hemisphere)
 
         def guarded(value):
             return pipeline.combine(lambda value: (value << icu.cordic_guard).as_signed(), value)
 
-        screen_x = within(x)
-        a, b, by = full_length(chosen(screen_x[0], x), chosen(screen_x[1], y))
+        screen_x, screen_y = within(0), within(1)
+        a, b, by = full_length([chosen(screen_x[axis], sizes[axis]) for axis in range(2)],
+                               [chosen(positive, signs[0]), chosen(signs[0], signs[1])])
         first, length = cordic(pipeline, guarded(a), guarded(b), linear=self.is_screen, icu=icu, width=width)
 
         lengthened = pipeline.product(z, pipeline.constant(Const(round(gain(icu) * 2**GAIN_FRACTION))),
@@ -92,10 +96,9 @@ class SphericalCoordinates(wiring.Component):
         lengthened = pipeline.register(lambda value: round_shift(value, GAIN_FRACTION - icu.cordic_guard), lengthened)
         length = shift_right(pipeline, length, by, width)
         # The screen's second pair waits with short numbers until the first CORDIC is done.
-        screen_y = within(y)
-        late = length.age - 2 - len(by.value)
+        late = length.age - 1 - len(by.value)
         waiting = [pipeline.delay(value, late - value.age) for value in screen_y[:2]]
-        c, d, _ = full_length(*waiting)
+        c, d, _ = full_length(waiting, [positive, signs[1]])
         second, _ = cordic(pipeline, chosen(guarded(c), lengthened), chosen(guarded(d), length),
                            linear=self.is_screen, icu=icu, width=width)
 

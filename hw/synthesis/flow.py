@@ -110,7 +110,8 @@ def _netlist(component, folder, name, **options):
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{name}.il"
     source.write_text(rtlil.convert(component, name="top", emit_src=False, **options))
-    _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}",
+    # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
+    _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
           f"synth_ecp5 -abc9 -top top -json {name}.json"], folder / f"{name}.yosys.log")
 
 
