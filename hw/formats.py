@@ -83,6 +83,8 @@ class Formats:
         self.count = unsigned(icu.side_bits + 1)
         self.slot = unsigned(icu.slot_bits)
         self.tile = unsigned(icu.ray_bits - 2 * icu.tile_bits)
+        # Of a column or a row of tiles.
+        self.tile_index = unsigned(icu.side_bits - icu.tile_bits)
         self.ray = unsigned(icu.ray_bits)
 
         self.scene_vector = ArrayLayout(self.scene, 3)
@@ -170,6 +172,31 @@ class Formats:
         """
         return StructLayout({"column_first": self.index, "column_count": self.count, "wrapped_count": self.count,
                              "row_first": self.index, "row_count": self.count})
+
+    @property
+    def patch_window(self) -> StructLayout:
+        """What patch setup gives the ray generator: rays with a settle code below ``threshold`` may improve."""
+        return StructLayout({"slot": self.slot, "window": self.section_window, "threshold": self.threshold})
+
+    @property
+    def tile_step(self) -> StructLayout:
+        """A tile of a window: its number and place, which of its columns and rows lie in the window; ``last`` of it."""
+        side = 1 << self.config.icu.tile_bits
+        return StructLayout({"slot": self.slot, "threshold": self.threshold, "tile": self.tile,
+                             "tile_column": self.tile_index, "tile_row": self.tile_index, "columns": side, "rows": side,
+                             "last": 1})
+
+    @property
+    def tile_rays(self) -> StructLayout:
+        """The rays of a tile that are to be issued."""
+        return StructLayout({"slot": self.slot, "tile": self.tile, "tile_column": self.tile_index,
+                             "tile_row": self.tile_index, "mask": 1 << 2 * self.config.icu.tile_bits, "last": 1})
+
+    @property
+    def issued(self) -> StructLayout:
+        """A ray for a patch, its column and row those of the frustum; or none (``is_ray`` 0), only to say ``last``."""
+        return StructLayout({"slot": self.slot, "ray": self.ray, "column": self.index, "row": self.index, "is_ray": 1,
+                             "last": 1})
 
     @property
     def slot_record(self) -> StructLayout:

@@ -15,7 +15,7 @@ __all__ = ["Collector"]
 
 
 class Collector(wiring.Component):
-    """Adds the weight of each ray that hit a patch to the patch's sum; sums of several frusta add up until they are read.
+    """Adds the weight of each ray that hit a patch to the patch's sum; frusta add up until their sums are read.
 
     Parameters
     ----------

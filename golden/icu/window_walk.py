@@ -1,0 +1,56 @@
+"""Window walk: a window tile by tile, as the settle map holds its rays."""
+
+import numpy as np
+
+from golden.config import Icu
+from golden.icu.section_clip import SectionWindow
+
+__all__ = ["ray_address", "walk_cycles", "window_rays", "window_tiles"]
+
+
+def ray_address(column: np.ndarray, row: np.ndarray, tiles_across: int, icu: Icu) -> np.ndarray:
+    """Place of rays in the ray memory: number of the tile, row in it, column in it.
+
+    Parameters
+    ----------
+    column, row
+        Counted from the section's first.
+    tiles_across
+        Tiles in a row of tiles of the section.
+    """
+    side = icu.tile_bits
+    low = (1 << side) - 1
+    tile = (row >> side) * tiles_across + (column >> side)
+    return (tile << 2 * side) | (row & low) << side | (column & low)
+
+
+def window_tiles(window: SectionWindow, icu: Icu) -> np.ndarray:
+    """P int64: the words of the settle map that each window's walk reads, a tile of both pieces twice; at least 1."""
+    side = icu.tile_bits
+
+    def tiles(first, count):
+        return np.where(count > 0, (first + count - 1 >> side) - (first >> side) + 1, 0)
+
+    across = tiles(window.column_first, window.column_count) + tiles(np.zeros_like(window.column_first),
+                                                                     window.wrapped_count)
+    return np.maximum(across * tiles(window.row_first, window.row_count), 1)
+
+
+def window_rays(window: SectionWindow, which: int, icu: Icu) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and rows of a window's rays, counted from the section's first, in the order of the walk.
+
+    Tile by tile, in each row of tiles the first piece before the one that goes round; in a tile row by row.
+    """
+    first, count, wrapped, top, rows = (int(value[which]) for value in vars(window).values())
+    piece = np.repeat([0, 1], [count, wrapped])
+    column = np.concatenate([first + np.arange(count), np.arange(wrapped)])
+    row = top + np.arange(rows)
+    piece, column, row = (np.broadcast_to(value, (rows, len(column))).ravel()
+                          for value in (piece[None], column[None], row[:, None]))
+    order = np.lexsort((column, row, column >> icu.tile_bits, piece, row >> icu.tile_bits))
+    return column[order], row[order]
+
+
+def walk_cycles(window: SectionWindow, live: np.ndarray, icu: Icu) -> np.ndarray:
+    """P int64: cycles that the windows take, one after the other, if ``live`` (P) of their rays may improve."""
+    return np.maximum(window_tiles(window, icu), live)

@@ -1,0 +1,143 @@
+"""Settle map: a conservative floor of each ray's best inverse distance, a tile of rays to a word."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.icu.settle_code import scale
+from hw.formats import Formats
+from hw.lib.generations import Generations
+from hw.lib.pipeline import Pipeline
+from hw.lib.queue import Queue
+from hw.lib.update_memory import UpdateMemory
+
+__all__ = ["SettleMap"]
+
+
+class SettleMap(wiring.Component):
+    """Codes of the rays, written when a ray has found something nearer, read by the window walk and by survival.
+
+    Each reader has a copy of its own. What they read may be late, and then a code is too small, which only costs a
+    test: nearer hits of a ray come one after the other, so codes of a frustum never fall. A word belongs to the
+    generation in which it was written first; the writer keeps the tags too, and gives the other rays of a word that it
+    is the first to write code 0.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes along with the window walk's reads.
+
+    Members
+    -------
+    i_start
+        Begins a frustum: all codes are 0. The sender sees to it that nothing is being written. No payload.
+    i
+        ``ray`` and ``inverse``, its best. Always ready.
+    i_walk, o_walk
+        ``tag`` and ``tile``; ``tag`` and ``word`` (`Formats.settle_word`). Always ready.
+    i_read, o_read
+        Tile and word, for cell traversal.
+
+    Timing
+    ------
+    Latency: ``3`` cycles from ``i_walk`` to ``o_walk``, ``4`` from ``i_read`` to ``o_read``; a code can be read
+    ``6`` cycles after it came. One of each per cycle; only ``i_read`` stalls, with ``o_read``.
+
+    Golden counterpart: `golden.icu.settle_code`.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        self._config, self._formats, self._tag = config, Formats(config), tag
+        formats = self._formats
+
+        def items(layout):
+            return stream.Signature(StructLayout(layout), always_ready=True)
+
+        super().__init__({
+            "i_start": In(stream.Signature(0)),
+            "i": In(items({"ray": formats.ray, "inverse": formats.inverse})),
+            "i_walk": In(items({"tag": tag, "tile": formats.tile})),
+            "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
+            "i_read": In(stream.Signature(formats.tile)), "o_read": Out(stream.Signature(formats.settle_word))})
+        self.latency = 3
+
+    def elaborate(self, platform):
+        m = Module()
+        icu, formats = self._config.icu, self._formats
+        lane_bits = 2 * icu.tile_bits
+        tiles, lanes = icu.rays >> lane_bits, 1 << lane_bits
+        m.submodules.generations = generations = Generations(bits=icu.generation_bits, depth=tiles)
+        wiring.connect(m, wiring.flipped(self.i_start), generations.i_start)
+
+        # The code of what is written, and whether its word is of this generation.
+        first, cut = scale(self._config)
+        code = (self.i.payload.inverse - first) >> cut
+        operand = StructLayout({"generation": icu.generation_bits, "clear": 1})
+        change = StructLayout({"lane": lane_bits, "code": formats.settle})
+        m.submodules.tags = tags = UpdateMemory(
+            icu.generation_bits, depth=tiles, operand=operand, tag=change,
+            change=lambda old, operand: (operand.generation, operand.clear | (old != operand.generation)))
+        given = Signal.like(tags.i.payload)
+        written = Signal()
+        m.d.sync += [
+            written.eq(self.i.valid | generations.sweeps),
+            given.address.eq(Mux(generations.sweeps, generations.row, self.i.payload.ray >> lane_bits)),
+            given.operand.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
+            given.operand.clear.eq(generations.sweeps), given.tag.lane.eq(self.i.payload.ray[:lane_bits]),
+            given.tag.code.eq(Mux(code < 0, 0, Mux(code > icu.settle.high, icu.settle.high, code)))]
+        m.d.comb += [tags.i.valid.eq(written), tags.i.payload.eq(given)]
+
+        made = tags.o.payload
+        word, lanes_written = Signal(formats.settle_word), Signal(lanes)
+        for lane in range(lanes):
+            mine = made.tag.lane == lane
+            m.d.comb += [word[lane].eq(Mux(mine, made.tag.code, 0)),
+                         lanes_written[lane].eq(tags.o.valid & (mine | made.written))]
+
+        # The rows that have left the generation's memory, one cycle apart from those that are being looked at.
+        copy = StructLayout({"word": formats.settle_word, "generation": icu.generation_bits})
+
+        def reader(name):
+            """A copy: its read ports, and what a word means now."""
+            words = Memory(shape=formats.settle_word, depth=tiles, init=[])
+            kept = Memory(shape=icu.generation_bits, depth=tiles, init=[])
+            m.submodules[f"{name}_words"], m.submodules[f"{name}_tags"] = words, kept
+            write, write_tag = words.write_port(granularity=1), kept.write_port()
+            m.d.comb += [write.addr.eq(made.address), write.data.eq(word), write.en.eq(lanes_written),
+                         write_tag.addr.eq(made.address), write_tag.data.eq(made.new),
+                         write_tag.en.eq(tags.o.valid & made.written)]
+            return words.read_port(), kept.read_port()
+
+        def fresh(word, tag):
+            current = tag == generations.generation
+            return Mux(current, word, 0)
+
+        ports = reader("walk")
+        pipeline = Pipeline(self.i_walk, self.o_walk)
+        tile = pipeline.input(self.i_walk.payload.tile)
+        values = [pipeline.delay(pipeline.read(port, tile), 1) for port in ports]
+        pipeline.output(self.o_walk.payload.word, pipeline.register(
+            lambda word, tag: fresh(word.as_value(), tag), *values))
+        pipeline.output(self.o_walk.payload.tag, pipeline.input(self.i_walk.payload.tag))
+        pipeline.add_to(m)
+
+        ports = reader("survival")
+        room = 8
+        m.submodules.queue = queue = Queue(formats.settle_word, depth=room)
+        wiring.connect(m, queue.o, wiring.flipped(self.o_read))
+        asked, takes, ages = Signal(range(room + 1)), Signal(), Signal(3)
+        m.d.comb += [self.i_read.ready.eq(asked != room), takes.eq(self.i_read.valid & self.i_read.ready)]
+        m.d.sync += [asked.eq(asked + takes - (queue.o.valid & queue.o.ready)), ages.eq((ages << 1) | takes)]
+        read = [Signal.like(port.data, reset_less=True) for port in ports]
+        found = Signal(copy["word"].shape, reset_less=True)
+        for port, value in zip(ports, read, strict=True):
+            m.d.comb += [port.addr.eq(self.i_read.payload), port.en.eq(1)]
+            m.d.sync += value.eq(port.data)
+        m.d.sync += found.eq(fresh(read[0].as_value(), read[1]))
+        m.d.comb += [queue.i.valid.eq(ages[-1]), queue.i.payload.eq(found)]
+        return m

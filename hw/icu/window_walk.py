@@ -1,0 +1,122 @@
+"""Window walk: the tiles of a window, one per cycle, and which of their rays lie in it."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.fixed import small_product
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["WindowWalk"]
+
+
+class WindowWalk(wiring.Component):
+    """Row of tiles by row of tiles, in each the window's first piece and then the one that goes round.
+
+    A window without rays is one step without rays.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.patch_window`.
+    o
+        `Formats.tile_step`.
+    tiles_across
+        Tiles in a row of tiles of the section; the same while windows are under way.
+
+    Timing
+    ------
+    Latency: ``bits(side_bits - tile_bits) + 3`` cycles from a window to its first step, ``bits(n)`` those of the number
+    n. One step per cycle, also from one window to the next; stalls with ``o``.
+
+    Golden counterpart: `golden.icu.window_walk.window_rays`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config = config
+        formats = Formats(config)
+        side, index = config.icu.tile_bits, formats.index
+        super().__init__({"i": In(stream.Signature(formats.patch_window)),
+                          "o": Out(stream.Signature(formats.tile_step)),
+                          "tiles_across": In(formats.count)})
+        # What is known of a window before its first step: ``some`` rays, and a piece that goes ``round``.
+        self._window = StructLayout({
+            "slot": formats.slot, "threshold": formats.threshold, "some": 1, "round": 1,
+            "column_first": index, "column_last": index, "wrapped_last": index, "row_first": index, "row_last": index,
+            "base": formats.tile})
+        self._begins = stream.Signature(self._window).create()
+        self._pipeline = pipeline = Pipeline(self.i, self._begins)
+        given, made = self.i.payload, self._begins.payload
+        window = given.window
+
+        def last(first, count):
+            return pipeline.register(lambda first, count: (first + count - 1)[:config.icu.side_bits],
+                                     pipeline.input(first), pipeline.input(count))
+
+        row_first = pipeline.input(window.row_first)
+        some = pipeline.register(lambda rows, columns: rows.any() & columns.any(), pipeline.input(window.row_count),
+                                 pipeline.input(window.column_count))
+        base = small_product(pipeline, pipeline.combine(lambda row: Cat(row >> side, 0).as_signed(), row_first),
+                             pipeline.constant(Cat(self.tiles_across, 0).as_signed()))
+        for name, value in (
+                ("slot", pipeline.input(given.slot)), ("threshold", pipeline.input(given.threshold)),
+                ("some", some), ("round", pipeline.input(window.wrapped_count.any())),
+                ("column_first", pipeline.input(window.column_first)),
+                ("column_last", last(window.column_first, window.column_count)),
+                ("wrapped_last", last(0, window.wrapped_count)), ("row_first", row_first),
+                ("row_last", last(window.row_first, window.row_count)), ("base", base)):
+            pipeline.output(made[name], value)
+        self.latency = pipeline.latency + 2
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        side = self._config.icu.tile_bits
+        begins, walked = self._begins, Signal(self._window)
+        walks = Signal()
+        tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
+        base, second = Signal.like(walked.base), Signal()
+
+        first_of_piece = Mux(second, 0, walked.column_first)
+        last_of_piece = Mux(second, walked.wrapped_last, walked.column_last)
+        first_column = tile_column == first_of_piece[side:]
+        last_column = tile_column == last_of_piece[side:]
+        last_row = tile_row == walked.row_last[side:]
+        ends = ~walked.some | (last_column & last_row & (second | ~walked.round))
+
+        def inside(at_first, first, at_last, last):
+            """Of the columns or rows of a tile those that lie in the window."""
+            return Cat((~at_first | (k >= first[:side])) & (~at_last | (k <= last[:side])) for k in range(1 << side))
+
+        step, out, goes = self.o.payload, self.o, Signal()
+        m.d.comb += [goes.eq(walks & (out.ready | ~out.valid)), begins.ready.eq(~walks | (goes & ends))]
+        with m.If(out.ready | ~out.valid):
+            columns = inside(first_column, first_of_piece, last_column, last_of_piece)
+            rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.row_last)
+            m.d.sync += [
+                out.valid.eq(walks), step.slot.eq(walked.slot), step.threshold.eq(walked.threshold),
+                step.tile.eq(base + tile_column), step.tile_row.eq(tile_row), step.tile_column.eq(tile_column),
+                step.columns.eq(columns), step.rows.eq(Mux(walked.some, rows, 0)), step.last.eq(ends)]
+        with m.If(goes):
+            with m.If(~last_column):
+                m.d.sync += tile_column.eq(tile_column + 1)
+            with m.Elif(walked.round & ~second):
+                m.d.sync += [second.eq(1), tile_column.eq(0)]
+            with m.Else():
+                m.d.sync += [second.eq(0), tile_column.eq(walked.column_first[side:]), tile_row.eq(tile_row + 1),
+                             base.eq(base + self.tiles_across)]
+            with m.If(ends):
+                m.d.sync += walks.eq(0)
+        with m.If(begins.valid & begins.ready):
+            window = begins.payload
+            m.d.sync += [walks.eq(1), walked.eq(window), second.eq(0), base.eq(window.base),
+                         tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:])]
+        return m
