@@ -168,7 +168,7 @@ class Icu:
     side_bits: int = 12
     patch_bits: int = 16
     tile_bits: int = 2
-    slots: int = 32
+    slots: int = 64
     generation_bits: int = 4
     product_registers: int = 2
     angle_bits: int = 24

@@ -148,6 +148,11 @@ class Formats:
         return StructLayout({"mantissa": self.mantissa_vector, "exponent": self.factor_exponent, "dropped": 1})
 
     @property
+    def exponents(self) -> ArrayLayout:
+        """Of the four V' of a patch."""
+        return ArrayLayout(self.vertex_exponent, 4)
+
+    @property
     def seen(self) -> StructLayout:
         """What windows are made of: the four vertices' coordinates and which of them are in front, and the planes."""
         return StructLayout({"slot": self.slot, "first": ArrayLayout(self.coordinate, 4),
@@ -202,7 +207,7 @@ class Formats:
     def slot_record(self) -> StructLayout:
         """What the intersection needs of a patch, read per ray by its slot."""
         return StructLayout({"planes": self.planes, "turns": self.turns, "factor": self.factor,
-                             "exponents": ArrayLayout(self.vertex_exponent, 4), "patch": self.patch})
+                             "exponents": self.exponents, "patch": self.patch})
 
     @property
     def settle_word(self) -> ArrayLayout:

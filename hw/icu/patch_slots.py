@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -28,7 +28,7 @@ class PatchSlots(wiring.Component):
 
     Members
     -------
-    i_planes, i_factor, i_exponents, i_patch
+    i_planes, i_turns, i_factor, i_exponents, i_patch
         Parts: ``slot`` and ``part``. Always ready.
     i
         ``tag`` and ``slot``. Always ready.
@@ -46,8 +46,7 @@ class PatchSlots(wiring.Component):
     def __init__(self, *, config: Config, tag):
         formats = Formats(config)
         self._slots = config.icu.slots
-        self._parts = {"planes": formats.planes, "factor": formats.factor,
-                       "exponents": ArrayLayout(formats.vertex_exponent, 4), "patch": formats.patch}
+        self._parts = {key: field.shape for key, field in formats.slot_record}
 
         def items(layout):
             return stream.Signature(StructLayout(layout), always_ready=True)

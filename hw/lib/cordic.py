@@ -4,6 +4,7 @@ from amaranth.hdl import Const, Mux, Value
 
 from golden.config import Icu
 from golden.cordic import turns
+from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline, Staged
 
 __all__ = ["accumulator_bits", "cordic"]
@@ -50,16 +51,15 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Value, icu: Icu,
         above = pipeline.combine(lambda y: ~y[-1], y)
         turn = Mux(linear, Const(quotient[k], bits), Const(int(circular[k]), bits))
 
-        def toward(value, step, above, idle):
-            moved = Mux(above, value - step, value + step)[:width].as_signed()
+        def stepped(value, step, subtract, idle):
+            moved = add_or_subtract(value, step, subtract)[:len(value)].as_signed()
             return moved if idle is None else Mux(idle, value, moved).as_signed()
 
         # A stage that only one of the two has leaves the other's numbers as they are.
         idle_y = linear if k == 0 else ~linear if k == stages else None
-        next_x = pipeline.register(lambda x, y, above, k=k: Mux(linear if k < stages else 1, x, Mux(
-            above, x + (y >> k), x - (y >> k))[:width].as_signed()).as_signed(), x, y, above)
-        next_y = pipeline.register(lambda x, y, above, k=k, idle=idle_y: toward(y, x >> k, above, idle), x, y, above)
-        angle = pipeline.register(lambda angle, above, turn=turn: Mux(above, angle + turn, angle - turn)[:bits],
-                                  angle, above)
+        idle_x = linear if k < stages else Const(1)
+        next_x = pipeline.register(lambda x, y, above, k=k, idle=idle_x: stepped(x, y >> k, ~above, idle), x, y, above)
+        next_y = pipeline.register(lambda x, y, above, k=k, idle=idle_y: stepped(y, x >> k, above, idle), x, y, above)
+        angle = pipeline.register(lambda angle, above, turn=turn: stepped(angle, turn, ~above, None), angle, above)
         x, y = next_x, next_y
     return angle, x

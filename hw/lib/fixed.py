@@ -6,8 +6,8 @@ from amaranth.hdl import Cat, Const, Mux, Value
 
 from hw.lib.pipeline import Pipeline, Staged
 
-__all__ = ["extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right", "small_product",
-           "split_limbs", "total", "with_sign"]
+__all__ = ["add_or_subtract", "extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right",
+           "small_product", "split_limbs", "total", "with_sign"]
 
 # Multiplexers between two registers of a shifter.
 LEVELS = 2
@@ -106,6 +106,13 @@ def small_product(pipeline: Pipeline, a: Staged, b: Staged) -> Staged:
 
     return total(pipeline, [pipeline.register(lambda a, b, bit=bit: row(a, b, bit), a, b)
                             for bit in range(len(a.value))])
+
+
+def add_or_subtract(a: Value, b: Value, subtract: Value) -> Value:
+    """``a + b`` or ``a - b`` of signed values by one adder, whose carry comes from a bit below both."""
+    width = max(len(a), len(b)) + 1
+    a, b = (Cat(value, value[-1].replicate(width - len(value))) for value in (a, b))
+    return (Cat(subtract, a) + Cat(subtract, b ^ subtract.replicate(width)))[1:width + 1].as_signed()
 
 
 def extreme(pipeline: Pipeline, values: Sequence[Staged], *, largest: bool) -> Staged:

@@ -1,0 +1,183 @@
+"""Patch setup: all that the intersection needs of a patch, once per frustum."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.icu.edge_planes import EdgePlanes
+from hw.icu.g2r_transform import G2rTransform
+from hw.icu.inverse_distance_bound import InverseDistanceBound
+from hw.icu.ipbb import Ipbb
+from hw.icu.patch_queue import PatchQueue
+from hw.icu.plane_factor import PlaneFactor
+from hw.icu.sbb import Sbb
+from hw.icu.section_clip import SectionClip
+from hw.icu.spherical_coordinates import SphericalCoordinates
+from hw.icu.vertex_direction import VertexDirection
+from hw.icu.vertex_gather import VertexGather
+from hw.lib.queue import Queue
+
+__all__ = ["PatchSetup"]
+
+
+class PatchSetup(wiring.Component):
+    """From four vertices to a window and a threshold, and on the way the parts of the patch's slot.
+
+    ::
+
+        PatchQueue - G2rTransform - VertexDirection -+- VertexGather -+- EdgePlanes ----------------.
+                                                     |                 '- PlaneFactor ------------.  |
+                                                     '- SphericalCoordinates - VertexGather - Sbb or Ipbb
+                                                                                   |        |
+                                                          InverseDistanceBound ----'   SectionClip
+
+    Nothing between the first queue and the last one can wait, and nothing needs to: a patch enters only with a slot.
+    Where branches meet, what is there first waits in a queue. A patch that cannot be hit (the rays' own source, a plane
+    through the origin, seen edge-on) has an empty window.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.patch_vertex`, the four vertices of a patch one after the other.
+    i_table
+        `Formats.table_write`. Always ready.
+    o_planes, o_turns, o_factor, o_exponents, o_patch
+        Parts for `PatchSlots`. Always ready.
+    o
+        `Formats.patch_window`.
+    free, waiting
+        See `PatchQueue`.
+    frustum
+        `Formats.frustum`, the same while patches are under way.
+
+    Timing
+    ------
+    ``latency`` cycles from the fourth vertex to ``o``. One vertex per cycle, a patch every four cycles; stalls while
+    all slots are taken.
+
+    Golden counterpart: `golden.icu.patch_setup.PatchSetup`, `golden.icu.section_clip.section_clip`,
+    `golden.icu.settle_code.settle_threshold`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, Formats(config)
+        formats = self._formats
+
+        def part(shape):
+            return Out(stream.Signature(StructLayout({"slot": formats.slot, "part": shape}), always_ready=True))
+
+        super().__init__({
+            "i": In(stream.Signature(formats.patch_vertex)),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            **{f"o_{name}": part(field.shape) for name, field in formats.slot_record},
+            "o": Out(stream.Signature(formats.patch_window)),
+            "free": In(1), "waiting": Out(range(config.icu.slots + 1)), "frustum": In(formats.frustum)})
+        self._queue, self._transform = PatchQueue(config=config), G2rTransform(config=config)
+        self._direction, self._coordinates = VertexDirection(config=config), SphericalCoordinates(config=config)
+        self._vertices = VertexGather(config=config, shape=StructLayout({
+            "vertex": formats.vector_vector, "direction": formats.vertex_vector, "exponent": formats.vertex_exponent}))
+        self._seen = VertexGather(config=config, shape=StructLayout({
+            "first": formats.coordinate, "second": formats.coordinate, "front": 1}))
+        self._planes, self._factor = EdgePlanes(config=config), PlaneFactor(config=config)
+        self._sbb, self._ipbb, self._clip = Sbb(config=config), Ipbb(config=config), SectionClip(config=config)
+        self._bound = InverseDistanceBound(config=config)
+        before = self._queue.latency + self._transform.latency + self._direction.latency
+        factor = before + self._vertices.latency + self._factor.latency
+        seen = before + self._coordinates.latency + self._seen.latency
+        if before + self._vertices.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
+                or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
+            raise ValueError("Latencies must be such that planes come before coordinates, a screen's window before the "
+                             "plane factor, and the clipped window before the bound")
+        self.latency = factor + self._bound.latency + 1
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, slots = self._formats, self._config.icu.slots
+        m.submodules.queue, m.submodules.transform = queue, transform = self._queue, self._transform
+        m.submodules.direction, m.submodules.coordinates = direction, coordinates = self._direction, self._coordinates
+        m.submodules.vertices, m.submodules.seen = vertices, seen = self._vertices, self._seen
+        m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
+        m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
+        m.submodules.bound = bound = self._bound
+        screen = self.frustum.is_screen
+        for block in (transform, sbb, ipbb, clip, bound):
+            m.d.comb += block.frustum.eq(self.frustum)
+        m.d.comb += coordinates.is_screen.eq(screen)
+        for block in (sbb, bound):
+            m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
+
+        def feed(to, source, **fields):
+            """An always ready stream from another one's fields."""
+            m.d.comb += to.valid.eq(source.valid)
+            for name, value in fields.items():
+                m.d.comb += to.payload[name].eq(value)
+
+        wiring.connect(m, wiring.flipped(self.i), queue.i)
+        m.d.comb += [queue.free.eq(self.free), self.waiting.eq(queue.waiting)]
+        entered = queue.o.payload
+        feed(transform.i, queue.o, slot=entered.slot, index=entered.index, vertex=entered.item.vertex)
+        feed(self.o_patch, queue.o, slot=entered.slot, part=entered.item.patch)
+        turned = transform.o.payload
+        feed(direction.i, transform.o, slot=turned.slot, index=turned.index, vertex=turned.vertex)
+        seen_from = direction.o.payload
+        feed(coordinates.i, direction.o, slot=seen_from.slot, index=seen_from.index, direction=seen_from.direction)
+        vertex = vertices.i.payload.item
+        feed(vertices.i, direction.o, slot=seen_from.slot, index=seen_from.index)
+        m.d.comb += [vertex[name].eq(seen_from[name]) for name in ("vertex", "direction", "exponent")]
+        place, coordinate = coordinates.o.payload, seen.i.payload.item
+        feed(seen.i, coordinates.o, slot=place.slot, index=place.index)
+        m.d.comb += [coordinate[name].eq(place[name]) for name in ("first", "second", "front")]
+
+        patch = vertices.o.payload
+        for block, name, field in ((planes, "directions", "direction"), (factor, "vertices", "vertex")):
+            feed(block.i, vertices.o, slot=patch.slot)
+            m.d.comb += [block.i.payload[name][k].eq(patch.items[k][field]) for k in range(4)]
+        feed(self.o_exponents, vertices.o, slot=patch.slot)
+        m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
+        feed(self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot, part=planes.o_planes.payload.part)
+        feed(self.o_turns, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.turns)
+        feed(self.o_factor, factor.o, slot=factor.o.payload.slot, part=factor.o.payload.part)
+
+        # What cannot be hit, slot by slot.
+        own, dropped = Signal(slots), Signal(slots)
+        source = self.frustum.source
+        with m.If(queue.o.valid):
+            m.d.sync += own.bit_select(entered.slot, 1).eq((entered.item.surface == source) & (source >= 0))
+        with m.If(factor.o.valid):
+            m.d.sync += dropped.bit_select(factor.o.payload.slot, 1).eq(factor.o.payload.part.dropped)
+
+        def waits(name, shape, valid, payload, taken):
+            """A queue between branches that come in the same order."""
+            m.submodules[name] = between = Queue(shape, depth=slots // 2)
+            m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(taken)]
+            return between.o.payload
+
+        signs = StructLayout({"turns": formats.turns, "signs": formats.signs})
+        known = waits("known", signs, planes.o.valid, Cat(planes.o.payload.turns, planes.o.payload.signs), seen.o.valid)
+        for block, mine in ((sbb, ~screen), (ipbb, screen)):
+            given = block.i.payload
+            m.d.comb += [block.i.valid.eq(seen.o.valid & mine), given.slot.eq(seen.o.payload.slot),
+                         given.turns.eq(known.turns), given.signs.eq(known.signs)]
+            m.d.comb += [target.eq(seen.o.payload.items[k][name]) for k in range(4)
+                         for name, target in (("first", given.first[k]), ("second", given.second[k]),
+                                              ("front", given.front[k]))]
+        m.d.comb += [clip.i.valid.eq(Mux(screen, ipbb.o.valid, sbb.o.valid)),
+                     clip.i.payload.eq(Mux(screen, ipbb.o.payload, sbb.o.payload))]
+        corners = waits("corners", formats.window, ipbb.o.valid, ipbb.o.payload.window, factor.o.valid & screen)
+        feed(bound.i, factor.o, slot=factor.o.payload.slot, factor=factor.o.payload.part, window=corners)
+        clipped = waits("clipped", formats.section_window, clip.o.valid, clip.o.payload.window, bound.o.valid)
+
+        m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
+        wiring.connect(m, ready.o, wiring.flipped(self.o))
+        slot = bound.o.payload.slot
+        dead = own.bit_select(slot, 1) | dropped.bit_select(slot, 1)
+        feed(ready.i, bound.o, slot=slot, threshold=bound.o.payload.threshold, window=Mux(dead, 0, clipped))
+        return m
