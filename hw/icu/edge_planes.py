@@ -89,8 +89,9 @@ class EdgePlanes(wiring.Component):
         diagonal = [difference(pipeline.before(value, 1), value) for value in half]
         self._planes = pipeline.align(pipeline.input(beat.payload.item.slot), phase, *plane, *diagonal)
 
-        limbs = [[pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k], value) for value in plane]
-                 for k in range(2)]
+        # A plane is so far from the end of its format that the high limb has no bit more than are above the low one.
+        limbs = [[pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k][:OPERAND].as_signed(), value)
+                  for value in plane] for k in range(2)]
         high, low = (total(pipeline, [pipeline.product(value, vertex, registers=registers)
                                       for value, vertex in zip(limb, c, strict=True)]) for limb in limbs)
         triple = pipeline.register(lambda high, low: (high << OPERAND) + low, high, low)

@@ -1,6 +1,6 @@
 """Screening: is a ray inside the edges of a patch? Exact, and so watertight."""
 
-from amaranth.hdl import Cat, Module, Mux, Value
+from amaranth.hdl import Cat, Module, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
@@ -55,9 +55,13 @@ class Screening(wiring.Component):
         given, made = self.i.payload, self.o.payload
         direction = [pipeline.delay(pipeline.input(given.direction[axis]), 1) for axis in range(3)]
         distances = []
+
+        def halves(value):
+            """A plane is so far from the end of its format that the high limb has no bit more than are left for it."""
+            return tuple(limb[:OPERAND].as_signed() for limb in split_limbs(value, OPERAND))
+
         for edge in range(6):
-            limbs = [pipeline.register(lambda value: tuple(map(Value.cast, split_limbs(value, OPERAND))),
-                                       pipeline.input(given.planes[edge][axis])) for axis in range(3)]
+            limbs = [pipeline.register(halves, pipeline.input(given.planes[edge][axis])) for axis in range(3)]
             high, low = (total(pipeline, [pipeline.product(limb[k], direction[axis],
                                                            registers=config.icu.product_registers)
                                           for axis, limb in enumerate(limbs)]) for k in range(2))

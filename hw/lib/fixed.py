@@ -37,7 +37,7 @@ def round_shift(value: Value, by: int) -> Value:
 def split_limbs(value: Value, bits: int) -> tuple[Value, Value]:
     """(h, l) with ``value = h 2^bits + l`` and ``-2^(bits-1) <= l < 2^(bits-1)``: two balanced limbs, both signed.
 
-    A value of at most ``bits`` bits has h = 0.
+    A value of at most ``bits`` bits has h = 0. Otherwise h has one bit more than are above ``bits``.
     """
     if len(value) <= bits:
         return Const(0, 1).as_signed(), value.as_signed()
