@@ -1,12 +1,13 @@
 """(u, v) by bounding-plane subdivision: a patch is cut in halves around the ray, by adders alone."""
 
-from amaranth.hdl import Cat, Module, Mux
+from amaranth.hdl import Cat, Const, Module, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.formats import Formats
+from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["UvSubdivision"]
@@ -56,31 +57,38 @@ class UvSubdivision(wiring.Component):
         def half(value):
             return pipeline.combine(lambda value: value >> 1, value)
 
-        def pick(condition, yes, no):
-            return pipeline.register(lambda condition, yes, no: Mux(condition, yes, no)[:width].as_signed(),
-                                     condition, yes, no)
+        def halved(value, yes, no, condition, subtract):
+            """Half of ``value`` and another number, which is subtracted or added: one adder that also chooses."""
+            return pipeline.register(lambda value, yes, no, condition, subtract: add_or_subtract(
+                value, Mux(condition, yes, no).as_signed(), subtract)[1:width + 1].as_signed(),
+                value, yes, no, condition, subtract)
 
-        def negative(value):
-            return pipeline.combine(lambda value: -value, value)
+        def pick(condition, yes, no):
+            return pipeline.register(lambda condition, yes, no: Mux(condition, yes, no).as_signed(), condition, yes, no)
+
+        def pick_negative(condition, kept, cut):
+            """``kept``, or ``-cut``."""
+            return pipeline.register(lambda condition, kept, cut: add_or_subtract(
+                Const(0, 1).as_signed(), Mux(condition, kept, cut).as_signed(), ~condition)[:width].as_signed(),
+                condition, kept, cut)
 
         for _ in range(icu.uv_bits):
             d01, d12, d23, d30, d02, d13 = distances
-            one, other = difference(d13, d30), summed(d02, d12)
-            cut = pipeline.register(lambda a, b: (a + b) >> 2, one, other)
+            cut = pipeline.register(lambda a, b: ((a + b) >> 2)[:width].as_signed(), difference(d13, d30),
+                                    summed(d02, d12))
             left = pipeline.combine(lambda cut: ~cut[-1], cut)
-            distances = [half(d01), pick(left, cut, d12), half(d23), pick(left, d30, negative(cut)),
-                         pick(left, half(difference(d02, d30)), half(other)),
-                         pick(left, half(one), half(summed(d13, d12)))]
+            distances = [half(d01), pick(left, cut, d12), half(d23), pick_negative(left, d30, cut),
+                         halved(d02, d30, d12, left, left), halved(d13, d30, d12, left, left)]
             u.append(pipeline.combine(lambda left: ~left, left))
 
             d01, d12, d23, d30, d02, d13 = distances
-            one, other = summed(d01, d02), summed(d13, d23)
-            cut = pipeline.register(lambda a, b: (a - b) >> 2, one, other)
+            cut = pipeline.register(lambda a, b: ((a - b) >> 2)[:width].as_signed(), summed(d01, d02),
+                                    summed(d13, d23))
             lower = pipeline.combine(lambda cut: cut[-1] | ~cut.any(), cut)
-            distances = [pick(lower, d01, cut), half(d12), pick(lower, negative(cut), d23), half(d30),
-                         pick(lower, half(one), half(difference(d02, d23))),
-                         pick(lower, half(difference(d13, d01)), half(other))]
-            v.append(pipeline.combine(lambda lower: ~lower, lower))
+            upper = pipeline.combine(lambda lower: ~lower, lower)
+            distances = [pick(lower, d01, cut), half(d12), pick_negative(upper, d23, cut), half(d30),
+                         halved(d02, d01, d23, lower, upper), halved(d13, d01, d23, lower, lower)]
+            v.append(upper)
 
         # The last halves are nobody's.
         for target, bits in ((self.o.payload.u, u), (self.o.payload.v, v)):
