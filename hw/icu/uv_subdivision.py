@@ -82,9 +82,10 @@ class UvSubdivision(wiring.Component):
             u.append(pipeline.combine(lambda left: ~left, left))
 
             d01, d12, d23, d30, d02, d13 = distances
-            cut = pipeline.register(lambda a, b: ((a - b) >> 2)[:width].as_signed(), summed(d01, d02),
-                                    summed(d13, d23))
-            lower = pipeline.combine(lambda cut: cut[-1] | ~cut.any(), cut)
+            one, other = summed(d01, d02), summed(d13, d23)
+            cut = pipeline.register(lambda a, b: ((a - b) >> 2)[:width].as_signed(), one, other)
+            # The cut is at most 0, as a sign, for which no bit of it need be gathered.
+            lower = pipeline.register(lambda a, b: (a - b - 4)[-1], one, other)
             upper = pipeline.combine(lambda lower: ~lower, lower)
             distances = [pick(lower, d01, cut), half(d12), pick_negative(upper, d23, cut), half(d30),
                          halved(d02, d01, d23, lower, upper), halved(d13, d01, d23, lower, lower)]

@@ -1,0 +1,157 @@
+"""Intersection pipeline: from a ray and a patch to the ray memory."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.icu.inverse_distance import InverseDistance
+from hw.icu.patch_slots import PatchSlots
+from hw.icu.ray_direction import RayDirection
+from hw.icu.screening import Screening
+from hw.icu.uv_alignment import UvAlignment
+from hw.icu.uv_subdivision import UvSubdivision
+
+__all__ = ["IntersectionPipeline"]
+
+
+class IntersectionPipeline(wiring.Component):
+    """One ray per cycle: its direction, the patch's slot, screening and inverse distance, nearest update, (u, v).
+
+    ::
+
+        RayDirection - PatchSlots -+- Screening -+- UvAlignment - UvSubdivision - (u, v) of wins
+                                   |             '----------.
+                                   '- InverseDistance ---- update - won
+
+    Screened rays pass like all others. (u, v) are worked out for every ray that is tested; whether the ray won is known
+    by the time they are there.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.issued`. Always ready.
+    i_table
+        `Formats.table_write`. Always ready.
+    i_planes, i_turns, i_factor, i_exponents, i_patch
+        Parts of `PatchSlots`. Always ready.
+    o_update
+        ``ray``, ``inverse``, ``patch`` and ``hit``, for `RayMemory.i`. Always ready.
+    i_update
+        ``ray``, ``inverse`` and ``won``, the answer, `update_latency` cycles later. Always ready.
+    o_payload
+        ``ray``, ``u`` and ``v`` of the rays that won. Always ready.
+    o_done
+        A patch, after the last of its rays has been written. Always ready.
+    free
+        The slot that was handed out longest ago has been read for the last time.
+    is_screen
+        The same while rays are under way.
+    tested, inside
+        A ray is in screening's last stage, and inside the patch.
+
+    Timing
+    ------
+    ``latency`` cycles from ``i`` to ``o_payload`` and ``o_done``. One ray per cycle; nothing stalls.
+
+    Golden counterpart: `golden.icu.intersection`. Source: Shen 1993, section 5.3.5.
+    """
+
+    def __init__(self, *, config: Config, update_latency: int):
+        self._formats = formats = Formats(config)
+
+        def items(layout):
+            return stream.Signature(StructLayout(layout), always_ready=True)
+
+        super().__init__({
+            "i": In(stream.Signature(formats.issued, always_ready=True)),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            **{f"i_{name}": In(items({"slot": formats.slot, "part": field.shape}))
+               for name, field in formats.slot_record},
+            "o_update": Out(items({"ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch, "hit": 1})),
+            "i_update": In(items({"ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "o_payload": Out(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "o_done": Out(stream.Signature(formats.patch, always_ready=True)),
+            "free": Out(1), "is_screen": In(1), "tested": Out(1), "inside": Out(1)})
+        ray = {"ray": formats.ray, "is_ray": 1, "last": 1}
+        self._direction = RayDirection(config=config, tag=StructLayout({**ray, "slot": formats.slot}))
+        self._slots = PatchSlots(config=config, tag=StructLayout({**ray, "direction": formats.direction_vector}))
+        self._screening = Screening(config=config, tag=StructLayout({
+            **ray, "patch": formats.patch, "exponents": formats.exponents}))
+        self._inverse = InverseDistance(config=config, tag=StructLayout({"ray": formats.ray, "patch": formats.patch}))
+        self._alignment = UvAlignment(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
+        self._subdivision = UvSubdivision(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
+        self._inside_waits = self._inverse.latency - self._screening.latency
+        self._won_waits = self._alignment.latency + self._subdivision.latency - self._inside_waits - update_latency
+        if min(self._inside_waits, self._won_waits) < 0:
+            raise ValueError("Latencies must be such that inverse distances come after screening and (u, v) after the "
+                             "nearest update")
+        self.latency = self._direction.latency + self._slots.latency + self._screening.latency \
+            + self._alignment.latency + self._subdivision.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.direction, m.submodules.slots = direction, slots = self._direction, self._slots
+        m.submodules.screening, m.submodules.inverse = screening, inverse = self._screening, self._inverse
+        m.submodules.alignment, m.submodules.subdivision = alignment, subdivision = self._alignment, self._subdivision
+        wiring.connect(m, wiring.flipped(self.i_table), direction.i_table)
+        for name, _ in self._formats.slot_record:
+            wiring.connect(m, wiring.flipped(getattr(self, f"i_{name}")), getattr(slots, f"i_{name}"))
+
+        def feed(to, source, tag, **fields):
+            """An item with some of the numbers that another one brings."""
+            m.d.comb += to.valid.eq(source.valid)
+            m.d.comb += [to.payload[name].eq(value) for name, value in fields.items()]
+            for given in tag:
+                for name, _ in to.payload.tag.shape():
+                    if name in dict(iter(given.shape())):
+                        m.d.comb += to.payload.tag[name].eq(given[name])
+
+        issued = self.i.payload
+        feed(direction.i, self.i, [issued], column=issued.column, row=issued.row)
+        m.d.comb += direction.is_screen.eq(self.is_screen)
+        turned = direction.o.payload
+        feed(slots.i, direction.o, [turned.tag], slot=turned.tag.slot)
+        m.d.comb += slots.i.payload.tag.direction.eq(turned.direction)
+        m.d.comb += self.free.eq(direction.o.valid & turned.tag.last)
+
+        read, record = slots.o.payload.tag, slots.o.payload.record
+        feed(screening.i, slots.o, [read, record], direction=read.direction, planes=record.planes, turns=record.turns)
+        feed(inverse.i, slots.o, [read, record], direction=read.direction, mantissa=record.factor.mantissa,
+             exponent=record.factor.exponent)
+
+        screened = screening.o.payload
+        m.d.comb += [self.tested.eq(screening.o.valid & screened.tag.is_ray),
+                     self.inside.eq(self.tested & screened.inside)]
+        near = inverse.o.payload
+        update = self.o_update.payload
+        m.d.comb += [self.o_update.valid.eq(inverse.o.valid), update.ray.eq(near.tag.ray),
+                     update.patch.eq(near.tag.patch), update.inverse.eq(near.inverse),
+                     update.hit.eq(_later(m, self.inside, self._inside_waits))]
+
+        feed(alignment.i, screening.o, [screened.tag], distances=screened.distances, orientation=screened.orientation,
+             exponents=screened.tag.exponents)
+        feed(subdivision.i, alignment.o, [alignment.o.payload.tag], distances=alignment.o.payload.distances)
+        made = subdivision.o.payload
+        won = _later(m, self.i_update.valid & self.i_update.payload.won, self._won_waits)
+        m.d.comb += [self.o_payload.valid.eq(subdivision.o.valid & won), self.o_payload.payload.ray.eq(made.tag.ray),
+                     self.o_payload.payload.u.eq(made.u), self.o_payload.payload.v.eq(made.v),
+                     self.o_done.valid.eq(subdivision.o.valid & made.tag.last),
+                     self.o_done.payload.eq(made.tag.patch)]
+        return m
+
+
+def _later(m, bit, cycles):
+    """The bit ``cycles`` cycles later."""
+    for _ in range(cycles):
+        register = Signal()
+        m.d.sync += register.eq(bit)
+        bit = register
+    return bit

@@ -1,0 +1,31 @@
+"""Payloads of streams as integers, by their Amaranth layout."""
+
+from amaranth.hdl import Shape
+from amaranth.lib.data import ArrayLayout, StructLayout
+
+__all__ = ["pack", "unpack"]
+
+
+def pack(shape, value) -> int:
+    """The bits of a payload: dicts for structs, lists for arrays, integers for the rest; what is missing is 0."""
+    if isinstance(shape, StructLayout):
+        known = dict(iter(shape))
+        if set(value) - set(known):
+            raise KeyError(f"there is no {', '.join(sorted(set(value) - set(known)))} in {', '.join(known)}")
+        return sum(pack(known[name].shape, part) << known[name].offset for name, part in value.items())
+    if isinstance(shape, ArrayLayout):
+        width = Shape.cast(shape.elem_shape).width
+        return sum(pack(shape.elem_shape, part) << k * width for k, part in enumerate(value))
+    return int(value) & (1 << Shape.cast(shape).width) - 1
+
+
+def unpack(shape, bits: int):
+    """The value of a payload's bits: the inverse of `pack`."""
+    if isinstance(shape, StructLayout):
+        return {name: unpack(field.shape, bits >> field.offset) for name, field in shape}
+    if isinstance(shape, ArrayLayout):
+        width = Shape.cast(shape.elem_shape).width
+        return [unpack(shape.elem_shape, bits >> k * width) for k in range(shape.length)]
+    cast = Shape.cast(shape)
+    bits &= (1 << cast.width) - 1
+    return bits - (1 << cast.width) if cast.signed and bits >> cast.width - 1 else bits

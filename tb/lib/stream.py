@@ -1,0 +1,116 @@
+"""Drivers and monitors of a component's streams."""
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import repeat
+
+import cocotb
+from cocotb.triggers import RisingEdge
+
+__all__ = ["Monitor", "Sink", "Source"]
+
+
+class _Stream:
+    """The signals of one stream: ``NAME__payload``, ``NAME__valid`` and, if it is not always ready, ``NAME__ready``."""
+
+    def __init__(self, dut, name: str):
+        self._edge = RisingEdge(dut.clk)
+        self.valid, self.ready = getattr(dut, f"{name}__valid"), getattr(dut, f"{name}__ready", None)
+        # A stream without payload has no such signal.
+        self.payload = getattr(dut, f"{name}__payload", None)
+        self.name = name
+
+
+class Source(_Stream):
+    """Gives items to a stream that a component takes from.
+
+    Parameters
+    ----------
+    dut, name
+        The component in the simulator, and the stream.
+    pauses
+        Whether to give nothing, cycle by cycle; an item that is being given stays until it is taken.
+    """
+
+    def __init__(self, dut, name: str, *, pauses: Iterator[bool] | None = None):
+        super().__init__(dut, name)
+        self.pauses = pauses or repeat(False)
+        self.valid.value = 0
+
+    async def send(self, items: Iterable[int]) -> None:
+        """Give all items, and return when the last one has been taken."""
+        edge, valid, ready, payload, pauses = self._edge, self.valid, self.ready, self.payload, self.pauses
+        for item in items:
+            while next(pauses):
+                valid.value = 0
+                await edge
+            valid.value = 1
+            if payload is not None:
+                payload.value = item
+            await edge
+            while ready is not None and not int(ready.value):
+                await edge
+        valid.value = 0
+
+
+class Monitor(_Stream):
+    """Sees what is transferred, in ``items``, and in which cycles, in ``cycles``.
+
+    Parameters
+    ----------
+    seen
+        Called with each item instead of keeping it.
+    """
+
+    def __init__(self, dut, name: str, *, seen: Callable[[int], None] | None = None):
+        super().__init__(dut, name)
+        self.items, self.cycles, self.cycle = [], [], 0
+        self._seen = seen
+        self._task = cocotb.start_soon(self._run())
+
+    async def _run(self):
+        edge, valid, ready, payload = self._edge, self.valid, self.ready, self.payload
+        while True:
+            await edge
+            self.cycle += 1
+            if int(valid.value) and (ready is None or int(ready.value)):
+                item = 0 if payload is None else int(payload.value)
+                if self._seen is not None:
+                    self._seen(item)
+                else:
+                    self.items.append(item)
+                    self.cycles.append(self.cycle)
+
+    def stop(self) -> None:
+        """See nothing more."""
+        self._task.cancel()
+
+
+class Sink(Monitor):
+    """Takes what a component gives; a monitor of it.
+
+    Parameters
+    ----------
+    pauses
+        Whether not to take, cycle by cycle.
+    """
+
+    def __init__(self, dut, name: str, *, pauses: Iterator[bool] | None = None, **options):
+        super().__init__(dut, name, **options)
+        self.pauses = pauses or repeat(False)
+        self._taking = None
+        if self.ready is not None:
+            self.ready.value = 0
+            self._taking = cocotb.start_soon(self._take())
+
+    async def _take(self):
+        edge, ready, pauses = self._edge, self.ready, self.pauses
+        while True:
+            ready.value = int(not next(pauses))
+            await edge
+
+    def stop(self) -> None:
+        """Take nothing more."""
+        super().stop()
+        if self._taking is not None:
+            self._taking.cancel()
+            self.ready.value = 0
