@@ -1,4 +1,4 @@
-"""What the host gives an intersection unit for one frustum: the frustum's numbers and its tables, as stream payloads."""
+"""What the host gives an intersection unit for one frustum: its numbers and its tables, as stream payloads."""
 
 import numpy as np
 

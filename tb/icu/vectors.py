@@ -1,0 +1,55 @@
+"""Golden's stimuli as payloads of the hardware's streams."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.sector import Sector
+from golden.stimulus.frusta import frustum_record
+from tb.icu.frustum_load import frustum_payload
+
+__all__ = ["factor_of", "frustum_of", "rows", "section_window_of", "slot_of", "turns_of", "vertex_place", "window_of"]
+
+WINDOW = ("column_first", "column_count", "row_first", "row_count")
+SLOTS = 16
+
+
+def frustum_of(given: dict, config: Config, section: Sector | None = None) -> dict:
+    """The frustum of a stimulus, all of it or a section of it."""
+    record = frustum_record(given, config)
+    return frustum_payload(record, section or Sector.whole(record), config)
+
+
+def vertex_place(number: int) -> dict:
+    """Slot and index of the vertices of patches one after the other."""
+    return {"slot": number // 4 % SLOTS, "index": number % 4}
+
+
+def slot_of(number: int) -> dict:
+    """Slot of patches one after the other."""
+    return {"slot": number % SLOTS}
+
+
+def rows(array: np.ndarray) -> list:
+    """An array as lists of Python's integers."""
+    return np.asarray(array).tolist()
+
+
+def turns_of(given: dict, k: int) -> dict:
+    """`Formats.turns` of patch ``k``."""
+    return {"orientation": rows(given["orientation"][k]), "split": int(given["split"][k])}
+
+
+def factor_of(given: dict, k: int) -> dict:
+    """`Formats.factor` of patch ``k``."""
+    return {"mantissa": rows(given["mantissa"][k]), "exponent": int(given["factor_exponent"][k]),
+            "dropped": int(given["dropped"][k])}
+
+
+def window_of(window, k: int) -> dict:
+    """`Formats.window` of patch ``k``, of a stimulus' arrays."""
+    return {name: int(window[name][k]) for name in WINDOW}
+
+
+def section_window_of(window, k: int) -> dict:
+    """`Formats.section_window` of patch ``k`` of a `SectionWindow`."""
+    return {name: int(value[k]) for name, value in vars(window).items()}

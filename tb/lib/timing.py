@@ -1,0 +1,25 @@
+"""What a component's docstring says of its timing."""
+
+import inspect
+import re
+
+from golden.config import Config
+
+__all__ = ["documented_latency"]
+
+
+def documented_latency(component: type, config: Config, **more: int) -> int:
+    """The value of the formula in the line ``Latency:`` of a component's docstring, for a configuration.
+
+    The formula is Python, with the knobs of `Config` by name, ``bits(n)`` for the bits of the number n, and ``more``.
+
+    Errors
+    ------
+    AssertionError
+        The docstring has no such line.
+    """
+    found = re.search(r"Latency: ``(.+?)``", inspect.getdoc(component) or "", re.DOTALL)
+    assert found, f"{component.__name__} does not say its latency"
+    knobs = {path.partition(".")[2]: value for path, value in config.parameters().items()}
+    names = {**knobs, **more, "bits": lambda number: int(number).bit_length(), "max": max}
+    return eval(" ".join(found[1].split()), {"__builtins__": {}}, names)
