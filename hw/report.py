@@ -10,9 +10,16 @@ from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_ver
 
 __all__ = ["UNITS", "Row", "measure", "table"]
 
-# The units of each block that are measured alone: the class in the module of the same name in snake case.
+# The units of each block that are measured alone, and what they are made with beside the configuration.
+TAG = {"tag": 1}
 UNITS = {
-    "icu": ("IntersectionUnit",),
+    "icu": {
+        "IntersectionUnit": {}, "PatchSetup": {}, "G2rTransform": {}, "VertexDirection": {}, "SphericalCoordinates": {},
+        "EdgePlanes": {}, "PlaneFactor": {}, "Sbb": {}, "Ipbb": {}, "SectionClip": {}, "InverseDistanceBound": {},
+        "PatchSlots": TAG, "WindowWalk": {}, "RayIssue": {}, "IcRayGenerator": {}, "SettleMap": TAG,
+        "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG, "RayMemory": TAG,
+        "ReadOut": {}, "Collector": {},
+    },
 }
 
 
@@ -30,11 +37,11 @@ def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, r
     """Synthesise one of `UNITS`, and place and route it if ``route``."""
     def make():
         module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
-        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config)
+        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **UNITS[block][unit])
 
     folder = folder / unit
-    area = synthesise(make(), folder)
-    row = Row(unit=unit, latency=getattr(make(), "latency", None), area=area,
+    component = make()
+    row = Row(unit=unit, latency=getattr(component, "latency", None), area=synthesise(component, folder),
               clock=place_and_route(make(), folder, seed=seed) if route else None)
     (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
     return row

@@ -80,8 +80,8 @@ class InverseDistance(wiring.Component):
 
     Timing
     ------
-    Latency: ``max(product_registers, 3) + bits(mantissa_bits + direction_fraction + 1) + 6`` cycles, ``bits(n)`` those
-    of the number n. One ray per cycle; nothing stalls.
+    Latency: ``max(product_registers, 1 + bits(mantissa_bits - 17)) + bits(mantissa_bits + direction_fraction + 1) + 7``
+    cycles, ``bits(n)`` those of the number n. One ray per cycle; nothing stalls.
 
     Golden counterpart: `golden.icu.inverse_distance.inverse_distance`.
     """

@@ -45,7 +45,7 @@ class InverseDistanceBound(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 21`` cycles, ``bits(n)`` those of
+    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 22`` cycles, ``bits(n)`` those of
     the number n. A patch every four cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.inverse_distance.bound`, `golden.icu.settle_code.settle_threshold`.

@@ -40,7 +40,7 @@ class PlaneFactor(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * product_registers + 4 * ((mantissa_bits + 5) // 4) + bits(3 * vector_fraction + 7) + 27`` cycles,
+    Latency: ``3 * product_registers + 4 * ((mantissa_bits + 5) // 4) + bits(3 * vector_fraction + 7) + 30`` cycles,
     ``bits(n)`` those of the number n. A patch every four cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.plane_factor.plane_factor`.
@@ -66,7 +66,7 @@ class PlaneFactor(wiring.Component):
         self._normals = items(normal).create()
         self._leading = items(StructLayout({"tag": self._rest, "mantissa": bits})).create()
         self._first, self._second = Phases(patch, count=PHASES), Phases(normal, count=PHASES)
-        self._reciprocal = Reciprocal(bits=bits, tag=self._rest)
+        self._reciprocal = Reciprocal(width=bits, tag=self._rest)
         self._third = Phases(StructLayout({"tag": self._rest, "inverse": bits}), count=PHASES)
         self._pipelines = [self._make_normal(), self._make_leading(), self._make_factor()]
         self.latency = sum(3 * [1 + PHASES - 1]) + sum(pipeline.latency for pipeline in self._pipelines) \

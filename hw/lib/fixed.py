@@ -43,7 +43,7 @@ def split_limbs(value: Value, bits: int) -> tuple[Value, Value]:
         return Const(0, 1).as_signed(), value.as_signed()
     low = value[:bits].as_signed()
     high = value[bits:].as_signed() + value[bits - 1]
-    return high.as_signed(), low
+    return high[:len(value) - bits + 1].as_signed(), low
 
 
 def normalise(pipeline: Pipeline, width: int, operands: Sequence[Staged]) -> tuple[list[Staged], Staged]:

@@ -12,14 +12,14 @@ STEPS = 4
 
 
 class Reciprocal(wiring.Component):
-    """``floor(2^(2 bits - 1) / mantissa)``, at most 2^``bits`` - 1, for mantissas with their leading one in place.
+    """``floor(2^(2 width - 1) / mantissa)``, at most 2^``width`` - 1, for mantissas with their leading one in place.
 
     A chain of stages of restoring division, each of which works for four cycles at one item.
 
     Parameters
     ----------
-    bits
-        Of the mantissa and of the result.
+    width
+        Bits of the mantissa and of the result.
     tag
         Shape of what goes along.
 
@@ -32,17 +32,17 @@ class Reciprocal(wiring.Component):
 
     Timing
     ------
-    Latency: ``4 * ((bits + 3) // 4)`` cycles. An item every four cycles; nothing stalls.
+    Latency: ``4 * ((width + 3) // 4)`` cycles. An item every four cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.reciprocal.reciprocal`.
     """
 
-    def __init__(self, *, bits: int, tag):
-        self._bits, self._tag = bits, tag
-        self._stages = -(-bits // STEPS)
+    def __init__(self, *, width: int, tag):
+        self._bits, self._tag = width, tag
+        self._stages = -(-width // STEPS)
         super().__init__({
-            "i": In(stream.Signature(StructLayout({"tag": tag, "mantissa": bits}), always_ready=True)),
-            "o": Out(stream.Signature(StructLayout({"tag": tag, "inverse": bits}), always_ready=True))})
+            "i": In(stream.Signature(StructLayout({"tag": tag, "mantissa": width}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"tag": tag, "inverse": width}), always_ready=True))})
         self.latency = STEPS * self._stages
 
     def elaborate(self, platform):

@@ -12,9 +12,9 @@ from tb.bench.viewpoints import hard_records
 from tb.golden.soups import soup
 from tb.icu.unit_bench import UnitBench, section_hits
 from tb.lib.clocking import start
-from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.configurations import config_of
 from tb.lib.pauses import PAUSES
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import options, simulate
 
 MODULE = "tb.icu.test_intersection_unit"
 
@@ -33,8 +33,8 @@ async def frusta(dut):
     geometry, records = hard_records(scene, origins=given["origins"], rays=given["rays"], pixels=given["pixels"],
                                      seed=given["seed"])
     await start(dut, cycles=given["cycles"])
-    bench = UnitBench(dut, config, vertex_pauses=PAUSES[given["pauses"][0]](1), done_pauses=PAUSES[given["pauses"][1]](2),
-                      hit_pauses=PAUSES[given["pauses"][1]](3))
+    source, sink = (PAUSES[name] for name in given["pauses"])
+    bench = UnitBench(dut, config, vertex_pauses=source(1), done_pauses=sink(2), hit_pauses=sink(3))
     naive = NaiveFixed(geometry, config)
     for record in records:
         section = Sector.whole(record)

@@ -2,7 +2,7 @@ import pytest
 
 from golden.stimulus import stimulus
 from hw.icu.inverse_distance import InverseDistance
-from tb.icu.vectors import factor_of, rows
+from tb.icu.vectors import rows
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.runner import SIMULATORS
 

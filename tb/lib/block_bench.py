@@ -55,7 +55,7 @@ class Vectors:
 
 
 def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interval: int = 1, seed: int = 1,
-                items_per_result: int = 1, variants=VARIANTS) -> None:
+                items_per_result: int = 1, variants=VARIANTS, more: dict | None = None) -> None:
     """Every variant answers as expected, with and without gaps, after the latency that its docstring states.
 
     Parameters
@@ -68,11 +68,13 @@ def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interva
         Least cycles between items.
     items_per_result
         Inputs of one output; the latency counts from the last one.
+    more
+        Names in the docstring's formula that are no knobs.
     """
     for changes in variants:
         config = config_of(changes)
         component, given = make(config), vectors(config)
-        assert component.latency == documented_latency(type(component), config), changes
+        assert component.latency == documented_latency(type(component), config, **(more or {})), changes
         came, latency = _run(component, given, interval, random.Random(seed), items_per_result)
         assert latency == component.latency, changes
         for name, expected in given.expected.items():
@@ -188,7 +190,8 @@ class _Bench:
 
 
 def _first(got, expected):
-    return next((k for k, (a, b) in enumerate(zip(got, expected, strict=False)) if a != b), min(len(got), len(expected)))
+    different = (k for k, (a, b) in enumerate(zip(got, expected, strict=False)) if a != b)
+    return next(different, min(len(got), len(expected)))
 
 
 def _spaced(pauses, interval):
@@ -207,7 +210,7 @@ async def every_pair_of_pauses(dut):
         if not prepared:
             await bench.prepare()
             await RisingEdge(dut.clk)
-            assert_known(dut)
+            assert_known(dut, ["i", *bench.sinks])
             prepared = True
         count = len(bench.given["items"]) // 4 & ~3
         await bench.source.send(bench.given["items"][:count])

@@ -4,12 +4,15 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
-__all__ = ["Watchdog", "reset", "start"]
+__all__ = ["PERIOD", "Watchdog", "reset", "start"]
+
+# Nanoseconds of a cycle.
+PERIOD = 10
 
 
 async def start(dut, *, cycles: int) -> None:
     """Start the clock, reset the component, and end the test if it takes more than ``cycles`` cycles."""
-    Clock(dut.clk, 10, unit="ns").start()
+    Clock(dut.clk, PERIOD, unit="ns").start()
     Watchdog(dut, cycles)
     await reset(dut)
 

@@ -5,6 +5,9 @@ from itertools import repeat
 
 import cocotb
 from cocotb.triggers import RisingEdge
+from cocotb.utils import get_sim_time
+
+from tb.lib.clocking import PERIOD
 
 __all__ = ["Monitor", "Sink", "Source"]
 
@@ -63,7 +66,7 @@ class Monitor(_Stream):
 
     def __init__(self, dut, name: str, *, seen: Callable[[int], None] | None = None):
         super().__init__(dut, name)
-        self.items, self.cycles, self.cycle = [], [], 0
+        self.items, self.cycles = [], []
         self._seen = seen
         self._task = cocotb.start_soon(self._run())
 
@@ -71,14 +74,13 @@ class Monitor(_Stream):
         edge, valid, ready, payload = self._edge, self.valid, self.ready, self.payload
         while True:
             await edge
-            self.cycle += 1
             if int(valid.value) and (ready is None or int(ready.value)):
                 item = 0 if payload is None else int(payload.value)
                 if self._seen is not None:
                     self._seen(item)
                 else:
                     self.items.append(item)
-                    self.cycles.append(self.cycle)
+                    self.cycles.append(round(get_sim_time("ns") / PERIOD))
 
     def stop(self) -> None:
         """See nothing more."""
