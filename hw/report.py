@@ -16,9 +16,9 @@ UNITS = {
     "icu": {
         "IntersectionUnit": {}, "PatchSetup": {}, "G2rTransform": {}, "VertexDirection": {}, "SphericalCoordinates": {},
         "EdgePlanes": {}, "PlaneFactor": {}, "Sbb": {}, "Ipbb": {}, "SectionClip": {}, "InverseDistanceBound": {},
-        "PatchSlots": TAG, "WindowWalk": {}, "RayIssue": {}, "IcRayGenerator": {}, "SettleMap": TAG,
-        "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG, "RayMemory": TAG,
-        "ReadOut": {}, "Collector": {},
+        "PatchSlots": TAG, "IcRayGenerator": {}, "WindowWalk": {}, "RayIssue": {}, "SettleMap": TAG,
+        "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
+        "RayMemory": TAG, "ReadOut": {}, "Collector": {},
     },
 }
 

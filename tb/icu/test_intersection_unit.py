@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import cocotb
 import numpy as np
 import pytest
@@ -6,67 +8,276 @@ from golden.cast.naive_fixed import NaiveFixed
 from golden.ctu.sector import Sector
 from golden.frustum import Hemisphere
 from golden.icu.collector import collect
+from golden.icu.patch_setup import PatchSetup
+from golden.icu.section_clip import section_clip
+from golden.icu.settle_code import settle_code
+from golden.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import IntersectionUnit
 from tb.bench.viewpoints import hard_records
 from tb.golden.soups import soup
 from tb.icu.unit_bench import UnitBench, section_hits
-from tb.lib.clocking import start
-from tb.lib.configurations import config_of
-from tb.lib.pauses import PAUSES
-from tb.lib.runner import options, simulate
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stream import Monitor
 
 MODULE = "tb.icu.test_intersection_unit"
+STREAMS = ("i_frustum", "i_table", "i_vertex", "o_done", "i_read_out", "o_hit", "i_sums", "o_sum", "i_settle",
+           "o_settle")
+# Small enough for short tests; two bits of tags run out after three frusta of a bank.
+SMALL = {"icu.patch_bits": 10, "icu.side_bits": 8, "icu.generation_bits": 2}
 
 
 def scene_of(name):
     return soup(int(name.removeprefix("soup "))) if name.startswith("soup ") else builtin_scene(name)
 
 
-@cocotb.test()
-async def frusta(dut):
-    """Hemisphere and screens of a scene: hits and sums are golden's, field by field."""
-    given = options()
-    random = np.random.default_rng(given["seed"])
-    config = config_of(given["changes"], given["preset"])
-    scene = scene_of(given["scene"])
-    geometry, records = hard_records(scene, origins=given["origins"], rays=given["rays"], pixels=given["pixels"],
-                                     seed=given["seed"])
-    await start(dut, cycles=given["cycles"])
-    source, sink = (PAUSES[name] for name in given["pauses"])
-    bench = UnitBench(dut, config, vertex_pauses=source(1), done_pauses=sink(2), hit_pauses=sink(3))
-    naive = NaiveFixed(geometry, config)
-    for record in records:
-        section = Sector.whole(record)
-        weights = None if record.is_screen else Hemisphere(*given["rays"]).polar_weights
-        await bench.begin(record, section, weights)
-        order = np.arange(len(geometry))
-        if given["order"] == "random":
-            random.shuffle(order)
-        await bench.cast(geometry, order)
-        counters = bench.counters()
-        expected = section_hits(naive.cast(record), record, section)
-        hits = await bench.hits(section)
+class Frusta:
+    """A scene's hard frusta, cast one after the other."""
+
+    def __init__(self, dut, bench, *, scene, origins=1, rays=(64, 16), pixels=(60, 45), seed=1):
+        self.dut, self.bench, self.rays = dut, bench, rays
+        self.geometry, self.records = hard_records(scene_of(scene), origins=origins, rays=rays, pixels=pixels,
+                                                   seed=seed)
+        self.naive = NaiveFixed(self.geometry, bench.config)
+        self.pairs, self.inside = 0, 0
+
+    async def check(self, record, order, section=None, *, sums=True):
+        """Hits of a frustum and their sums are golden's, field by field."""
+        section = section or Sector.whole(record)
+        weights = None if record.is_screen else Hemisphere(*self.rays).polar_weights
+        await self.bench.begin(record, section, weights)
+        await self.bench.cast(self.geometry, order)
+        counters = self.bench.counters()
+        self.pairs += counters["tested"]
+        self.inside += counters["inside"]
+        assert counters["won"] <= counters["inside"] <= counters["tested"] == counters["issued"] <= counters["visited"]
+        await self.hits_of(record, section)
+        if weights is not None and sums:
+            expected = section_hits(self.naive.cast(record), record, section)
+            weight = np.broadcast_to(weights[:, None], (record.rows, record.columns))[
+                section.first_row:section.end_row, section.first_column:section.end_column].ravel()
+            collected = await self.bench.collected(len(self.geometry))
+            assert (collected == collect(expected.patch, weight, len(self.geometry))).all()
+        elif sums:
+            await self.bench.collected(len(self.geometry))
+        return counters
+
+    async def hits_of(self, record, section, *, previous=False):
+        """The read-out of a frustum."""
+        expected = section_hits(self.naive.cast(record), record, section)
+        hits = await self.bench.hits(section, previous=previous)
         different = hits.differences(expected)
-        assert len(different) == 0, f"{len(different)} rays of {len(record)} differ, the first is {different[0]}"
-        dut._log.info("%s: %s", given["scene"], counters)
-        assert counters["issued"] == counters["tested"] <= counters["visited"]
-        assert counters["won"] <= counters["inside"] <= counters["tested"]
-        if weights is not None:
-            sums = await bench.collected(len(geometry))
-            assert (sums == collect(expected.patch, np.repeat(weights, record.columns), len(geometry))).all()
-        else:
-            await bench.collected(1)
+        assert len(different) == 0, f"{len(different)} rays differ, the first is {different[0]}"
 
 
-def run(name, *, scene, simulator="verilator", origins=1, rays=(64, 16), pixels=(60, 45), order="table",
-        pauses=("none", "none"), changes=None, preset="tiny", cycles=400_000):
-    changes = {"icu.patch_bits": 10, "icu.side_bits": 8, **(changes or {})}
-    simulate(IntersectionUnit(config=config_of(changes, preset)), MODULE, ("frusta",), simulator=simulator, name=name,
-             scene=scene, origins=origins, rays=rays, pixels=pixels, order=order, pauses=pauses, changes=changes,
-             preset=preset, cycles=cycles)
+def bench_of(dut, **pauses):
+    given = options()
+    return UnitBench(dut, config_of(given["changes"], given["preset"]), **pauses)
 
 
-@pytest.mark.parametrize("order", ["table", "random"])
-def test_cornell(order):
-    run(f"unit-cornell-{order}", scene="cornell", order=order)
+@cocotb.test()
+async def orders(dut):
+    """Patches in the table's order and at random."""
+    await start(dut, cycles=400_000)
+    bench = bench_of(dut)
+    await cocotb.triggers.RisingEdge(dut.clk)
+    assert_known(dut, STREAMS)
+    random = np.random.default_rng(options()["seed"])
+    for scene in ("cornell", "soup 3"):
+        frusta = Frusta(dut, bench, scene=scene)
+        for record in frusta.records:
+            await frusta.check(record, np.arange(len(frusta.geometry)))
+            await frusta.check(record, random.permutation(len(frusta.geometry)))
+
+
+@cocotb.test()
+async def hard_patches(dut):
+    """Many small soups with slivers, doubled and coplanar patches."""
+    await start(dut, cycles=2_000_000)
+    bench = bench_of(dut)
+    random = np.random.default_rng(options()["seed"])
+    pairs = inside = 0
+    seed = options()["seed"] * 1000
+    while pairs < options()["pairs"]:
+        seed += 1
+        frusta = Frusta(dut, bench, scene=f"soup {seed}", rays=(32, 16), pixels=(24, 18), seed=seed)
+        for record in frusta.records:
+            await frusta.check(record, random.permutation(len(frusta.geometry)), sums=False)
+        pairs += frusta.pairs
+        inside += frusta.inside
+    await bench.collected(1)
+    dut._log.info("%d pairs, %d of them inside", pairs, inside)
+    assert inside > 0.02 * pairs, "too few of the pairs are hits"
+
+
+@cocotb.test()
+async def sections(dut):
+    """Parts of a frustum, also such as windows go round."""
+    await start(dut, cycles=200_000)
+    bench = bench_of(dut)
+    frusta = Frusta(dut, bench, scene="soup 5", origins=1)
+    for record in frusta.records:
+        for section in (Sector(0, record.columns, 3, 9), Sector(13, 50, 0, record.rows), Sector(7, 8, 5, 7)):
+            await frusta.check(record, np.arange(len(frusta.geometry)), section)
+
+
+@cocotb.test()
+async def every_pair_of_pauses(dut):
+    """Vertices come and tokens and hits are taken in every regime."""
+    await start(dut, cycles=400_000)
+    for number, (source, sink) in enumerate(MATRIX):
+        bench = bench_of(dut, vertex_pauses=PAUSES[source](number), done_pauses=PAUSES[sink](number + 50),
+                         hit_pauses=PAUSES[sink](number + 90))
+        frusta = Frusta(dut, bench, scene="soup 7", rays=(32, 8), pixels=(20, 15), seed=number)
+        record = frusta.records[number % len(frusta.records)]
+        await frusta.check(record, np.arange(len(frusta.geometry)))
+        for sink_of in (bench.done, bench.hit, bench.sum, bench.settled):
+            sink_of.stop()
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """A reset in the midst of a frustum leaves nothing behind."""
+    await start(dut, cycles=200_000)
+    for cut in (40, 150, 333):
+        bench = bench_of(dut)
+        frusta = Frusta(dut, bench, scene="soup 8")
+        record = frusta.records[0]
+        await bench.begin(record, Sector.whole(record), Hemisphere(*frusta.rays).polar_weights)
+        cast = cocotb.start_soon(bench.vertex.send(bench.vertices(frusta.geometry, np.arange(len(frusta.geometry)))))
+        await cocotb.triggers.ClockCycles(dut.clk, cut)
+        cast.cancel()
+        dut.i_vertex__valid.value = 0
+        for sink in (bench.done, bench.hit, bench.sum, bench.settled):
+            sink.stop()
+        await reset(dut)
+        bench = bench_of(dut)
+        frusta.bench = bench
+        await frusta.check(frusta.records[1], np.arange(len(frusta.geometry)))
+        await frusta.check(record, np.arange(len(frusta.geometry))[::-1])
+        for sink in (bench.done, bench.hit, bench.sum, bench.settled):
+            sink.stop()
+
+
+@cocotb.test()
+async def read_out_beside_the_next_frustum(dut):
+    """The other bank is read while the next frustum is cast, over more frusta than there are tags."""
+    await start(dut, cycles=300_000)
+    bench = bench_of(dut, hit_pauses=PAUSES["random"](4))
+    frusta = Frusta(dut, bench, scene="soup 9", origins=5)
+    order = np.arange(len(frusta.geometry))
+    before = None
+    for record in frusta.records:
+        await bench.begin(record, Sector.whole(record))
+        reading = before and cocotb.start_soon(frusta.hits_of(before, Sector.whole(before), previous=True))
+        await bench.cast(frusta.geometry, order)
+        if reading:
+            await reading
+        before = record
+
+
+@cocotb.test()
+async def rates(dut):
+    """A quad every four cycles, and rays one per cycle where windows are large enough."""
+    await start(dut, cycles=200_000)
+    bench = bench_of(dut)
+    config = bench.config
+    frusta = Frusta(dut, bench, scene="soup 4", rays=(64, 16))
+    record = frusta.records[0]
+    windows = section_clip(PatchSetup(record, config).patches(frusta.geometry).window, Sector.whole(record), record)
+    # Many times the same small windows: vertices without a gap.
+    small = np.resize(np.flatnonzero(window_tiles(windows, config.icu) <= 2), 200)
+    taken = Monitor(dut, "i_vertex")
+    await bench.begin(record, Sector.whole(record))
+    await bench.cast(frusta.geometry, small)
+    assert {b - a for a, b in pairwise(taken.cycles)} == {1}, "vertices must be taken without a gap"
+    taken.stop()
+    # The first of equal patches settles nothing: each of them tests all the rays of its window.
+    rays = windows.rays
+    large = np.resize(np.argsort(np.abs(rays - 64))[:3], 300)
+    await bench.begin(record, Sector.whole(record))
+    await bench.cast(frusta.geometry, large)
+    counters = bench.counters()
+    latency = 250
+    busy = counters["tested"] / (counters["cycles"] - latency)
+    dut._log.info("busy %.3f with %s", busy, counters)
+    assert busy >= 0.97
+
+
+@cocotb.test()
+async def codes_are_floors(dut):
+    """When all is done cell traversal reads of the settle map what each ray's best has."""
+    await start(dut, cycles=100_000)
+    bench = bench_of(dut)
+    frusta = Frusta(dut, bench, scene="cornell")
+    record, config = frusta.records[0], bench.config
+    await frusta.check(record, np.arange(len(frusta.geometry)))
+    side = 1 << config.icu.tile_bits
+    tiles = record.columns // side * (record.rows // side)
+    await bench.settle.send(range(tiles))
+    while len(bench.settled.items) < tiles:
+        await cocotb.triggers.RisingEdge(dut.clk)
+    codes = settle_code(frusta.naive.cast(record).inverse, config).reshape(record.rows, record.columns)
+    for tile, word in enumerate(bench.settled.items):
+        row, column = divmod(tile, record.columns // side)
+        for lane in range(side * side):
+            code = word >> lane * config.icu.settle_bits & config.icu.settle.high
+            assert code == codes[row * side + lane // side, column * side + lane % side]
+
+
+@cocotb.test()
+async def whole_frusta(dut):
+    """Frusta of a large scene in both orders, and how busy the rays keep the pipeline."""
+    given = options()
+    await start(dut, cycles=given["cycles"])
+    bench = bench_of(dut)
+    random = np.random.default_rng(given["seed"])
+    frusta = Frusta(dut, bench, scene=given["scene"], rays=tuple(given["rays"]), pixels=tuple(given["pixels"]))
+    for record in frusta.records:
+        for order in (np.arange(len(frusta.geometry)), random.permutation(len(frusta.geometry))):
+            counters = await frusta.check(record, order)
+            dut._log.info("%s: busy %.3f, %s", given["scene"], counters["tested"] / counters["cycles"], counters)
+
+
+QUICK = ("orders", "hard_patches", "sections", "every_pair_of_pauses", "reset_in_flight",
+         "read_out_beside_the_next_frustum", "rates", "codes_are_floors")
+
+
+def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):
+    changes = {**SMALL, **(changes or {})}
+    simulate(IntersectionUnit(config=config_of(changes, preset)), MODULE, tests, simulator=simulator, name=name,
+             changes=changes, preset=preset, **given)
+
+
+def test_the_unit_in_verilator():
+    run("unit", QUICK, pairs=20_000)
+
+
+@pytest.mark.nightly
+def test_many_hard_patches():
+    run("unit-hard", ("hard_patches",), pairs=200_000)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+def test_the_unit_in_icarus(simulator):
+    run("unit-icarus", ("orders", "reset_in_flight"), simulator=simulator)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("changes", [CONFIGURATIONS["narrow"], {"icu.product_registers": 1},
+                                     {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3}],
+                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles"])
+def test_other_widths_and_depths(changes, request):
+    run(request.node.callspec.id, ("orders", "every_pair_of_pauses"), changes=changes)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("scene", ["cornell", "lobby", "room1627"])
+def test_whole_frusta(scene):
+    run(f"unit-{scene}", ("whole_frusta",), scene=scene, rays=(256, 64), pixels=(120, 90), preset="small",
+        changes={"icu.patch_bits": 11, "icu.generation_bits": 4}, cycles=3_000_000)

