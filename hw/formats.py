@@ -99,12 +99,12 @@ class Formats:
         """A bundle of rays, and the section of it that is a cluster's own.
 
         ``section``: first_column <= column < end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles
-        of the section. ``longest_direction``: see `golden.frustum.FrustumRecord`; 0 for a screen.
+        of the section. ``longest_direction``: see `golden.frustum.FrustumRecord`, little more than 1; 0 for a screen.
         """
         return StructLayout({
             "is_screen": 1, "origin": self.scene_vector, "matrix": ArrayLayout(self.direction_vector, 3),
             "columns": self.count, "rows": self.count, "column_bits": 5, "row_bits": 5,
-            "source": self.surface, "longest_direction": unsigned(self.direction.width + 1),
+            "source": self.surface, "longest_direction": unsigned(self.direction.width - 1),
             "section": self.section, "tiles_across": self.count})
 
     @property

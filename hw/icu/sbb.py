@@ -143,8 +143,8 @@ class Sbb(wiring.Component):
             walked.append(pipeline.register(lambda a, b: a + b, walked[-1], at_last(turn, edge)))
         left = pipeline.register(lambda a, b: a - b, extreme(pipeline, walked, largest=False), slack)
         right = pipeline.register(lambda a, b: a + b, extreme(pipeline, walked, largest=True), slack)
-        wide = pipeline.register(lambda left, right: right - left > half, left, right)
-        ring = pipeline.register(lambda wide, pole, nadir: wide | pole | nadir, wide, pole, nadir)
+        span = pipeline.register(lambda left, right: right - left, left, right)
+        ring = pipeline.register(lambda span, pole, nadir: (span > half) | pole | nadir, span, pole, nadir)
         column_first, column_last = (index(value, column_bits, bits, last)
                                      for value, last in ((left, False), (right, True)))
 
