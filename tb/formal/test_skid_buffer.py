@@ -1,0 +1,58 @@
+import pytest
+from amaranth.hdl import Assert, Cover, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In
+
+from hw.lib.skid_buffer import SkidBuffer
+from tb.formal.around import connect_ports
+from tb.formal.follow import follow
+from tb.formal.prove import prove
+from tb.formal.twin import Twin
+
+SHAPE = StructLayout({"a": 1, "b": 2})
+
+
+class SkidBufferOrder(wiring.Component):
+    """Order and count; it takes unless two items are inside, and both directions are registered."""
+
+    def __init__(self, dut):
+        self._dut = dut
+        super().__init__({**dict(dut.signature.members.items()), "marks": In(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = self._dut
+        connect_ports(m, self, dut)
+        inside = follow(m, dut.i.valid & dut.i.ready, dut.i.payload, dut.o.valid & dut.o.ready, dut.o.payload, room=2,
+                        marks=self.marks)
+        m.d.comb += [Assert(dut.o.valid == (inside != 0)), Assert(dut.i.ready == (inside != 2))]
+        # Without pauses there are none.
+        flows = Signal(range(4))
+        with m.If(self.o.ready & self.i.valid):
+            m.d.sync += flows.eq(flows + (flows != 3))
+        with m.Else():
+            m.d.sync += flows.eq(0)
+        with m.If(flows == 3):
+            m.d.comb += [Assert(dut.i.ready), Assert(dut.o.valid), Cover(self.marks)]
+        return m
+
+
+FAULTS = {
+    "takes what it has no room for": {"i__ready": lambda dut: 1},
+    "takes only when it gives": {"i__ready": lambda dut: dut.i.ready & dut.o.ready},
+    "gives an item twice": {"o__valid": lambda dut: dut.o.valid | ~dut.i.ready | dut.i.valid},
+}
+
+
+def test_order_and_count():
+    assert prove(SkidBufferOrder(SkidBuffer(SHAPE)))
+
+
+def test_reaches_full_and_flows():
+    assert prove(SkidBufferOrder(SkidBuffer(SHAPE)), mode="cover", depth=10)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_broken_twin(fault):
+    assert not prove(SkidBufferOrder(Twin(SkidBuffer(SHAPE), FAULTS[fault])), mode="bmc", depth=10)
