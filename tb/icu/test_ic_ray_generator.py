@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.sim import Simulator
+
+from golden.ctu.sector import Sector
+from golden.icu.section_clip import section_clip
+from golden.icu.settle_code import settle_code
+from golden.icu.window_walk import ray_address, walk_cycles, window_rays
+from golden.stimulus.frusta import random_hemisphere
+from hw.formats import Formats
+from hw.icu.ic_ray_generator import IcRayGenerator
+from hw.icu.settle_map import SettleMap
+from tb.golden.icu.test_section_clip import windows
+from tb.icu.frustum_load import tiles
+from tb.icu.vectors import section_window_of
+from tb.lib.configurations import config_of
+from tb.lib.payload import pack
+
+WINDOWS = 100
+
+
+class Generator(wiring.Component):
+    """The ray generator with its settle map."""
+
+    def __init__(self, config):
+        super().__init__({})
+        self.rays = IcRayGenerator(config=config)
+        self.map = SettleMap(config=config, tag=Formats(config).tile_step)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.rays, m.submodules.map = self.rays, self.map
+        wiring.connect(m, self.rays.o_walk, self.map.i_walk)
+        wiring.connect(m, self.map.o_walk, self.rays.i_walk)
+        return m
+
+
+class Walk:
+    """Windows over a settle map that an earlier frustum has used too."""
+
+    def __init__(self, *, tile_bits, bounds, seed, choose=None):
+        self.config = config = config_of({"icu.tile_bits": tile_bits, "icu.generation_bits": 2})
+        random = np.random.default_rng(seed)
+        record = random_hemisphere(random, config)
+        first, end, top, bottom = bounds
+        self.section = section = Sector(first, end or record.columns, top, bottom or record.rows)
+        given = windows(random, record, WINDOWS)
+        if choose is not None:
+            given = choose(given)
+        self.windows, self.across = section_clip(given, section, record), tiles(section, config)[0]
+        columns, rows = np.meshgrid(np.arange(section.end_column - section.first_column),
+                                    np.arange(section.end_row - section.first_row))
+        self.places = ray_address(columns.ravel(), rows.ravel(), self.across, config.icu)
+        self.inverse = np.zeros(config.icu.rays, dtype=np.int64)
+        settled = self.places[random.random(len(self.places)) < 0.6]
+        self.inverse[settled] = random.integers(1 << 22, 3 << 22, len(settled))
+        self.settled = random.permutation(settled).tolist()
+        self.threshold = random.integers(1, config.icu.settle.high + 2, WINDOWS)
+        self.threshold[:WINDOWS // 3] = config.icu.settle.high + 1
+        self.random = random
+
+    def expected(self):
+        """The rays in order, and how many of each window there are."""
+        code, rays, live = settle_code(self.inverse, self.config), [], np.zeros(WINDOWS, dtype=int)
+        for which in range(WINDOWS):
+            columns, rows = window_rays(self.windows, which, self.config.icu)
+            place = ray_address(columns, rows, self.across, self.config.icu)
+            may = code[place] < self.threshold[which]
+            live[which] = may.sum()
+            rays += [(which % 64, int(ray), int(column) + self.section.first_column, int(row) + self.section.first_row)
+                     for ray, column, row in zip(place[may], columns[may], rows[may], strict=True)]
+        return rays, live
+
+    def run(self):
+        """Rays that were issued, rays visited, and cycles from the first beat to the last."""
+        config, issued, visited, cycles = self.config, [], [], []
+        top = Generator(config)
+        shape = Formats(config).patch_window
+        simulator = Simulator(top)
+        simulator.add_clock(1e-8)
+
+        async def drive(ctx):
+            ctx.set(top.rays.tiles_across, self.across)
+            ctx.set(top.rays.section, {name: getattr(self.section, name) for name in
+                                       ("first_column", "end_column", "first_row", "end_row")})
+            earlier = self.random.choice(self.places, 150).tolist()
+            for hits in ([(ray, (1 << 24) - 1) for ray in earlier],
+                         [(ray, int(self.inverse[ray])) for ray in self.settled]):
+                ctx.set(top.map.i_start.valid, 1)
+                while not (await ctx.tick().sample(top.map.i_start.ready))[2]:
+                    pass
+                ctx.set(top.map.i_start.valid, 0)
+                for ray, inverse in hits:
+                    ctx.set(top.map.i.valid, 1)
+                    ctx.set(top.map.i.payload, {"ray": ray, "inverse": inverse})
+                    await ctx.tick()
+                ctx.set(top.map.i.valid, 0)
+                await ctx.tick().repeat(8)
+            for which in range(WINDOWS):
+                ctx.set(top.rays.i.valid, 1)
+                ctx.set(top.rays.i.payload.as_value(), pack(shape, {
+                    "slot": which % 64, "window": section_window_of(self.windows, which),
+                    "threshold": int(self.threshold[which])}))
+                while not (await ctx.tick().sample(top.rays.i.ready))[2]:
+                    pass
+            ctx.set(top.rays.i.valid, 0)
+
+        async def watch(ctx):
+            lasts = cycle = 0
+            while lasts < WINDOWS:
+                *_, valid, beat, seen = await ctx.tick().sample(top.rays.o.valid, top.rays.o.payload, top.rays.visited)
+                cycle += 1
+                assert cycle < 100_000, "the watchdog waited too long"
+                visited.append(seen)
+                if valid:
+                    cycles.append(cycle)
+                    lasts += beat.last
+                    if beat.is_ray:
+                        issued.append((int(beat.slot), int(beat.ray), int(beat.column), int(beat.row)))
+
+        simulator.add_testbench(drive)
+        simulator.add_testbench(watch)
+        simulator.run()
+        return issued, sum(visited), cycles[-1] - cycles[0] + 1
+
+
+@pytest.mark.parametrize("tile_bits", [1, 2, 3])
+@pytest.mark.parametrize("bounds", [(0, None, 0, None), (0, 20, 3, 9), (11, 43, 2, None)], ids=str)
+def test_the_rays_that_may_improve_are_issued_in_order_and_in_time(tile_bits, bounds):
+    walk = Walk(tile_bits=tile_bits, bounds=bounds, seed=4)
+    issued, visited, cycles = walk.run()
+    expected, live = walk.expected()
+    assert issued == expected
+    assert visited == walk.windows.rays.sum()
+    # One cycle more per window where its last tile has no ray.
+    assert live.sum() <= cycles <= walk_cycles(walk.windows, live, walk.config.icu).sum() + WINDOWS
+
+
+def test_windows_of_one_ray_are_issued_in_consecutive_cycles():
+    def one_ray(given):
+        return given.__class__(given.column_first * 0 + 5, given.column_count * 0 + 1, given.row_first * 0 + 3,
+                               given.row_count * 0 + 1)
+
+    walk = Walk(tile_bits=2, bounds=(0, None, 0, None), seed=6, choose=one_ray)
+    walk.inverse[:] = 0
+    walk.settled = []
+    issued, _, cycles = walk.run()
+    assert len(issued) == cycles == WINDOWS
+    assert len({ray for _, ray, _, _ in issued}) == 1
