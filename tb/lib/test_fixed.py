@@ -87,7 +87,8 @@ def check(got, expected):
     assert got == np.asarray(expected).tolist()
 
 
-@pytest.mark.parametrize(("width", "by"), [(width, by) for width in WIDTHS for by in (0, 1, 2, 17, 58) if by < width - 1])
+@pytest.mark.parametrize(("width", "by"),
+                         [(width, by) for width in WIDTHS for by in (0, 1, 2, 17, 58) if by < width - 1])
 def test_round_shift(width, by):
     values = draw(signed(width))
     # All halves, of both signs, are among them.
