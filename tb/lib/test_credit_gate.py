@@ -1,0 +1,53 @@
+# amaranth: UnusedElaboratable=no
+
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from hw.lib.credit_gate import CreditGate
+from hw.lib.pipeline import Pipeline
+from hw.lib.queue import Queue
+from tb.lib.block_bench import Vectors, check_in_simulator
+from tb.lib.runner import SIMULATORS
+
+SHAPE = StructLayout({"number": 8, "inverted": 8})
+ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
+
+
+class Gated(wiring.Component):
+    """A pipeline that cannot wait between a gate and a queue; it holds two items less than there are credits."""
+
+    def __init__(self):
+        super().__init__({"i": In(stream.Signature(SHAPE)), "o": Out(stream.Signature(SHAPE))})
+        inside = stream.Signature(SHAPE, always_ready=True)
+        self._in, self._out = inside.flip().create(), inside.create()
+        self._pipeline = Pipeline(self._in, self._out)
+        self._pipeline.output(self._out.payload, self._pipeline.delay(self._pipeline.input(self._in.payload), 4))
+        self.latency = self._pipeline.latency + 1
+
+    def elaborate(self, platform):
+        m = Module()
+        credits = self._pipeline.latency + 2
+        m.submodules.gate, m.submodules.queue = gate, queue = CreditGate(SHAPE, credits=credits), Queue(
+            SHAPE, depth=credits)
+        self._pipeline.add_to(m)
+        wiring.connect(m, wiring.flipped(self.i), gate.i)
+        wiring.connect(m, queue.o, wiring.flipped(self.o))
+        m.d.comb += [gate.o.ready.eq(1), self._in.valid.eq(gate.o.valid), self._in.payload.eq(gate.o.payload),
+                     queue.i.valid.eq(self._out.valid), queue.i.payload.eq(self._out.payload),
+                     gate.i_return.valid.eq(queue.o.valid & queue.o.ready)]
+        return m
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_in_the_simulator(simulator):
+    check_in_simulator("credit_gate", lambda config: Gated(),
+                       lambda config: Vectors(items=ITEMS, expected={"o": ITEMS}), simulator=simulator)
+
+
+@pytest.mark.parametrize("credits", [0, 1.5])
+def test_init_wrong_credits(credits):
+    with pytest.raises(ValueError, match=f"^Credits must be at least 1, not {credits!r}$"):
+        CreditGate(SHAPE, credits=credits)

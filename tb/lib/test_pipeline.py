@@ -1,0 +1,121 @@
+# amaranth: UnusedElaboratable=no
+
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+from amaranth.sim import Simulator
+
+from hw.lib.pipeline import Pipeline
+from tb.lib.block_bench import Vectors, check_in_simulator
+from tb.lib.runner import SIMULATORS
+
+PAIR = StructLayout({"x": 8, "y": 8})
+TABLE = [k * 37 % 256 for k in range(256)]
+RESULT = StructLayout({"total": 10, "y": 8, "found": 8, "constant": 8})
+ITEMS = [{"x": k * 5 % 256, "y": k * 91 % 256} for k in range(160)]
+
+
+class Mixed(wiring.Component):
+    """Ways of 0, 1 and 3 cycles that meet."""
+
+    def __init__(self, *, stalls):
+        super().__init__({"i": In(stream.Signature(PAIR, always_ready=not stalls)),
+                          "o": Out(stream.Signature(RESULT, always_ready=not stalls))})
+        self._memory = Memory(shape=8, depth=256, init=TABLE)
+        self._port = self._memory.read_port()
+        self._pipeline = p = Pipeline(self.i, self.o)
+        x, y = (p.input(self.i.payload[name]) for name in "xy")
+        doubled = p.register(lambda x: x << 1, x, registers=2)
+        assert (doubled.age, p.combine(lambda a, b: a + b, doubled, y).age) == (2, 2)
+        total = p.register(lambda a, b: a + b, doubled, y)
+        p.output(self.o.payload.total, total)
+        p.output(self.o.payload.y, y)
+        p.output(self.o.payload.found, p.read(self._port, x))
+        p.output(self.o.payload.constant, p.constant(77))
+        self.latency = p.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = self._memory
+        self._pipeline.add_to(m)
+        return m
+
+
+class Steps(wiring.Component):
+    """How far an even number is from the number in front of it; odd ones do not come out."""
+
+    def __init__(self):
+        super().__init__({"i": In(stream.Signature(8, always_ready=True)),
+                          "o": Out(stream.Signature(8, always_ready=True))})
+        self._pipeline = p = Pipeline(self.i, self.o)
+        x = p.delay(p.input(self.i.payload), 1)
+        p.keep(p.combine(lambda x: ~x[0], x))
+        p.output(self.o.payload, p.register(lambda x, before: (x - before)[:8], x, p.before(x, 1)))
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m
+
+
+def results(items):
+    return [{"total": 2 * item["x"] + item["y"], "y": item["y"], "found": TABLE[item["x"]], "constant": 77}
+            for item in items]
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("stalls", [True, False])
+def test_in_the_simulator(stalls, simulator):
+    check_in_simulator(f"pipeline-{stalls}", lambda config: Mixed(stalls=stalls),
+                       lambda config: Vectors(items=ITEMS, expected={"o": results(ITEMS)}), simulator=simulator)
+
+
+def test_keep_and_before():
+    steps, numbers, came = Steps(), [3, 10, 12, 15, 40, 41, 44], []
+
+    async def drive(ctx):
+        for number in [*numbers, None, None, None]:
+            ctx.set(steps.i.valid, number is not None)
+            ctx.set(steps.i.payload, number or 0)
+            if ctx.get(steps.o.valid):
+                came.append(ctx.get(steps.o.payload))
+            await ctx.tick()
+
+    simulator = Simulator(steps)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.run()
+    assert came == [7, 2, 25, 3]
+
+
+def test_latency_is_what_the_longest_way_takes():
+    assert Mixed(stalls=True).latency == 3
+
+
+def test_registers_are_shared():
+    pipeline = Pipeline(*(stream.Signature(4, always_ready=True).create() for _ in range(2)))
+    x = pipeline.input(pipeline._i.payload)
+    assert pipeline.delay(x, 2).value is pipeline.delay(pipeline.delay(x, 1), 1).value
+    assert len(pipeline._registers) == 2
+
+
+@pytest.mark.parametrize(("registers", "age"), [(1, 1), (2, 2), (3, 3)])
+def test_age_of_a_product(registers, age):
+    pipeline = Pipeline(*(stream.Signature(4, always_ready=True).create() for _ in range(2)))
+    x = pipeline.input(pipeline._i.payload)
+    assert pipeline.product(x, x, registers=registers).age == age
+
+
+def test_init_wrong_streams():
+    waits, flows = stream.Signature(4).create(), stream.Signature(4, always_ready=True).create()
+    with pytest.raises(ValueError, match=r"^Input must be a stream that can wait where the output can"):
+        Pipeline(flows, waits)
+
+
+def test_wrong_before():
+    pipeline = Pipeline(stream.Signature(4).create(), stream.Signature(4).create())
+    with pytest.raises(ValueError, match=r"^Output must be always ready for items to follow each other"):
+        pipeline.before(pipeline.input(pipeline._i.payload), 1)
