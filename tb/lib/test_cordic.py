@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+from amaranth.hdl import Const, signed, unsigned
+
+from golden.config import Icu
+from golden.cordic import circular, linear
+from hw.lib.cordic import accumulator_bits, cordic
+from tb.lib.operator_bench import run_operator
+
+BITS = 17
+KNOBS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
+
+
+def pairs():
+    """Pairs of all directions, axes, diagonals and near misses of them first."""
+    top = (1 << BITS) - 1
+    edge = np.array([-top, -top + 1, -1, 0, 1, 1 << BITS - 1, top - 1, top])
+    x, y = np.random.default_rng(7).integers(-top, top + 1, (2, 200))
+    return np.concatenate([np.repeat(edge, 8), x]), np.concatenate([np.tile(edge, 8), y])
+
+
+def run(icu, x, y, *, is_linear, shape):
+    width = BITS + icu.cordic_guard + 4
+    return run_operator(
+        [signed(width)] * 2, [shape, signed(width)],
+        lambda p, x, y: list(cordic(p, x, y, linear=Const(is_linear), icu=icu, width=width)),
+        [x << icu.cordic_guard, y << icu.cordic_guard])
+
+
+@pytest.mark.parametrize("icu", KNOBS, ids=str)
+def test_angles_and_lengths(icu):
+    x, y = pairs()
+    (angle, length), latency = run(icu, x, y, is_linear=0, shape=unsigned(icu.angle_bits))
+    expected = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
+    assert angle == expected[0].tolist()
+    assert length == expected[1].tolist()
+    assert latency == icu.cordic_stages + 2
+
+
+@pytest.mark.parametrize("icu", KNOBS, ids=str)
+def test_quotients(icu):
+    x, y = pairs()
+    x, y = np.maximum(np.abs(x), np.abs(y)), np.where(np.abs(x) < np.abs(y), x, y)
+    x, y = x[x > 0], y[x > 0]
+    (quotient, _), latency = run(icu, x, y, is_linear=1, shape=signed(accumulator_bits(icu)))
+    assert quotient == linear(y, x, icu).tolist()
+    assert latency == icu.cordic_stages + 2
