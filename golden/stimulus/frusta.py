@@ -18,18 +18,18 @@ HEMISPHERE, SCREEN = (64, 16), (60, 45)
 _SIZES = ("columns", "rows", "column_bits", "row_bits", "source")
 
 
-def random_hemisphere(random: np.random.Generator, config: Config) -> FrustumRecord:
-    """Around a random normal."""
-    return hemisphere_record(Hemisphere(*HEMISPHERE), _unit(config), random.uniform(0.3, 0.7, 3),
+def random_hemisphere(random: np.random.Generator, config: Config, size=HEMISPHERE) -> FrustumRecord:
+    """Around a random normal; ``size`` in azimuths and polars."""
+    return hemisphere_record(Hemisphere(*size), _unit(config), random.uniform(0.3, 0.7, 3),
                              random.normal(size=3), source=SOURCE)
 
 
-def random_screen(random: np.random.Generator, config: Config) -> FrustumRecord:
-    """Through a random camera."""
+def random_screen(random: np.random.Generator, config: Config, size=SCREEN) -> FrustumRecord:
+    """Through a random camera; ``size`` in pixels."""
     eye = random.uniform(0.3, 0.7, 3)
     camera = Camera(eye=tuple(eye), target=tuple(eye + random.normal(size=3)), up=tuple(random.normal(size=3)),
                     fov=float(random.choice([20, 60, 100])))
-    return screen_record(Screen(camera=camera, width=SCREEN[0], height=SCREEN[1]), _unit(config))
+    return screen_record(Screen(camera=camera, width=size[0], height=size[1]), _unit(config))
 
 
 def random_frustum(random: np.random.Generator, config: Config) -> FrustumRecord:

@@ -2,40 +2,81 @@ import numpy as np
 import pytest
 
 from golden.icu.ipbb import ImagePlaneWindows
-from golden.stimulus import stimulus
-from golden.stimulus.frusta import frustum_record
+from golden.stimulus.frusta import frustum_record, random_screen
 from hw.icu.ipbb import Ipbb
-from tb.icu.vectors import frustum_of, rows, slot_of, turns_of, window_of
+from tb.icu.vectors import (
+    LIMITS,
+    assert_all_occur,
+    frustum_of,
+    largest,
+    rows,
+    seen_through,
+    slot_of,
+    turns_of,
+    window_of,
+)
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.runner import SIMULATORS
+
+COUNT = 300
 
 
 def make(config):
     return Ipbb(config=config)
 
 
-def vectors(config):
-    return of_seed(3, config)
+def small_frustum(config):
+    return seen_through(random_screen(np.random.default_rng(6), config), "icu.ipbb", count=COUNT, seed=6, config=config)
 
 
-def of_seed(seed, config):
-    given = stimulus("icu.ipbb", count=200, seed=seed, config=config).arrays
-    record = frustum_record(given, config)
-    windows, direction = ImagePlaneWindows(record, config), given["direction"]
+def largest_frustum(config):
+    record = random_screen(np.random.default_rng(7), config, largest(config))
+    return seen_through(record, "icu.ipbb", count=COUNT, seed=7, config=config)
+
+
+def vectors(given, config):
+    windows, direction = ImagePlaneWindows(frustum_record(given, config), config), given["direction"]
     first, second = (windows.quotients(direction[..., axis], direction[..., 2]) for axis in range(2))
     signs = rows(np.sign(given["planes"][:, :5]))
     front = ((direction[..., 2] > 0) << np.arange(4)).sum(axis=1)
     return Vectors(
         ports={"frustum": frustum_of(given, config)},
         items=[{**slot_of(k), "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
-                "turns": turns_of(given, k), "signs": signs[k]} for k in range(200)],
-        expected={"o": [{**slot_of(k), "window": window_of(given, k)} for k in range(200)]})
+                "turns": turns_of(given, k), "signs": signs[k]} for k in range(COUNT)],
+        expected={"o": [{**slot_of(k), "window": window_of(given, k)} for k in range(COUNT)]})
 
 
-def test_every_width_and_depth():
-    check_block(make, vectors)
+def of_small_frustum(config):
+    return vectors(small_frustum(config), config)
+
+
+def of_largest_frustum(config):
+    return vectors(largest_frustum(config), config)
+
+
+def test_every_width():
+    check_block(make, of_small_frustum, variants=[*CONFIGURATIONS.values(), {"icu.side_bits": 16}])
+
+
+def test_the_largest_frustum():
+    # Only the finest grid has many entries at the very border of a window.
+    check_block(make, of_largest_frustum, variants=[*LIMITS, {"icu.side_bits": 16}])
+
+
+@pytest.mark.parametrize("given", [small_frustum, largest_frustum])
+def test_the_vectors_hold_every_case(given):
+    given = given(config_of({}))
+    behind = (given["direction"][..., 2] <= 0).sum(axis=1)
+    rays = given["column_count"] > 0
+    assert_all_occur({
+        "in front": rays & (behind == 0), "partly behind the eye": rays & (behind > 0), "behind the eye": behind == 4,
+        "over the whole width": given["column_count"] == given["frustum_columns"],
+        "in the middle of the screen": rays & (given["column_count"] < given["frustum_columns"]),
+        "beside the screen": ~rays & (behind == 0), "split": given["split"],
+        "edge-on in front": (behind == 0) & ~given["orientation"].any(axis=1)})
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("ipbb", make, vectors, simulator=simulator)
+    check_in_simulator("ipbb", make, of_small_frustum, simulator=simulator)

@@ -4,34 +4,66 @@ import pytest
 from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
 from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.stimulus.icu.section_clip import draw_windows
 from hw.icu.section_clip import SectionClip
-from tb.golden.icu.test_section_clip import windows
+from tb.golden.icu.test_section_clip import SECTIONS
 from tb.icu.frustum_load import frustum_payload
-from tb.icu.vectors import section_window_of, slot_of, window_of
+from tb.icu.vectors import LIMITS, assert_all_occur, largest, section_window_of, slot_of, window_of
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS
+
+COUNT = 200
 
 
 def make(config):
     return SectionClip(config=config)
 
 
-def vectors(config):
+def clipped(frustum, bounds, config):
+    """Frustum, section, windows and their parts."""
     random = np.random.default_rng(4)
-    record = random.choice([random_hemisphere, random_screen])(random, config)
-    section = Sector(7, 43, 2, record.rows - 1)
-    window = windows(random, record, 200)
-    clipped = section_clip(window, section, record)
-    return Vectors(
-        ports={"frustum": frustum_payload(record, section, config)},
-        items=[{**slot_of(k), "window": window_of(vars(window), k)} for k in range(200)],
-        expected={"o": [{**slot_of(k), "window": section_window_of(clipped, k)} for k in range(200)]})
+    record = frustum(random, config, largest(config))
+    first_column, end_column, first_row, end_row = bounds
+    section = Sector(first_column, end_column or record.columns, first_row, end_row or record.rows)
+    given = draw_windows(random, record, COUNT)
+    return record, section, given, section_clip(given, section, record)
 
 
-def test_every_width_and_depth():
-    check_block(make, vectors, variants=[{}])
+def vectors_of(frustum, bounds):
+    def vectors(config):
+        record, section, given, parts = clipped(frustum, bounds, config)
+        return Vectors(
+            ports={"frustum": frustum_payload(record, section, config)},
+            items=[{**slot_of(k), "window": window_of(vars(given), k)} for k in range(COUNT)],
+            expected={"o": [{**slot_of(k), "window": section_window_of(parts, k)} for k in range(COUNT)]})
+
+    return vectors
+
+
+@pytest.mark.parametrize("bounds", SECTIONS)
+@pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
+def test_every_section(frustum, bounds):
+    check_block(make, vectors_of(frustum, bounds), variants=LIMITS)
+
+
+def test_the_vectors_hold_every_case():
+    for frustum in (random_hemisphere, random_screen):
+        cases = {}
+        for bounds in SECTIONS:
+            _, section, given, parts = clipped(frustum, bounds, config_of({"icu.side_bits": 6}))
+            rays, before = parts.rays > 0, given.column_first < section.first_column
+            for name, found in (("clipped away", ~rays & (given.rays > 0)), ("empty", given.rays == 0),
+                                ("begun before the section", rays & before), ("begun in the section", rays & ~before)):
+                cases[name] = cases.get(name, False) | found.any()
+            if frustum is random_hemisphere:
+                wrapped = parts.wrapped_count > 0
+                goes_round = ~before & (given.column_first >= section.end_column)
+                for name, found in (("in two pieces", wrapped), ("gone round to the section", rays & goes_round)):
+                    cases[name] = cases.get(name, False) | found.any()
+        assert_all_occur(cases)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("section_clip", make, vectors, simulator=simulator)
+    check_in_simulator("section_clip", make, vectors_of(random_hemisphere, SECTIONS[2]), simulator=simulator)

@@ -4,11 +4,17 @@ import numpy as np
 
 from golden.config import Config
 from golden.ctu.sector import Sector
-from golden.stimulus.frusta import frustum_record
+from golden.frustum import FrustumRecord
+from golden.stimulus import block
+from golden.stimulus.frusta import frustum_arrays, frustum_record
 from tb.icu.frustum_load import frustum_payload
+from tb.lib.configurations import CONFIGURATIONS
 
-__all__ = ["factor_of", "frustum_of", "rows", "section_window_of", "slot_of", "turns_of", "vertex_place", "window_of"]
+__all__ = ["LIMITS", "assert_all_occur", "factor_of", "frustum_of", "largest", "rows", "section_window_of",
+           "seen_through", "slot_of", "turns_of", "vertex_place", "window_of"]
 
+# Configurations whose indices a frustum can fill.
+LIMITS = [*CONFIGURATIONS.values(), {"icu.side_bits": 6}]
 WINDOW = ("column_first", "column_count", "row_first", "row_count")
 SLOTS = 16
 
@@ -17,6 +23,24 @@ def frustum_of(given: dict, config: Config, section: Sector | None = None) -> di
     """The frustum of a stimulus, all of it or a section of it."""
     record = frustum_record(given, config)
     return frustum_payload(record, section or Sector.whole(record), config)
+
+
+def largest(config: Config) -> tuple[int, int]:
+    """Columns and rows of a frustum that fills all indices."""
+    return 1 << config.icu.side_bits, 1 << config.icu.side_bits
+
+
+def seen_through(record: FrustumRecord, name: str, *, count: int, seed: int, config: Config) -> dict:
+    """Inputs and outputs of a block's stimulus, with ``record`` in place of the frustum that it draws."""
+    _, drawn = block(name)
+    given = drawn.draw(np.random.default_rng(seed), count, config) | frustum_arrays(record)
+    return given | drawn.expect(given, config)
+
+
+def assert_all_occur(cases: dict) -> None:
+    """Each of the named conditions holds for at least one vector."""
+    missing = [name for name, holds in cases.items() if not np.any(holds)]
+    assert not missing, f"no vector is {' or '.join(missing)}"
 
 
 def vertex_place(number: int) -> dict:

@@ -6,17 +6,9 @@ from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
 from golden.icu.window import Window
 from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.stimulus.icu.section_clip import draw_windows
 
 SECTIONS = [(0, None, 0, None), (0, 20, 3, 9), (7, None, 0, 5), (13, 14, 4, 5), (11, 43, 2, None)]
-
-
-def windows(random, record, count):
-    """Random windows, of a hemisphere many that go round."""
-    first, rows = random.integers(record.columns, size=count), random.integers(record.rows, size=count)
-    most = record.columns - first if record.is_screen else np.full(count, record.columns)
-    columns = random.integers(0, most + 1)
-    columns[:8] = most[:8]
-    return Window(first, columns, rows, random.integers(0, record.rows - rows + 1))
 
 
 @pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
@@ -26,7 +18,7 @@ def test_the_two_pieces_are_the_windows_rays_of_the_section(frustum, bounds):
     record = frustum(random, Config())
     a, b, c, d = bounds
     section = Sector(a, b or record.columns, c, d or record.rows)
-    given = windows(random, record, 200)
+    given = draw_windows(random, record, 200)
     clipped = section_clip(given, section, record)
     column, row = np.arange(record.columns), np.arange(record.rows)[:, None]
     for k in range(200):
