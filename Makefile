@@ -41,7 +41,7 @@ demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 
 test: lint ## all tests but the nightly ones
 	@echo "== tests, two at a time"
-	$(BIN)/pytest -n 2 -m "not nightly"
+	$(BIN)/pytest -n 2 -m "not nightly and not sim"
 
 sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
@@ -65,7 +65,7 @@ report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables
 	$(BIN)/python -m hw report icu --preset small
 
 nightly: $(STAMP) ## the tests that take long
-	$(BIN)/pytest -n 2 -m nightly
+	$(BIN)/pytest -n 2 -m "nightly or sim"
 
 pictures: $(STAMP) ## render the pictures of the documentation again
 	$(BIN)/python -m tb.pictures docs/pictures
