@@ -27,7 +27,8 @@ class Collector(wiring.Component):
     i
         ``row`` of the frustum and ``hit`` (`Formats.hit`). Ready unless sums are being read.
     i_table
-        `Formats.table_write`, of which WEIGHT is taken. Always ready.
+        `Formats.table_write`, of which WEIGHT is taken. Always ready. The sender sees to it that no hit of the row that
+        is written comes in the same cycle.
     i_read
         Number of patches whose sums are sent, from patch 0 on; sums that are sent begin at 0 again.
     o
@@ -37,7 +38,7 @@ class Collector(wiring.Component):
 
     Timing
     ------
-    Latency: ``7`` cycles to the first sum. One hit per cycle, one sum per cycle; 2^``patch_bits`` cycles to clear all
+    Latency: ``6`` cycles to the first sum. One hit per cycle, one sum per cycle; 2^``patch_bits`` cycles to clear all
     sums after reset.
 
     Golden counterpart: `golden.icu.collector.collect`.
@@ -64,12 +65,13 @@ class Collector(wiring.Component):
         m.submodules.sums = sums = UpdateMemory(
             formats.weight_sum, depth=1 << icu.patch_bits, operand=operand,
             tag=StructLayout({"reads": 1, "last": 1}), change=change)
-        m.submodules.weights = weights = Memory(shape=WEIGHT_BITS, depth=1 << icu.side_bits, init=[])
-        write, read = weights.write_port(), weights.read_port()
+        m.submodules.weights = weights = Memory(shape=WEIGHT_BITS, depth=1 << icu.side_bits, init=[],
+                                                attrs={"no_rw_check": 1})
+        write, read = weights.write_port(), weights.read_port(domain="comb")
         given = self.i_table
         m.d.comb += [write.addr.eq(given.payload.index), write.data.eq(given.payload.data),
                      write.en.eq(given.valid & (given.payload.kind == TableKind.WEIGHT)),
-                     read.addr.eq(self.i.payload.row), read.en.eq(1)]
+                     read.addr.eq(self.i.payload.row)]
 
         room = 8
         m.submodules.queue = queue = Queue(self.o.payload.shape(), depth=room)
@@ -100,8 +102,8 @@ class Collector(wiring.Component):
             m.d.sync += [now[name].eq(before[name]) for name in now]
             hits.append(now)
             before = now
-        weight = Signal(WEIGHT_BITS, reset_less=True)
-        m.d.sync += weight.eq(read.data)
+        weight_1, weight = (Signal(WEIGHT_BITS, reset_less=True) for _ in range(2))
+        m.d.sync += [weight_1.eq(read.data), weight.eq(weight_1)]
         scans = clears | asks
         entry = sums.i.payload
         m.d.comb += [

@@ -105,7 +105,8 @@ class RayMemory(wiring.Component):
             m.submodules[f"rows_{bank}"] = rows = UpdateMemory(row, depth=icu.rays, operand=operand, tag=tag,
                                                                change=change)
             m.submodules[f"payload_{bank}"] = payload = Memory(
-                shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[])
+                shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[],
+                attrs={"no_rw_check": 1})
             # Begins where the other bank ends.
             mine = self.active != bank
             m.d.comb += generations.i_start.valid.eq(self.i_start.valid & mine)
@@ -125,19 +126,19 @@ class RayMemory(wiring.Component):
                 given.operand.row.complement.eq(~self.i.payload.patch),
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
 
-            write, read = payload.write_port(), payload.read_port()
+            write, read = payload.write_port(), payload.read_port(domain="comb")
             m.d.comb += [write.addr.eq(self.i_payload.payload.ray), write.data.u.eq(self.i_payload.payload.u),
                          write.data.v.eq(self.i_payload.payload.v),
                          write.en.eq(self.i_payload.valid & (self.active == bank))]
-            # The row comes with age 4, and so must (u, v).
+            # The row comes with age 4, and so must (u, v): two cycles for the address, the memory's, and one more.
             address = self.i_read.payload.ray
             for _ in range(2):
                 later = Signal.like(address, reset_less=True)
                 m.d.sync += later.eq(address)
                 address = later
-            uv = Signal.like(read.data, reset_less=True)
-            m.d.comb += [read.addr.eq(address), read.en.eq(1)]
-            m.d.sync += uv.eq(read.data)
+            uv_3, uv = (Signal.like(read.data, reset_less=True) for _ in range(2))
+            m.d.comb += read.addr.eq(address)
+            m.d.sync += [uv_3.eq(read.data), uv.eq(uv_3)]
 
             made = rows.o.payload
             with m.If(rows.o.valid & made.tag.updates):

@@ -51,9 +51,11 @@ class UpdateMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory = memory = Memory(shape=self._shape, depth=self._depth, init=[])
-        read, write = memory.read_port(), memory.write_port()
-        m.d.comb += [read.addr.eq(self.i.payload.address), read.en.eq(1)]
+        # What is read of a row that is being written is not used, as the item that writes it is looked at. A port with
+        # a register of its own would promise the old row all the same, at the price of logic behind the block RAM.
+        m.submodules.memory = memory = Memory(shape=self._shape, depth=self._depth, init=[], attrs={"no_rw_check": 1})
+        read, write = memory.read_port(domain="comb"), memory.write_port()
+        m.d.comb += read.addr.eq(self.i.payload.address)
 
         # Items of age 1 to 3: what they are, and what row they have read.
         items, valid = [self.i.payload], [self.i.valid]
@@ -63,7 +65,8 @@ class UpdateMemory(wiring.Component):
             m.d.sync += [item.eq(items[-1]), there.eq(valid[-1])]
             items.append(item)
             valid.append(there)
-        read_2, old_3 = (Signal(self._shape, reset_less=True) for _ in range(2))
+        read_1, read_2, old_3 = (Signal(self._shape, reset_less=True, name=name)
+                                 for name in ("read_1", "read_2", "old_3"))
 
         # Items of age 4 to 6 have written or not.
         done = []
@@ -74,23 +77,16 @@ class UpdateMemory(wiring.Component):
         for earlier, later in pairwise(done):
             m.d.sync += [later[name].eq(earlier[name]) for name in earlier]
 
-        def same(ahead):
-            """Whether an item of age 2 is at the place of the one ``ahead`` of it; found when it was of age 1."""
-            flag = Signal(name=f"same_as_{ahead}_ahead")
-            place = (items[1 + ahead].address if 1 + ahead < 4 else done[1 + ahead - 4]["address"])
-            m.d.sync += flag.eq(place == items[1].address)
-            return flag
-
-        m.d.sync += read_2.eq(read.data)
+        addresses = [item.address for item in items] + [item["address"] for item in done]
+        m.d.sync += [read_1.eq(read.data), read_2.eq(read_1)]
         merged = read_2
         for ahead in (4, 3, 2):
             of = done[2 + ahead - 4]
-            merged = Mux(same(ahead) & of["written"], of["row"], merged)
-        same_as_next = Signal()
-        m.d.sync += [old_3.eq(merged), same_as_next.eq(items[3].address == items[2].address)]
+            merged = Mux(self._same_as(m, addresses, ahead, age=2) & of["written"], of["row"], merged)
+        m.d.sync += old_3.eq(merged)
 
         old = Signal(self._shape)
-        m.d.comb += old.eq(Mux(same_as_next & done[0]["written"], done[0]["row"], old_3))
+        m.d.comb += old.eq(Mux(self._same_as(m, addresses, 1, age=3) & done[0]["written"], done[0]["row"], old_3))
         row, written = self._change(old, items[3].operand)
         m.d.sync += [done[0]["written"].eq(written & valid[3]), done[0]["address"].eq(items[3].address),
                      done[0]["row"].eq(row)]
@@ -101,3 +97,9 @@ class UpdateMemory(wiring.Component):
                      write.addr.eq(done[0]["address"]), write.data.eq(done[0]["row"]),
                      write.en.eq(done[0]["written"])]
         return m
+
+    def _same_as(self, m, addresses, ahead, *, age):
+        """Whether the item of an age is at the place of the one ``ahead`` of it, found a cycle before."""
+        flag = Signal(name=f"same_as_{ahead}_ahead")
+        m.d.sync += flag.eq(addresses[age - 1 + ahead] == addresses[age - 1])
+        return flag

@@ -1,0 +1,311 @@
+import random
+from collections import Counter, deque
+from itertools import pairwise
+
+import cocotb
+import numpy as np
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Out
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from golden.ctu.sector import Sector
+from golden.icu.ray_memory import RayMemory as GoldenRayMemory
+from golden.icu.window_walk import ray_address
+from golden.stimulus import block
+from hw.icu.ray_memory import RayMemory
+from hw.icu.read_out import ReadOut
+from tb.icu.frustum_load import tiles
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.payload import pack, unpack
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.scoreboard import check
+from tb.lib.stream import Monitor, Sink, Source
+from tb.lib.timing import documented_latency
+
+MODULE = "tb.icu.test_read_out"
+STREAMS = ("i_start", "i_update", "o_update", "i_payload", "i_read_out", "o_hit")
+# Sixteen tiles of 4 x 4 rays.
+SMALL = {"icu.rays": 256, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.generation_bits": 2}
+SECTIONS = (Sector(0, 16, 0, 16), Sector(5, 14, 3, 15), Sector(60, 64, 7, 61), Sector(0, 61, 63, 64),
+            Sector(9, 10, 2, 3))
+# Cycles from an update's answer to its (u, v).
+PAYLOAD_DELAYS = (1, 60)
+
+
+class Banks(wiring.Component):
+    """The ray memory with its read-out."""
+
+    def __init__(self, *, config):
+        self.memory, self.read_out = RayMemory(config=config, tag=10), ReadOut(config=config)
+        memory, read_out = (part.signature.members for part in (self.memory, self.read_out))
+        super().__init__({
+            "i_start": memory["i_start"], "i_update": memory["i"], "o_update": memory["o"],
+            "i_payload": memory["i_payload"], "i_read_out": read_out["i"], "o_hit": read_out["o"], "active": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory, m.submodules.read_out = memory, read_out = self.memory, self.read_out
+        wiring.connect(m, wiring.flipped(self.i_start), memory.i_start)
+        wiring.connect(m, wiring.flipped(self.i_update), memory.i)
+        wiring.connect(m, memory.o, wiring.flipped(self.o_update))
+        wiring.connect(m, wiring.flipped(self.i_payload), memory.i_payload)
+        wiring.connect(m, wiring.flipped(self.i_read_out), read_out.i)
+        wiring.connect(m, read_out.o_ask, memory.i_read)
+        wiring.connect(m, memory.o_read, read_out.i_hit)
+        wiring.connect(m, read_out.o, wiring.flipped(self.o_hit))
+        m.d.comb += self.active.eq(memory.active)
+        return m
+
+
+class Frustum:
+    """Updates of a section's rays, and what they must lead to.
+
+    Parameters
+    ----------
+    ray, inverse, patch, hit
+        Of each update; rays by their number in the section.
+    """
+
+    def __init__(self, config, section, ray, inverse, patch, hit):
+        self.config, self.section = config, section
+        columns, rows = np.meshgrid(np.arange(section.end_column - section.first_column),
+                                    np.arange(section.end_row - section.first_row))
+        self.columns, self.rows = columns.ravel(), rows.ravel()
+        place = ray_address(self.columns, self.rows, tiles(section, config)[0], config.icu)
+        self.ray = ray % len(place)
+        memory, self.won, self.uv = GoldenRayMemory(len(place), config), [], {}
+        uv_high = 1 << config.icu.uv_bits
+        self.updates, self.payloads = [], []
+        for number, update in enumerate(zip(self.ray, inverse, patch, hit, strict=True)):
+            which, *key, meets = map(int, update)
+            before = memory.inverse[which], memory.patch[which]
+            if meets:
+                memory.update(*(np.array([value]) for value in (which, *key)))
+            self.won.append(int((memory.inverse[which], memory.patch[which]) != before))
+            uv = number * 7 % uv_high, number * 3 % uv_high
+            if self.won[-1]:
+                self.uv[which] = uv
+            self.updates.append({"tag": number, "ray": int(place[which]), "inverse": key[0], "patch": key[1],
+                                 "hit": meets})
+            self.payloads.append({"ray": int(place[which]), "u": uv[0], "v": uv[1]})
+        self.answers = [{"tag": update["tag"], "ray": update["ray"], "inverse": update["inverse"], "won": won}
+                        for update, won in zip(self.updates, self.won, strict=True)]
+        self.hits = []
+        for which, (inverse, patch) in enumerate(zip(memory.inverse.tolist(), memory.patch.tolist(), strict=True)):
+            u, v = self.uv.get(which, (0, 0))
+            hit = {"inverse": inverse, "patch": patch, "u": u, "v": v} if inverse else {}
+            self.hits.append({"column": int(self.columns[which]) + section.first_column,
+                              "row": int(self.rows[which]) + section.first_row, "hit": hit,
+                              "last": which == len(place) - 1})
+
+    def distances(self):
+        """How often an update had one of the same ray so many cycles before, and whether those two won."""
+        return Counter((ahead, self.won[k - ahead], self.won[k]) for ahead in range(1, 7)
+                       for k in range(ahead, len(self.ray)) if self.ray[k] == self.ray[k - ahead])
+
+
+def random_frustum(config, section, seed, count=300):
+    """Golden's stimulus; a fifth of the rays miss their patch."""
+    generator = np.random.default_rng(seed)
+    given = block("icu.ray_memory")[1].draw(generator, count, config)
+    return Frustum(config, section, given["ray"], given["inverse"], given["patch"], generator.random(count) < 0.8)
+
+
+def hammer(config, section, ahead):
+    """The same ray every ``ahead`` cycles: ever nearer, ever farther, equal with other ids, and all of that mixed."""
+    number = np.arange(40)
+    generator = np.random.default_rng(ahead)
+    inverse = np.concatenate([1 + number, 99 - number, np.full(40, 50), generator.integers(45, 55, 120)])
+    patch = np.concatenate([number, number, (40 - number) ^ 2, generator.integers(0, 4, 120)])
+    inverse[-1] = config.numbers.inverse.high
+    return Frustum(config, section, np.arange(len(inverse)) % ahead, inverse, patch, np.ones(len(inverse), dtype=bool))
+
+
+class Bench:
+    """The streams of the banks; (u, v) of wins come some cycles after the answers."""
+
+    def __init__(self, dut, *, updates="none", hits="none", delay=1):
+        seed = options()["seed"]
+        self.dut, self.config = dut, config_of(options()["changes"])
+        members = Banks(config=self.config).signature.members
+        self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
+        self.start, self.update = Source(dut, "i_start"), Source(dut, "i_update", pauses=PAUSES[updates](seed))
+        self.command, self.hit = Source(dut, "i_read_out"), Sink(dut, "o_hit", pauses=PAUSES[hits](seed + 1))
+        self.answer, self.delay = Monitor(dut, "o_update"), delay
+        dut.i_payload__valid.value = 0
+        self._edge = RisingEdge(dut.clk)
+
+    async def cast(self, frustum):
+        """Begin a frustum and send its updates; all answers are right, and all (u, v) are written."""
+        self.answer.items.clear()
+        await self.start.send([0])
+        writes = cocotb.start_soon(self._write(frustum))
+        await self.update.send([pack(self.shapes["i_update"], item) for item in frustum.updates])
+        await writes
+        shape = self.shapes["o_update"]
+        check(shape, self.answer.items, [pack(shape, item) for item in frustum.answers], what="o_update")
+
+    async def _write(self, frustum):
+        valid, payload = self.dut.i_payload__valid, self.dut.i_payload__payload
+        waiting, done = deque([None] * (self.delay - 1)), 0
+        while done < len(frustum.updates):
+            await self._edge
+            won = None
+            if int(self.dut.o_update__valid.value):
+                answer = unpack(self.shapes["o_update"], int(self.dut.o_update__payload.value))
+                done += 1
+                won = frustum.payloads[answer["tag"]] if answer["won"] else None
+            waiting.append(won)
+            self._give(valid, payload, waiting.popleft())
+        for write in waiting:
+            await self._edge
+            self._give(valid, payload, write)
+        await self._edge
+        valid.value = 0
+
+    def _give(self, valid, payload, write):
+        valid.value = int(write is not None)
+        if write is not None:
+            payload.value = pack(self.shapes["i_payload"], write)
+
+    async def hits_of(self, frustum, bank=None):
+        """Read a bank, by default the one of the last frustum, and compare it."""
+        bank = int(self.dut.active.value) if bank is None else bank
+        self.hit.items.clear()
+        self.hit.cycles.clear()
+        section = frustum.section
+        await self.command.send([pack(self.shapes["i_read_out"], {
+            "bank": bank, "tiles_across": tiles(section, self.config)[0],
+            "section": {name: getattr(section, name) for name in
+                        ("first_column", "end_column", "first_row", "end_row")}})])
+        while len(self.hit.items) < len(frustum.hits):
+            await self._edge
+        await ClockCycles(self.dut.clk, 20)
+        shape = self.shapes["o_hit"]
+        check(shape, self.hit.items, [pack(shape, item) for item in frustum.hits], what="o_hit")
+
+    def stop(self):
+        self.hit.stop()
+        self.answer.stop()
+
+
+@cocotb.test()
+async def every_section(dut):
+    """Sections of all forms, over more frusta than there are tags; every answer and every hit."""
+    await start(dut, cycles=60_000)
+    for delay in PAYLOAD_DELAYS:
+        bench = Bench(dut, delay=delay)
+        await RisingEdge(dut.clk)
+        assert_known(dut, STREAMS)
+        for seed, section in enumerate(SECTIONS * 2):
+            frustum = random_frustum(bench.config, section, seed + options()["seed"])
+            await bench.cast(frustum)
+            await bench.hits_of(frustum)
+        bench.stop()
+
+
+@cocotb.test()
+async def the_same_ray_after_every_number_of_cycles(dut):
+    """Consecutive updates of one ray, of two rays by turns, and so on past the depth of the update."""
+    await start(dut, cycles=60_000)
+    seen = Counter()
+    bench = Bench(dut)
+    for ahead in range(1, 9):
+        frustum = hammer(bench.config, SECTIONS[0], ahead)
+        seen += frustum.distances()
+        await bench.cast(frustum)
+        await bench.hits_of(frustum)
+    missing = [(ahead, before, now) for ahead in range(1, 7) for before in (0, 1) for now in (0, 1)
+               if not seen[ahead, before, now]]
+    assert not missing, f"no update was (cycles after, won before, won) {missing}"
+
+
+@cocotb.test()
+async def every_pair_of_pauses(dut):
+    """A bank is read under back-pressure while the other one is updated."""
+    await start(dut, cycles=200_000)
+    before = None
+    for number, (updates, hits) in enumerate(MATRIX):
+        bench = Bench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
+        frustum = random_frustum(bench.config, SECTIONS[number % 3], number + options()["seed"])
+        reads = before and cocotb.start_soon(bench.hits_of(before, bank=int(dut.active.value)))
+        await bench.cast(frustum)
+        if reads:
+            await reads
+        bench.stop()
+        before = frustum
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """What was written before a reset is seen by no frustum after it, in either bank, whatever its tag."""
+    await start(dut, cycles=100_000)
+    generator = random.Random(options()["seed"])
+    for before in range(4):
+        bench = Bench(dut, hits="random")
+        everything = random_frustum(bench.config, SECTIONS[0], before)
+        for _ in range(before):
+            await bench.cast(everything)
+        await bench.start.send([0])
+        updates = [pack(bench.shapes["i_update"], item) for item in everything.updates]
+        cast = cocotb.start_soon(bench.update.send(updates))
+        reads = cocotb.start_soon(bench.hits_of(everything, bank=1 - int(dut.active.value)))
+        await ClockCycles(dut.clk, generator.randrange(5, 200))
+        cast.cancel()
+        reads.cancel()
+        bench.stop()
+        dut.i_update__valid.value = dut.i_read_out__valid.value = 0
+        await reset(dut)
+        bench = Bench(dut)
+        nothing = Frustum(bench.config, SECTIONS[0], *np.zeros((4, 0), dtype=int))
+        for _ in range(9):
+            await bench.cast(nothing)
+            await bench.hits_of(nothing)
+        await bench.cast(everything)
+        await bench.hits_of(everything)
+        bench.stop()
+
+
+@cocotb.test()
+async def one_per_cycle(dut):
+    """Updates and hits come one per cycle, both at once, after the latencies that the docstrings state."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    first, second = (random_frustum(bench.config, SECTIONS[0], seed) for seed in (1, 2))
+    await bench.cast(first)
+    given, asked = Monitor(dut, "i_update"), Monitor(dut, "i_read_out")
+    bench.answer.cycles.clear()
+    bank = int(dut.active.value)
+    await bench.start.send([0])
+    writes = cocotb.start_soon(bench.update.send([pack(bench.shapes["i_update"], item) for item in second.updates]))
+    await bench.hits_of(first, bank=bank)
+    await writes
+    for cycles, what in ((given.cycles, "updates"), (bench.answer.cycles, "answers"), (bench.hit.cycles, "hits")):
+        assert {b - a for a, b in pairwise(cycles)} == {1}, f"{what} must come without a gap"
+    assert bench.answer.cycles[0] - given.cycles[0] == documented_latency(RayMemory, bench.config)
+    assert bench.hit.cycles[0] - asked.cycles[0] == documented_latency(ReadOut, bench.config)
+
+
+ALL = ("every_section", "the_same_ray_after_every_number_of_cycles", "every_pair_of_pauses", "reset_in_flight",
+       "one_per_cycle")
+
+
+def run(name, changes, tests=ALL, simulator="verilator"):
+    changes = {**SMALL, **changes}
+    banks = Banks(config=config_of(changes))
+    assert banks.memory.latency == documented_latency(RayMemory, config_of(changes))
+    simulate(banks, MODULE, tests, simulator=simulator, name=name, changes=changes)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_the_banks(simulator):
+    run(f"read_out-{simulator}", {}, ALL if simulator == "verilator" else ("every_section", "one_per_cycle"), simulator)
+
+
+def test_one_tag_and_narrow_numbers():
+    run("read_out-narrow", {**CONFIGURATIONS["narrow"], "icu.generation_bits": 1, "icu.tile_bits": 1})
