@@ -9,10 +9,10 @@ from golden.icu.section_clip import section_clip
 from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import ray_address, walk_cycles, window_rays
 from golden.stimulus.frusta import random_hemisphere
+from golden.stimulus.icu.section_clip import draw_windows
 from hw.formats import Formats
 from hw.icu.ic_ray_generator import IcRayGenerator
 from hw.icu.settle_map import SettleMap
-from tb.golden.icu.test_section_clip import windows
 from tb.icu.frustum_load import tiles
 from tb.icu.vectors import section_window_of
 from tb.lib.configurations import config_of
@@ -46,7 +46,7 @@ class Walk:
         record = random_hemisphere(random, config)
         first, end, top, bottom = bounds
         self.section = section = Sector(first, end or record.columns, top, bottom or record.rows)
-        given = windows(random, record, WINDOWS)
+        given = draw_windows(random, record, WINDOWS)
         if choose is not None:
             given = choose(given)
         self.windows, self.across = section_clip(given, section, record), tiles(section, config)[0]
