@@ -15,7 +15,7 @@ from amaranth.hdl import Const, Value
 __all__ = ["Proof", "prove"]
 
 FOLDER = Path("build") / "formal"
-_ENGINES = {"bmc": "smtbmc z3", "prove": "abc pdr", "cover": "smtbmc z3"}
+_ENGINES = {"bmc": "abc bmc3", "prove": "abc pdr", "cover": "smtbmc z3"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,8 @@ def prove(bench, *, mode: str = "prove", depth: int = 20) -> Proof:
     source.write_text(text)
     task = folder.with_suffix(".sby")
     task.write_text("\n".join([
-        "[options]", f"mode {mode}", "aigsmt z3" if mode == "prove" else f"depth {depth}", "[engines]", _ENGINES[mode],
+        "[options]", f"mode {mode}", *([] if mode == "prove" else [f"depth {depth}"]),
+        *([] if mode == "cover" else ["aigsmt z3"]), "[engines]", _ENGINES[mode],
         "[script]", f"read_rtlil {source.name}", "prep -top top", "[files]", str(source), ""]))
     # The solver is looked for on the path.
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
