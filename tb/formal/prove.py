@@ -15,7 +15,7 @@ from amaranth.hdl import Const, Value
 __all__ = ["Proof", "prove"]
 
 FOLDER = Path("build") / "formal"
-_ENGINES = {"bmc": "abc bmc3", "prove": "abc pdr", "cover": "smtbmc z3"}
+_ENGINES = {"bmc": "smtbmc z3", "prove": "abc pdr", "cover": "smtbmc z3"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Proof:
         return self.passed
 
 
-def prove(bench, *, mode: str = "prove", depth: int = 20) -> Proof:
+def prove(bench, *, mode: str = "prove", depth: int = 20, engine: str | None = None) -> Proof:
     """Check the assertions of a bench, or reach what it covers.
 
     Parameters
@@ -51,6 +51,8 @@ def prove(bench, *, mode: str = "prove", depth: int = 20) -> Proof:
     mode
         ``bmc`` looks at the first ``depth`` cycles, ``prove`` at all cycles that there can ever be, ``cover`` wants
         everything that is covered within ``depth`` cycles.
+    engine
+        Another one than is usual for the mode: ``abc bmc3`` is fast where there is arithmetic.
 
     Errors
     ------
@@ -68,7 +70,7 @@ def prove(bench, *, mode: str = "prove", depth: int = 20) -> Proof:
     task = folder.with_suffix(".sby")
     task.write_text("\n".join([
         "[options]", f"mode {mode}", *([] if mode == "prove" else [f"depth {depth}"]),
-        *([] if mode == "cover" else ["aigsmt z3"]), "[engines]", _ENGINES[mode],
+        *([] if mode == "cover" else ["aigsmt z3"]), "[engines]", engine or _ENGINES[mode],
         "[script]", f"read_rtlil {source.name}", "prep -top top", "[files]", str(source), ""]))
     # The solver is looked for on the path.
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from amaranth.hdl import Assert, Assume, Const, Module, Signal, Value
+from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -47,6 +47,8 @@ def add_rules(m: Module, interface, check: Callable) -> None:
 class StreamRules(wiring.Component):
     """All streams that a component gives keep the rules if all that it takes do. Every input is free.
 
+    Covers an item on each of them that waits.
+
     Parameters
     ----------
     dut
@@ -63,6 +65,8 @@ class StreamRules(wiring.Component):
         connect_ports(m, self, self._dut)
         for gives, interface in streams_of(self):
             add_rules(m, interface, Assert if gives else Assume)
+            if gives and not interface.signature.always_ready:
+                m.d.comb += Cover(interface.valid & ~interface.ready)
         return m
 
 

@@ -1,5 +1,10 @@
 import pytest
 
+from golden.config import PRESETS
+from hw.icu.ray_memory import RayMemory
+from hw.icu.read_out import ReadOut
+from hw.icu.settle_map import SettleMap
+from hw.icu.window_walk import WindowWalk
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
 from hw.lib.fork import Fork
@@ -18,6 +23,15 @@ SMALL = {
     "round_robin": lambda: Arbiter(2, count=3),
     "longest_waiting": lambda: Arbiter(2, count=3, policy=ArbiterPolicy.LONGEST_WAITING),
 }
+CONFIG = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots": 16, "icu.settle_bits": 4,
+                                  "icu.settle_fraction": 2, "icu.patch_bits": 8, "icu.generation_bits": 1})
+# Blocks of the intersection unit with a stream that can wait.
+BLOCKS = {
+    "window_walk": lambda: WindowWalk(config=CONFIG),
+    "settle_map": lambda: SettleMap(config=CONFIG, tag=1),
+    "ray_memory": lambda: RayMemory(config=CONFIG, tag=1),
+    "read_out": lambda: ReadOut(config=CONFIG),
+}
 FAULTS = {
     "takes an offer back": {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid},
     "changes an offer": {"o__payload": lambda dut: dut.o.payload ^ dut.i.payload},
@@ -28,6 +42,16 @@ FAULTS = {
 @pytest.mark.parametrize("name", SMALL)
 def test_rules(name):
     assert prove(StreamRules(SMALL[name]()))
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_rules_of_the_intersection_unit(name):
+    assert prove(StreamRules(BLOCKS[name]()), mode="bmc", depth=10)
+
+
+@pytest.mark.parametrize("name", [*SMALL, *BLOCKS])
+def test_reaches_a_wait(name):
+    assert prove(StreamRules((SMALL | BLOCKS)[name]()), mode="cover", depth=10)
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -14,6 +14,7 @@ CONFIG = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots
                                   "icu.settle_fraction": 2})
 SIDE = CONFIG.icu.tile_bits
 SETTLE_LATENCY = 3
+ENGINE = "abc bmc3"
 SECTIONS = [(7, 6, 2, 7), (0, 1, 63, 1), (47, 16, 1, 4)]
 
 
@@ -107,16 +108,16 @@ def make():
 
 # The first ray comes in cycle 15.
 def test_no_ray_outside_any_section():
-    assert prove(WindowBounds(make()), mode="bmc", depth=18)
+    assert prove(WindowBounds(make()), mode="bmc", depth=18, engine=ENGINE)
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=str)
 def test_no_ray_outside_the_section(section):
-    assert prove(WindowBounds(make(), section), mode="bmc", depth=24)
+    assert prove(WindowBounds(make(), section), mode="bmc", depth=24, engine=ENGINE)
     assert prove(WindowBounds(make(), section), mode="cover", depth=24)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_broken_twin(fault):
     twin = Twin(make(), FAULTS[fault])
-    assert not prove(WindowBounds(twin, SECTIONS[0]), mode="bmc", depth=20)
+    assert not prove(WindowBounds(twin, SECTIONS[0]), mode="bmc", depth=20, engine=ENGINE)
