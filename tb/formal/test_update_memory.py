@@ -18,7 +18,7 @@ def nearest(old, operand):
 
 
 class Nearest(wiring.Component):
-    """No nearer hit is ever lost: each item of one row, any row, finds the best of all items before it since the row was
+    """No nearer hit is ever lost: each item of any one row finds the best of all items before it since the row was
     cleared.
 
     What a reset leaves in the memory may be anything.
