@@ -51,7 +51,7 @@ class RayMemory(wiring.Component):
 
     Timing
     ------
-    Latency: ``4`` cycles from ``i`` to ``o``, ``5`` from ``i_read`` to ``o_read``. One update and one read per cycle;
+    Latency: ``5`` cycles from ``i`` to ``o``, ``6`` from ``i_read`` to ``o_read``. One update and one read per cycle;
     updates never stall.
 
     Golden counterpart: `golden.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
@@ -73,7 +73,7 @@ class RayMemory(wiring.Component):
             "active": Out(1),
             "i_read": In(items({"bank": 1, "ray": formats.ray}, ready=False)),
             "o_read": Out(stream.Signature(formats.hit))})
-        self.latency = 4
+        self.latency = 5
 
     def elaborate(self, platform):
         m = Module()
@@ -115,9 +115,10 @@ class RayMemory(wiring.Component):
 
             updates = self.i.valid & (self.active == bank)
             reads = takes & (self.i_read.payload.bank == bank)
-            given = rows.i.payload
-            m.d.comb += [
-                rows.i.valid.eq(updates | reads | generations.sweeps),
+            # A block RAM has no time for a choice in front of it.
+            given, comes = Signal.like(rows.i.payload, reset_less=True), Signal()
+            m.d.sync += [
+                comes.eq(updates | reads | generations.sweeps),
                 given.address.eq(Mux(generations.sweeps, generations.row,
                                      Mux(updates, self.i.payload.ray, self.i_read.payload.ray))),
                 given.operand.clear.eq(generations.sweeps), given.operand.hit.eq(updates & self.i.payload.hit),
@@ -125,20 +126,21 @@ class RayMemory(wiring.Component):
                 given.operand.row.inverse.eq(self.i.payload.inverse),
                 given.operand.row.complement.eq(~self.i.payload.patch),
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
+            m.d.comb += [rows.i.valid.eq(comes), rows.i.payload.eq(given)]
 
             write, read = payload.write_port(), payload.read_port(domain="comb")
             m.d.comb += [write.addr.eq(self.i_payload.payload.ray), write.data.u.eq(self.i_payload.payload.u),
                          write.data.v.eq(self.i_payload.payload.v),
                          write.en.eq(self.i_payload.valid & (self.active == bank))]
-            # The row comes with age 4, and so must (u, v): two cycles for the address, the memory's, and one more.
+            # The row comes with age 5, and so must (u, v): three cycles for the address, the memory's, and one more.
             address = self.i_read.payload.ray
-            for _ in range(2):
+            for _ in range(3):
                 later = Signal.like(address, reset_less=True)
                 m.d.sync += later.eq(address)
                 address = later
-            uv_3, uv = (Signal.like(read.data, reset_less=True) for _ in range(2))
+            uv_4, uv = (Signal.like(read.data, reset_less=True) for _ in range(2))
             m.d.comb += read.addr.eq(address)
-            m.d.sync += [uv_3.eq(read.data), uv.eq(uv_3)]
+            m.d.sync += [uv_4.eq(read.data), uv.eq(uv_4)]
 
             made = rows.o.payload
             with m.If(rows.o.valid & made.tag.updates):

@@ -183,5 +183,4 @@ ALL = ("every_pair_of_pauses", "the_same_patch_after_every_number_of_cycles", "s
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    tests = ALL if simulator == "verilator" else ("the_same_patch_after_every_number_of_cycles", "one_per_cycle")
-    simulate(Collector(config=CONFIG), MODULE, tests, simulator=simulator, name=f"collector-{simulator}")
+    simulate(Collector(config=CONFIG), MODULE, ALL, simulator=simulator, name=f"collector-{simulator}")

@@ -295,17 +295,18 @@ ALL = ("every_section", "the_same_ray_after_every_number_of_cycles", "every_pair
        "one_per_cycle")
 
 
-def run(name, changes, tests=ALL, simulator="verilator"):
+def run(name, changes, simulator="verilator"):
     changes = {**SMALL, **changes}
     banks = Banks(config=config_of(changes))
     assert banks.memory.latency == documented_latency(RayMemory, config_of(changes))
-    simulate(banks, MODULE, tests, simulator=simulator, name=name, changes=changes)
+    simulate(banks, MODULE, ALL, simulator=simulator, name=name, changes=changes)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_the_banks(simulator):
-    run(f"read_out-{simulator}", {}, ALL if simulator == "verilator" else ("every_section", "one_per_cycle"), simulator)
+    run(f"read_out-{simulator}", {}, simulator)
 
 
+@pytest.mark.sim
 def test_one_tag_and_narrow_numbers():
     run("read_out-narrow", {**CONFIGURATIONS["narrow"], "icu.generation_bits": 1, "icu.tile_bits": 1})
