@@ -51,12 +51,13 @@ class IntersectionUnit(wiring.Component):
     i_table
         `Formats.table_write`. Taken while no patch is under way, weights while nothing is read out.
     i_vertex
-        `Formats.patch_vertex`, the four vertices of a patch one after the other. Taken when there is a frustum and
-        none waits at ``i_frustum``.
+        `Formats.patch_vertex`, the four vertices of a patch one after the other. Taken when there is a frustum, none
+        waits at ``i_frustum``, and the present one is not being read out or about to be.
     o_done
         The patches in their order, each after its last ray has been written.
     i_read_out
-        1: of the frustum before the present one; 0: of the present one, taken when no patch is under way.
+        1: of the frustum before the present one, taken when there was one; 0: of the present one, taken when no patch
+        is under way.
     o_hit
         ``column``, ``row``, ``hit`` (`Formats.hit`), ``last``: the rays of the section, row by row. They also go to the
         collector.
@@ -110,7 +111,7 @@ class IntersectionUnit(wiring.Component):
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
 
         # Patches that have come, and of these the ones with a window, whose token has not been taken.
-        frustum, there = Signal(formats.frustum), Signal()
+        frustum, there, earlier = Signal(formats.frustum), Signal(), Signal()
         comes, enters, leaves = Signal(), Signal(), Signal()
         under_way, owed = Signal(range(2 * (TOKENS + self._config.icu.slots))), Signal(range(TOKENS + 1))
         drained = under_way == 0
@@ -118,7 +119,8 @@ class IntersectionUnit(wiring.Component):
         # A frustum begins when both memories have.
         begins, memory_begins, settle_begins = Signal(), Signal(), Signal()
         begun, settle_begun = Signal(), Signal()
-        free = ~(read_out.busy & (read_out.bank != memory.active))
+        # Once the banks have changed places it is no longer the frustum's own that may be read.
+        free = begun | ~(read_out.busy & (read_out.bank != memory.active))
         m.d.comb += [
             begins.eq(self.i_frustum.valid & drained & free),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
@@ -132,7 +134,8 @@ class IntersectionUnit(wiring.Component):
         sections = [Signal(StructLayout({"section": formats.section, "tiles_across": formats.count}))
                     for _ in range(BANKS)]
         with m.If(self.i_frustum.ready):
-            m.d.sync += [frustum.eq(self.i_frustum.payload), there.eq(1), begun.eq(0), settle_begun.eq(0)]
+            m.d.sync += [frustum.eq(self.i_frustum.payload), there.eq(1), earlier.eq(there), begun.eq(0),
+                         settle_begun.eq(0)]
             for bank, kept in enumerate(sections):
                 with m.If(memory.active == bank):
                     m.d.sync += [kept.section.eq(self.i_frustum.payload.section),
@@ -145,7 +148,10 @@ class IntersectionUnit(wiring.Component):
             m.d.comb += [block.i_table.valid.eq(table.valid & table.ready), block.i_table.payload.eq(table.payload)]
 
         # Setup and rays.
-        takes = there & ~self.i_frustum.valid
+        # The ray memory cannot update and read the same bank.
+        read_now = (self.i_read_out.valid & ~self.i_read_out.payload) | (
+            read_out.busy & (read_out.bank == memory.active))
+        takes = there & ~self.i_frustum.valid & ~read_now
         # A patch of which some vertices have been taken goes on.
         goes_on, vertex = Signal(), Signal(2)
         m.d.comb += [goes_on.eq(vertex != 0), setup.i.valid.eq(self.i_vertex.valid & (takes | goes_on)),
@@ -182,7 +188,7 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
         bank = memory.active ^ self.i_read_out.payload
-        asked = there & (drained | self.i_read_out.payload) & ~begins
+        asked = there & Mux(self.i_read_out.payload, earlier, drained) & ~begins
         m.d.comb += [read_out.i.valid.eq(self.i_read_out.valid & asked),
                      self.i_read_out.ready.eq(read_out.i.ready & asked), read_out.i.payload.bank.eq(bank)]
         for name in ("section", "tiles_across"):

@@ -181,6 +181,38 @@ async def read_out_beside_the_next_frustum(dut):
 
 
 @cocotb.test()
+async def read_out_of_the_present_frustum(dut):
+    """Patches that come meanwhile wait, the next frustum does not; before a second frustum there is no previous one."""
+    await start(dut, cycles=100_000)
+    bench = bench_of(dut, hit_pauses=PAUSES["alternating"](4))
+    frusta = Frusta(dut, bench, scene="soup 9")
+    record, following = frusta.records[:2]
+    order = np.arange(len(frusta.geometry))
+    await bench.begin(record, Sector.whole(record))
+    await bench.cast(frusta.geometry, order)
+    again = cocotb.start_soon(bench.cast(frusta.geometry, order))
+    await frusta.hits_of(record, Sector.whole(record))
+    await again
+    early = cocotb.start_soon(bench.read_out.send([1]))
+    await cocotb.triggers.ClockCycles(dut.clk, 100)
+    assert not early.done(), "there is no previous frustum to be read"
+    early.cancel()
+    dut.i_read_out__valid.value = 0
+    # After reset the first frustum of each bank waits for a sweep of the memory, which is longer than a read-out.
+    for each in (following, record):
+        await bench.begin(each, Sector.whole(each))
+        await bench.cast(frusta.geometry, order)
+    read = len(bench.hit.items)
+    reading = cocotb.start_soon(frusta.hits_of(record, Sector.whole(record)))
+    await cocotb.triggers.ClockCycles(dut.clk, 20)
+    await bench.begin(following, Sector.whole(following))
+    assert len(bench.hit.items) - read < record.columns * record.rows, "the next frustum must begin during the read-out"
+    await bench.cast(frusta.geometry, order)
+    await reading
+    await frusta.hits_of(following, Sector.whole(following))
+
+
+@cocotb.test()
 async def rates(dut):
     """A quad every four cycles, and rays one per cycle where windows are large enough."""
     await start(dut, cycles=200_000)
@@ -246,7 +278,7 @@ async def whole_frusta(dut):
 
 
 QUICK = ("orders", "hard_patches", "sections", "every_pair_of_pauses", "reset_in_flight",
-         "read_out_beside_the_next_frustum", "rates", "codes_are_floors")
+         "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum", "rates", "codes_are_floors")
 
 
 def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):
