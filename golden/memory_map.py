@@ -143,7 +143,8 @@ REGIONS = (
         Field("to_global", "i4", "R to G, row by row", 9),
         Field("z_scale", "u4", "R coordinate of depth 1, unsigned 1.16"),
         Field("half_angles", "f8", "slopes of a screen's x = 1 and y = 1, for the host; 1 in a hemisphere", 2),
-        Field("reserved", "u4", "0", 2),
+        Field("place", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
+        Field("reserved", "u4", "0"),
     )),
     Region("columns", "frustum", "column of rays", "Ray table, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
@@ -156,7 +157,7 @@ REGIONS = (
         Field("cell", "u4", "cell number, ascending"),
     )),
     Region("shells", "frustum", "shell, from shell 2", "Grid rays of each shell: every row with every column.", (
-        Field("begin", "u4", "parameter at which the shell begins, units of G"),
+        Field("begin", "u4", "parameter at which the shell begins, units of 2^-16 cells"),
         Field("end", "u4", "and ends"),
         Field("settled", "u4", "a ray may still change while its stored inverse distance is at most this"),
         Field("row_border", "u4", "how far past a sector's rows its grid rays go, 1/256 row"),
@@ -295,7 +296,7 @@ def machine_image(record: FrustumRecord, geometry: PatchGeometry, table: CellTab
         raise InputError(f"memory image: Frustum must have the schedule's {plan.partition.columns} x "
                          f"{plan.partition.rows} rays, not {record.columns} x {record.rows}")
     regions = {**_scene_regions(geometry, table), **_phase_regions(plan, len(geometry)),
-               **_frustum_regions(record, weights), **_shell_regions(record, table, config),
+               **_frustum_regions(record, table, weights), **_shell_regions(record, table, config),
                "hits": _records("hits", len(record), patch=NONE), "sums": _records("sums", len(geometry) + 1)}
     return MemoryImage({region.name: regions[region.name] for region in REGIONS})
 
@@ -407,8 +408,9 @@ def _phase_regions(plan, patches):
             "residents": _records("residents", sum(residents), patch=plan.sets.chosen)}
 
 
-def _frustum_regions(record, weights):
-    frustum = _records("frustum", 1, is_screen=int(record.is_screen), half_angles=record.half_angles, **{
+def _frustum_regions(record, table, weights):
+    frustum = _records("frustum", 1, is_screen=int(record.is_screen), half_angles=record.half_angles,
+                       place=table.place(record.origin), **{
         name: np.ravel(getattr(record, name)) for name in
         ("source", "columns", "rows", "column_bits", "row_bits", "origin", "matrix", "to_global", "z_scale")})
     return {"frustum": frustum, "columns": _records("columns", record.columns, table=_pairs(record.column_table)),

@@ -1,7 +1,7 @@
-"""From cell to cell along many grid rays at once: integer digital differential analysis in G coordinates.
+"""From cell to cell along many grid rays at once: integer digital differential analysis in units of a cell.
 
-A ray's parameter is in units of G for a direction of 1, so a step compares and adds integers only. The one division is
-a reciprocal per axis when a ray starts.
+A ray starts where its shell begins. From there on only its way within the shell counts: parameters are short, and a
+step compares and adds integers. The one division is a reciprocal per axis when a ray starts.
 
 Source: Shen 1993, section 5.3.4.5; Shen & Deprettere, cell traversal with ties on several axes at once.
 """
@@ -10,23 +10,52 @@ import numpy as np
 
 from golden.ctu.grid_rays import FRACTION
 
-__all__ = ["NEVER", "RECIPROCAL_BITS", "Traversal", "reciprocal"]
+__all__ = ["BEGIN_BITS", "INDEX_BITS", "NEVER", "PARAMETER_BITS", "PLACE_FRACTION", "RECIPROCAL_BITS", "Traversal",
+           "reciprocal", "reciprocal_table"]
 
-# Bits of a reciprocal's mantissa.
+# Bits of a reciprocal's mantissa and of the magnitude that it is of; of them the leading ones choose a table's row.
 RECIPROCAL_BITS = 20
-# A parameter that no ray reaches: 2^12 times the unit cube.
-NEVER = 1 << 36
+ROW_BITS = 9
+# Bits of a table's value behind those of the mantissa.
+GUARD = 3
+# Fraction bits of places and parameters, both in cells.
+PLACE_FRACTION = 16
+# A cell's number along an axis is signed; beyond it a ray is outside for good.
+INDEX_BITS = 13
+# Bits of a parameter within a shell, and of the one at which it begins.
+PARAMETER_BITS = 10 + PLACE_FRACTION
+BEGIN_BITS = 14 + PLACE_FRACTION
+# A parameter that no ray reaches within its shell.
+NEVER = (1 << PARAMETER_BITS) - 1
+
+
+def reciprocal_table():
+    """Value and slope of each row, of which `reciprocal` is made: 2^ROW_BITS int64 each.
+
+    A chord of 1/x lies above it, by at most the eighth of a row's squared width times the second derivative: a row is
+    taken down by half of that, and up by half a unit of the mantissa since what is behind it will be cut off.
+    """
+    rows = 1 << ROW_BITS
+    ends = 2.0 ** (RECIPROCAL_BITS + GUARD) / (1 + np.arange(rows + 1) / rows)
+    sag = ends[:-1] / (1 + np.arange(rows) / rows) ** 2 / (8.0 * rows * rows)
+    value = np.floor(ends[:-1] - sag + 0.5 * (1 << GUARD)).astype(np.int64)
+    return value, np.rint(ends[:-1] - ends[1:]).astype(np.int64)
+
+
+_VALUE, _SLOPE = reciprocal_table()
 
 
 def reciprocal(magnitude: np.ndarray):
-    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, truncated,
-    for magnitudes from 1.
+    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, within 1.2 units of the mantissa,
+    and of powers of two exactly, for magnitudes from 1 to 2^RECIPROCAL_BITS - 1.
 
     Mantissas are from ``2^(RECIPROCAL_BITS - 1)`` to ``2^RECIPROCAL_BITS``.
     """
     length = np.frexp(magnitude.astype(np.float64))[1].astype(np.int64)
     normal = magnitude << (RECIPROCAL_BITS - length)
-    return (1 << 2 * RECIPROCAL_BITS - 1) // normal, RECIPROCAL_BITS - 1 + length - FRACTION
+    rest = RECIPROCAL_BITS - 1 - ROW_BITS
+    row, offset = (normal >> rest) - (1 << ROW_BITS), normal & (1 << rest) - 1
+    return _VALUE[row] - (_SLOPE[row] * offset >> rest) >> GUARD, RECIPROCAL_BITS - 1 + length - FRACTION
 
 
 class Traversal:
@@ -35,60 +64,56 @@ class Traversal:
     Parameters
     ----------
     origin
-        3 int64, G.
+        3 int64, in units of 2^-PLACE_FRACTION cells from the grid's lower corner, see `CellTable.place`.
     direction
         K x 3 int64 in units of 2^-FRACTION, below 2^RECIPROCAL_BITS in magnitude.
     begin, end
-        The shell: parameters in units of G.
-    lower, cell, shape
-        The grid, see `CellTable`.
+        The shell: parameters in units of 2^-PLACE_FRACTION cells, at most `NEVER` apart.
+    shape
+        Cells along x, y and z.
 
     Members
     -------
     ray
         Numbers of the rays under way.
     index
-        M x 3 int64, the cell of each.
+        M x 3 int64, the cell of each. Outside the grid too: on their way to it.
     """
 
-    def __init__(self, origin, direction, *, begin: int, end: int, lower, cell: int, shape):
-        self._end, self._shape = end, np.asarray(shape)
-        lines = _Lines(np.asarray(origin), direction)
-        lower = np.asarray(lower)
-        upper = lower + cell * self._shape
-        enter, leave = lines.crossing(np.where(lines.forward, lower, upper), never=-NEVER), lines.crossing(
-            np.where(lines.forward, upper, lower), never=NEVER)
-        outside = (lines.still & ((origin < lower) | (origin >= upper))).any(axis=1)
-        start = np.maximum(enter.max(axis=1), begin)
-        self.ray = np.flatnonzero((start < np.minimum(leave.min(axis=1), end)) & ~outside)
-        lines, start = _Lines(lines.origin, direction[self.ray]), start[self.ray, None]
-        point = lines.origin + (lines.direction * start >> FRACTION)
-        self.index = np.clip((point - lower) // cell, 0, self._shape - 1)
-        self._next = np.maximum(lines.crossing(lower + (self.index + lines.forward) * cell, never=NEVER), start)
-        self._between = np.minimum(cell * lines.mantissa >> lines.shift, NEVER)
-        self._step = np.sign(lines.direction)
+    def __init__(self, origin, direction, *, begin: int, end: int, shape):
+        if not 0 <= begin < 1 << BEGIN_BITS or not 0 <= end - begin <= NEVER:
+            raise ValueError(f"Begin and end must be below 2^{BEGIN_BITS} and at most {NEVER} apart, not {begin!r} and "
+                             f"{end!r}")
+        self._length, self._shape = end - begin, np.asarray(shape)
+        place = np.asarray(origin) + (direction * begin >> FRACTION)
+        self.ray, self.index, self._step = np.arange(len(direction)), place >> PLACE_FRACTION, np.sign(direction)
+        magnitude = np.abs(direction)
+        mantissa, shift = reciprocal(np.maximum(magnitude, 1))
+        within = place & (1 << PLACE_FRACTION) - 1
+        # To the next border, at which a ray that goes down may already be.
+        distance = np.where(direction > 0, (1 << PLACE_FRACTION) - within, within)
+        never = direction == 0
+        self._next = np.where(never, NEVER, np.minimum(distance * mantissa >> shift, NEVER))
+        self._between = np.where(never, NEVER, np.minimum((mantissa << PLACE_FRACTION) >> shift, NEVER))
+        self._drop(np.ones(len(direction), dtype=bool))
+
+    @property
+    def inside(self) -> np.ndarray:
+        """M bool: is the cell one of the grid?"""
+        return ((self.index >= 0) & (self.index < self._shape)).all(axis=1)
 
     def advance(self) -> None:
-        """One step of every ray: those that pass the shell's or the grid's border are done."""
+        """One step of every ray: those that pass the shell's border or leave the grid are done."""
         nearest = self._next.min(axis=1)
         crossed = self._next == nearest[:, None]
         self.index += self._step * crossed
-        self._next += self._between * crossed
-        keep = (nearest < self._end) & ((self.index >= 0) & (self.index < self._shape)).all(axis=1)
-        self.ray, self.index, self._next, self._between, self._step = (
-            value[keep] for value in (self.ray, self.index, self._next, self._between, self._step))
+        self._next = np.minimum(self._next + self._between * crossed, NEVER)
+        self._drop(nearest < self._length)
 
-
-class _Lines:
-    """Rays with the reciprocals of their directions."""
-
-    def __init__(self, origin, direction):
-        self.origin, self.direction = origin, direction
-        self.forward, self.still = direction > 0, direction == 0
-        self.mantissa, self.shift = reciprocal(np.maximum(np.abs(direction), 1))
-
-    def crossing(self, plane, *, never):
-        """Parameters at which the rays cross planes, one for each axis, rounded towards 0; ``never`` if along them."""
-        distance = np.where(self.forward, plane - self.origin, self.origin - plane)
-        passed = np.sign(distance) * (np.abs(distance) * self.mantissa >> self.shift)
-        return np.where(self.still, never, np.clip(passed, -NEVER, NEVER))
+    def _drop(self, keep):
+        """Go on with some rays; none of them is outside the grid for good."""
+        away = ((self.index < 0) & (self._step <= 0)) | ((self.index >= self._shape) & (self._step >= 0))
+        far = np.abs(2 * self.index + 1) > 1 << INDEX_BITS
+        keep = keep & ~(away | far).any(axis=1)
+        self.ray, self.index, self._step, self._next, self._between = (
+            value[keep] for value in (self.ray, self.index, self._step, self._next, self._between))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from golden.ctu import margins
-from golden.ctu.cell_traversal import Traversal
+from golden.ctu.cell_traversal import PLACE_FRACTION, Traversal
 from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays
 from golden.ctu.near_cells import near_cells
 from golden.ctu.ray_memory import RayMemory
@@ -40,6 +40,7 @@ class CellTraversalUnit:
         self.record, self.table = record, table
         self.sector = sector or Sector.whole(record)
         self._own = self.sector.mask(record)
+        self._place = table.place(record.origin)
         self.grid_rays = self.steps = 0
         self._memories: dict[int, RayMemory] = {}
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
@@ -62,8 +63,8 @@ class CellTraversalUnit:
         return hemisphere_rays(shell, record.columns, record.rows)
 
     def borders(self, shell: int) -> tuple[int, int]:
-        """Where a shell begins and ends: parameters of grid rays in units of G."""
-        return tuple(int(np.rint(border * self.table.cell * self._stretch)) for border in (shell - 1, shell))
+        """Where a shell begins and ends: parameters of grid rays in units of 2^-PLACE_FRACTION cells."""
+        return tuple(int(np.rint(border * self._stretch * (1 << PLACE_FRACTION))) for border in (shell - 1, shell))
 
     def settled(self, shell: int) -> float:
         """Hits at this distance and nearer, in R units of 1, cannot change any more from this shell on."""
@@ -106,13 +107,12 @@ class CellTraversalUnit:
         """Cells of some grid rays, pass by pass."""
         direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T, FRACTION)
         begin, end = self.borders(rays.shell)
-        walk = Traversal(self.record.origin, direction, begin=begin, end=end, lower=self.table.lower,
-                         cell=self.table.cell, shape=self.table.shape)
+        walk = Traversal(self._place, direction, begin=begin, end=end, shape=self.table.shape)
         self.grid_rays += len(direction)
         cells = []
         while len(walk.ray):
-            cells.append(self.table.number(walk.index))
-            self.steps += len(walk.ray)
+            cells.append(self.table.number(walk.index[walk.inside]))
+            self.steps += len(cells[-1])
             walk.advance()
         return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from golden.ctu.cell_traversal import INDEX_BITS, PLACE_FRACTION
+from golden.errors import InputError
 from golden.memsys.patch_table import PatchTable
 from golden.scene.cells import patches_by_cell
 
@@ -52,6 +54,20 @@ class CellTable:
     def number(self, index: np.ndarray) -> np.ndarray:
         """Cell numbers of ``... x 3`` cells (x, y, z)."""
         return (index[..., 0] * self.shape[1] + index[..., 1]) * self.shape[2] + index[..., 2]
+
+    def place(self, point: np.ndarray) -> np.ndarray:
+        """Where a point of G is in the grid: 3 int64 from its lower corner, in units of 2^-PLACE_FRACTION cells.
+
+        Errors
+        ------
+        InputError
+            The point is too many cells away.
+        """
+        place = ((np.asarray(point) - self.lower) << PLACE_FRACTION) // self.cell
+        if (np.abs(place) >> PLACE_FRACTION + INDEX_BITS - 2).any():
+            raise InputError(f"cells: The point must be at most {1 << INDEX_BITS - 2} cells from the grid, not "
+                             f"{int(np.abs(place).max()) >> PLACE_FRACTION}; take larger cells")
+        return place
 
     def entries(self, cells: np.ndarray) -> np.ndarray:
         """Addresses in the patch address table of everything in the cells, cell by cell."""
