@@ -12,7 +12,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.fixed import Format, signed, unsigned
 
-__all__ = ["PRESETS", "Config", "Icu", "Numbers"]
+__all__ = ["PRESETS", "Config", "Icu", "Memsys", "Numbers"]
 
 
 def _check_range(where, name, value, low, high):
@@ -26,6 +26,12 @@ def _check_power_of_two(where, name, value, low, high):
     if value & (value - 1):
         label = name.replace("_", " ").capitalize()
         raise InputError(f"configuration: {label} ({where}.{name}) must be a power of two, not {value!r}")
+
+
+def _check_choice(where, name, value, choices):
+    if value not in choices:
+        label = name.replace("_", " ").capitalize()
+        raise InputError(f"configuration: {label} ({where}.{name}) must be {', '.join(choices)}, not {value!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,17 +220,59 @@ class Icu:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Memsys:
+    """Memory system.
+
+    Parameters
+    ----------
+    cache_policy
+        The caches' placement and replacement unless a run says otherwise: ``direct``, ``lru`` or ``lfu``, see
+        `golden.memsys.cache`.
+    cell_lines, patch_lines
+        Lines of the cell cache and of the patch cache; a power of two, 8 to 4096.
+    cache_ways
+        Lines of a set under ``lru``; 2 or 4.
+    lfu_lines
+        Lines that ``lfu`` makes use of, at most; a power of two, 2 to 64: all of them are compared at once.
+    lfu_count_bits
+        Bits of the counters of ``lfu``; 2 to 8.
+    cache_generation_bits
+        Bits of the tags that make a cache empty at once: every 2^b - 1 times its tags are cleared; 1 to 8.
+    cache_fetches
+        Lines that a cache fetches at the same time; a power of two, 1 to 16.
+    """
+
+    cache_policy: str = "lru"
+    cell_lines: int = 256
+    patch_lines: int = 256
+    cache_ways: int = 4
+    lfu_lines: int = 64
+    lfu_count_bits: int = 6
+    cache_generation_bits: int = 4
+    cache_fetches: int = 8
+
+    def __post_init__(self):
+        _check_choice("memsys", "cache_policy", self.cache_policy, ("direct", "lru", "lfu"))
+        for name, low, high in (("cell_lines", 8, 4096), ("patch_lines", 8, 4096), ("cache_ways", 2, 4),
+                                ("lfu_lines", 2, 64), ("cache_fetches", 1, 16)):
+            _check_power_of_two("memsys", name, getattr(self, name), low, high)
+        for name, low, high in (("lfu_count_bits", 2, 8), ("cache_generation_bits", 1, 8)):
+            _check_range("memsys", name, getattr(self, name), low, high)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Config:
     """All parameters.
 
     Parameters
     ----------
-    numbers, icu
+    numbers, icu, memsys
         See there.
     """
 
     numbers: Numbers = field(default_factory=Numbers)
     icu: Icu = field(default_factory=Icu)
+    memsys: Memsys = field(default_factory=Memsys)
 
     def __post_init__(self):
         if self.icu.settle_fraction > self.numbers.fraction_bits:

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from golden.config import PRESETS, Config, Icu, Numbers
+from golden.config import PRESETS, Config, Icu, Memsys, Numbers
 from golden.errors import InputError
 
 MESSAGES = [
@@ -13,6 +13,9 @@ MESSAGES = [
     ("numbers.scene_bits=20", "configuration: Vector fraction (numbers.vector_fraction) must be at most "
                               "numbers.scene_bits (20), not 22"),
     ("icu.settle_fraction=7", "configuration: Settle fraction (icu.settle_fraction) must be 1 to 6, not 7"),
+    ("memsys.cache_policy=fifo", "configuration: Cache policy (memsys.cache_policy) must be direct, lru, lfu, not "
+                                 "'fifo'"),
+    ("memsys.patch_lines=48", "configuration: Patch lines (memsys.patch_lines) must be a power of two, not 48"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
@@ -50,7 +53,7 @@ def test_presets_grow():
 
 
 def test_every_knob_is_documented():
-    for group in (Numbers, Icu):
+    for group in (Numbers, Icu, Memsys):
         names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
         documented = {name for line in names for name in line.split(", ")}
         assert set(group.__dataclass_fields__) <= documented
