@@ -140,7 +140,7 @@ REGIONS = (
         Field("row_bits", "u4", "likewise of the rows"),
         Field("origin", "u4", "G coordinates", 3),
         Field("matrix", "i4", "G to R, row by row", 9),
-        Field("to_global", "i4", "R to G, row by row", 9),
+        Field("to_global", "i4", "directions of grid rays to G, row by row", 9),
         Field("z_scale", "u4", "R coordinate of depth 1, unsigned 1.16"),
         Field("half_angles", "f8", "slopes of a screen's x = 1 and y = 1, for the host; 1 in a hemisphere", 2),
         Field("place", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
@@ -167,7 +167,7 @@ REGIONS = (
         Field("columns", "u4", "how many"),
     )),
     Region("grid_rows", "frustum", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
-        Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
+        Field("table", "i4", "sin and cos of the polar angle; screen: slope over the stretch, and 0", 2),
         Field("position", "i4", "among the rows of rays, 1/256 row"),
         Field("first_near", "u4", "first row of rays near this one"),
         Field("near", "u4", "how many rows"),
@@ -176,7 +176,7 @@ REGIONS = (
         Field("reserved", "u4", "0"),
     )),
     Region("grid_columns", "frustum", "column of grid rays", "Directions, signed 1.16.", (
-        Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
+        Field("table", "i4", "cos and sin of the azimuth; screen: slope over the stretch, and 0", 2),
         Field("position", "i4", "among the columns of rays, 1/256 column"),
         Field("reserved", "u4", "0"),
     )),

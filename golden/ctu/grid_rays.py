@@ -12,6 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from golden.ctu import margins
+from golden.fixed import round_shift
+from golden.frustum.record import screen_stretch
 
 __all__ = ["FRACTION", "INDEX_FRACTION", "GridRays", "hemisphere_rays", "screen_rays", "steps"]
 
@@ -32,8 +34,8 @@ class GridRays:
     shell
         2 and up: what shell 1 holds is opened without grid rays.
     direction
-        rows x columns x 3 int64 in units of 2^-FRACTION, in the frustum's R frame: of unit length (hemisphere), or
-        (x, y, 1) (screen), where x and y pass 1 beyond the border.
+        rows x columns x 3 int64 in units of 2^-FRACTION, below 2: of unit length in the frustum's R frame (hemisphere),
+        or slopes to the right and down, over the frustum's stretch, and 1 (screen).
     first_row, row_count
         ``rows`` int64.
     first_column, column_count
@@ -45,7 +47,7 @@ class GridRays:
         How far past a sector's border its grid rays go, in the same units: a number, and ``rows`` int64.
     row_table, column_table
         What `direction` is made of. Hemisphere: ``rows`` x 2, sin and cos of the polar angle, and ``columns`` x 2, cos
-        and sin of the azimuth. Screen: ``rows`` x 1, y, and ``columns`` x 1, x.
+        and sin of the azimuth. Screen: ``rows`` x 1 and ``columns`` x 1, slopes over the stretch.
     column_reach
         ``rows`` int64: `first_column` and `column_count` are the columns whose middle is this near to the grid ray's
         position.
@@ -98,7 +100,7 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     around = np.stack([_table(np.cos(azimuth)), _table(np.sin(azimuth))], axis=1)
     down = np.stack([_table(np.sin(polar)), _table(np.cos(polar))], axis=1)
     direction = np.empty((rows, columns, 3), dtype=np.int64)
-    direction[..., :2] = (down[:, None, :1] * around + (1 << FRACTION - 1)) >> FRACTION
+    direction[..., :2] = round_shift(down[:, None, :1] * around, FRACTION)
     direction[..., 2] = down[:, None, 1]
 
     per_polar, per_azimuth = polars / (np.pi / 2), azimuths / (2 * np.pi)
@@ -128,16 +130,16 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
         ``half_angles``.
     """
     step = 2 * (margins.RADIUS - margins.slack(shell)) / (np.sqrt(2) * shell)
-    axes = []
-    for count, bit, angle in zip(pixels, bits, half_angles, strict=True):
-        scale = 2.0**bit / (2 * angle)
-        half = count / (2 * scale)
+    halves = [angle * count / 2.0**bit for count, bit, angle in zip(pixels, bits, half_angles, strict=True)]
+    stretch, axes = screen_stretch(halves), []
+    for count, half in zip(pixels, halves, strict=True):
+        scale = count / (2 * half)
         border = margins.screen_border(shell, half)
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
         position, reach = _position((slope + half) * scale), _reach(margins.screen_reach(shell, half, step) * scale)
         border = int(_reach(margins.screen_sector_reach(shell, half, step) * scale))
-        axes.append((_table(slope / angle), position, border, reach, *_window(position, reach, count)))
+        axes.append((_table(slope / stretch), position, border, reach, *_window(position, reach, count)))
     (x, column_position, column_border, column_reach, first_column, column_count), (
         y, row_position, row_border, _, first_row, row_count) = axes
     across = (len(y), len(x))

@@ -4,7 +4,7 @@ import numpy as np
 
 from golden.ctu import margins
 from golden.ctu.cell_traversal import PLACE_FRACTION, Traversal
-from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays
+from golden.ctu.grid_rays import hemisphere_rays, screen_rays
 from golden.ctu.near_cells import near_cells
 from golden.ctu.ray_memory import RayMemory
 from golden.ctu.sector import Sector, sector_rays, subshell_rays
@@ -47,11 +47,8 @@ class CellTraversalUnit:
         offset = corners.reshape(3, -1).T - record.origin
         if record.is_screen:
             distance = (offset @ record.matrix[2]).max() / record.z_scale
-            # Directions from R to G are shorter than (x, y, 1) of the true view by this.
-            self._stretch = max(*record.half_angles, 1.0)
         else:
             distance = np.sqrt((offset * offset).sum(axis=1).max())
-            self._stretch = 1.0
         self.last_shell = max(1, int(np.ceil(distance / table.cell * (1 + margins.slack(1)))))
 
     def rays(self, shell: int):
@@ -64,7 +61,8 @@ class CellTraversalUnit:
 
     def borders(self, shell: int) -> tuple[int, int]:
         """Where a shell begins and ends: parameters of grid rays in units of 2^-PLACE_FRACTION cells."""
-        return tuple(int(np.rint(border * self._stretch * (1 << PLACE_FRACTION))) for border in (shell - 1, shell))
+        cell = self.record.stretch * (1 << PLACE_FRACTION)
+        return int(np.rint((shell - 1) * cell)), int(np.rint(shell * cell))
 
     def settled(self, shell: int) -> float:
         """Hits at this distance and nearer, in R units of 1, cannot change any more from this shell on."""
@@ -88,7 +86,7 @@ class CellTraversalUnit:
             Its number.
         """
         if shell == 1:
-            return near_cells(self.record, self.table, self._slopes())
+            return near_cells(self.record, self.table, self.record.slopes)
         rays = self.rays(shell)
         if shell not in self._memories:
             self._memories[shell] = RayMemory(rays.rows * rays.columns, deferred=0)
@@ -105,7 +103,8 @@ class CellTraversalUnit:
 
     def _walk(self, rays, numbers):
         """Cells of some grid rays, pass by pass."""
-        direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T, FRACTION)
+        direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T,
+                                self.record.numbers.direction_fraction)
         begin, end = self.borders(rays.shell)
         walk = Traversal(self._place, direction, begin=begin, end=end, shape=self.table.shape)
         self.grid_rays += len(direction)
@@ -115,9 +114,3 @@ class CellTraversalUnit:
             self.steps += len(cells[-1])
             walk.advance()
         return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
-
-    def _slopes(self):
-        """Of the screen's border in x and y."""
-        record = self.record
-        return tuple(angle * count / 2.0**bits for angle, count, bits in zip(
-            record.half_angles, (record.columns, record.rows), (record.column_bits, record.row_bits), strict=True))

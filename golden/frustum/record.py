@@ -13,7 +13,7 @@ from golden.frustum.hemisphere import Hemisphere
 from golden.frustum.screen import Screen
 from golden.scene.g_coordinates import GCoordinates
 
-__all__ = ["FrustumRecord", "hemisphere_record", "screen_record"]
+__all__ = ["FrustumRecord", "hemisphere_record", "screen_record", "screen_stretch"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,8 +36,8 @@ class FrustumRecord:
     matrix
         3 x 3 int64 signed 1.16, G to R. A screen's field of view is folded in: the largest row is of unit length.
     to_global
-        3 x 3 int64 signed 1.16: directions from R to G, the field of view folded in too. The largest column is of unit
-        length, so lengths change by one factor for all directions of a screen.
+        3 x 3 int64 signed 1.16: directions of grid rays to G. Of a hemisphere from R; of a screen (slopes over
+        `stretch`, and 1) to the ray's direction over `stretch`.
     z_scale
         Unsigned 1.16: a point at depth z along the view (or the normal) has the R coordinate ``z_scale`` z.
     half_angles
@@ -72,6 +72,17 @@ class FrustumRecord:
     def __len__(self) -> int:
         return self.columns * self.rows
 
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Of a screen's border, in x and y."""
+        return tuple(angle * count / 2.0**bits for angle, count, bits in zip(
+            self.half_angles, (self.columns, self.rows), (self.column_bits, self.row_bits), strict=True))
+
+    @property
+    def stretch(self) -> float:
+        """By what a grid ray's parameter is longer than its distance (hemisphere: 1) or depth."""
+        return screen_stretch(self.slopes) if self.is_screen else 1.0
+
     def directions(self, column, row) -> np.ndarray:
         """... x 3 int64 directions of the rays in ``column`` and ``row`` (arrays that broadcast)."""
         column, row = np.broadcast_arrays(column, row)
@@ -93,6 +104,11 @@ class FrustumRecord:
             raise InputError("frustum: Only a hemisphere bounds inverse distances by the length of its directions")
         directions = self.all_directions()
         return int(ceil_sqrt((directions * directions).sum(axis=1).max()[None])[0])
+
+
+def screen_stretch(slopes) -> float:
+    """A screen's `FrustumRecord.stretch`: slopes over it stay below 2, those of grid rays beyond the border too."""
+    return 1.125 * max(*slopes, 1.0)
 
 
 def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin, normal, *,
@@ -154,10 +170,11 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     encode = numbers.direction.encode
     x, y = (encode((2 * np.arange(size) + 1 - size) / 2.0**bit, "screen table")[:, None]
             for size, bit in zip((screen.width, screen.height), bits, strict=True))
+    stretch = screen_stretch(half[:2] * (screen.width, screen.height) / 2.0**np.array(bits))
     return FrustumRecord(
         is_screen=True, numbers=numbers, origin=coordinates.integers(screen.camera.eye),
         matrix=encode(axes * (z_scale / half)[:, None], "frustum matrix"),
-        to_global=encode(axes.T * (half / half.max()), "frustum matrix"),
+        to_global=encode(axes.T / [1, 1, stretch], "frustum matrix"),
         z_scale=int(encode(z_scale, "z scale")), half_angles=(float(half[0]), float(half[1])),
         columns=screen.width, rows=screen.height, column_bits=bits[0], row_bits=bits[1],
         column_table=x, row_table=y)

@@ -44,7 +44,7 @@ def frustum_fields(config: Config) -> list[Field]:
         ("is_screen", FLAG, "screen or hemisphere"),
         ("origin", numbers.scene, "G coordinates"),
         ("matrix", numbers.direction, "G to R"),
-        ("to_global", numbers.direction, "directions, R to G"),
+        ("to_global", numbers.direction, "directions of grid rays to G"),
         ("z_scale", unsigned(1, numbers.direction_fraction), "R coordinate of depth 1"),
         ("half_angles", None, "true slopes of x = 1 and y = 1"),
         ("columns", unsigned(17, 0), "azimuths or pixels across"),

@@ -117,7 +117,7 @@ def test_grid_rays_can_be_made_from_the_tables_alone(scene, back):
             parts = np.broadcast_arrays(across[..., 0], down[..., 0], 1 << 16)
         else:
             parts = np.broadcast_arrays((down[..., 0] * across[..., 0] + (1 << 15)) >> 16,
-                                        (down[..., 0] * across[..., 1] + (1 << 15)) >> 16, down[..., 1])
+                                        round_shift(down[..., 0] * across[..., 1], 16), down[..., 1])
         assert np.array_equal(np.stack(parts, axis=-1), rays.direction)
         assert np.array_equal(rows["first_near"], rays.first_row)
         assert np.array_equal(rows["near"], rays.row_count)

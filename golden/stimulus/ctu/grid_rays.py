@@ -28,7 +28,7 @@ def _fields(config):
     position = signed(17, INDEX_FRACTION)
     return [*frustum_fields(config), Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid")], [
-        Field("direction", signed(3, FRACTION), "R frame"),
+        Field("direction", signed(1, FRACTION), "see GridRays"),
         Field("first_row", RAY, "of the rays near it"), Field("row_count", RAY, "of the rays near it"),
         Field("first_column", RAY, "of the rays near it; a hemisphere's go on around the circle"),
         Field("column_count", RAY, "of the rays near it"),
