@@ -12,7 +12,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.fixed import Format, signed, unsigned
 
-__all__ = ["PRESETS", "Config", "Icu", "Memsys", "Numbers"]
+__all__ = ["PRESETS", "Config", "Icu", "Memory", "Memsys", "Numbers"]
 
 
 def _check_range(where, name, value, low, high):
@@ -261,18 +261,60 @@ class Memsys:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Memory:
+    """Main memory, as its AXI4 port sees it.
+
+    Parameters
+    ----------
+    address_bits
+        Bits of the address of a byte; 16 to 48.
+    data_bits
+        Bits of a beat; 64 or 128.
+    outstanding
+        Bursts that may be under way, of reads and of writes each; a power of two, 1 to 64.
+    burst_beats
+        Beats of the longest burst, for all of which a read has room before it goes out; a power of two, 2 to 256, and
+        at most 4096 bytes.
+    length_bits
+        A request is for at most 2^b beats; 1 to 12.
+    timeout_bits
+        What waits for the memory for 2^b cycles is given up; 4 to 24.
+    """
+
+    address_bits: int = 40
+    data_bits: int = 64
+    outstanding: int = 16
+    burst_beats: int = 16
+    length_bits: int = 8
+    timeout_bits: int = 12
+
+    def __post_init__(self):
+        _check_power_of_two("memory", "data_bits", self.data_bits, 64, 128)
+        _check_power_of_two("memory", "outstanding", self.outstanding, 1, 64)
+        _check_power_of_two("memory", "burst_beats", self.burst_beats, 2, 256)
+        for name, low, high in (("address_bits", 16, 48), ("length_bits", 1, 12), ("timeout_bits", 4, 24)):
+            _check_range("memory", name, getattr(self, name), low, high)
+
+    @property
+    def beat_bytes(self) -> int:
+        """Bytes of a beat."""
+        return self.data_bits // 8
+
+
+@dataclass(frozen=True, kw_only=True)
 class Config:
     """All parameters.
 
     Parameters
     ----------
-    numbers, icu, memsys
+    numbers, icu, memsys, memory
         See there.
     """
 
     numbers: Numbers = field(default_factory=Numbers)
     icu: Icu = field(default_factory=Icu)
     memsys: Memsys = field(default_factory=Memsys)
+    memory: Memory = field(default_factory=Memory)
 
     def __post_init__(self):
         if self.icu.settle_fraction > self.numbers.fraction_bits:

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from golden.config import PRESETS, Config, Icu, Memsys, Numbers
+from golden.config import PRESETS, Config, Icu, Memory, Memsys, Numbers
 from golden.errors import InputError
 
 MESSAGES = [
@@ -16,6 +16,7 @@ MESSAGES = [
     ("memsys.cache_policy=fifo", "configuration: Cache policy (memsys.cache_policy) must be direct, lru, lfu, not "
                                  "'fifo'"),
     ("memsys.patch_lines=48", "configuration: Patch lines (memsys.patch_lines) must be a power of two, not 48"),
+    ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
@@ -53,7 +54,7 @@ def test_presets_grow():
 
 
 def test_every_knob_is_documented():
-    for group in (Numbers, Icu, Memsys):
+    for group in (Numbers, Icu, Memsys, Memory):
         names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
         documented = {name for line in names for name in line.split(", ")}
         assert set(group.__dataclass_fields__) <= documented
