@@ -12,7 +12,7 @@ from golden.errors import InputError
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.image import label_colours, write_png
 from golden.memory_map import machine_image
-from golden.noc.topology import TOPOLOGIES, hops
+from golden.noc.topology import TOPOLOGIES, Topology
 from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
@@ -97,7 +97,7 @@ def _report(plan: Schedule, shelling: Shelling, records: dict, patches: int, top
                          plan.subshells, strict=True)]}
     if topology:
         load = traffic(plan.partition, plan.found.window, plan.cluster)
-        report["mean_hops"] = mean_hops(load, hops(topology, len(counts)), plan.processor)
+        report["mean_hops"] = mean_hops(load, Topology.of(topology, len(counts)).hops, plan.processor)
     return report
 
 

@@ -1,85 +1,193 @@
-"""Topologies: which processors have a link, and how many links apart any two are."""
+"""Topologies: which nodes have a link, at which ports, and how many links apart any two are."""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from golden.errors import InputError
 
-__all__ = ["TOPOLOGIES", "grid_shape", "hops", "links"]
+__all__ = ["LOCAL", "TOPOLOGIES", "Dimension", "Link", "Topology", "grid_shape"]
 
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
+# The port of the node itself, at every router.
+LOCAL = 0
+NOWHERE = -1
+EAST_WEST, SOUTH_NORTH = ("east", "west"), ("south", "north")
 
 
-def grid_shape(processors: int) -> tuple[int, int]:
-    """Columns and rows of a two-dimensional network: powers of two, as square as can be, not higher than wide."""
-    bits = int(processors).bit_length() - 1
-    return 1 << (bits + 1) // 2, 1 << bits // 2
+def grid_shape(nodes: int) -> tuple[int, int]:
+    """Columns and rows of a two-dimensional network: as square as can be, not higher than wide."""
+    rows = max(height for height in range(1, int(nodes**0.5) + 1) if nodes % height == 0)
+    return nodes // rows, rows
 
 
-def links(topology: str, processors: int) -> np.ndarray:
-    """Which processors are neighbours.
+@dataclass(frozen=True)
+class Link:
+    """One direction of a connection: what leaves ``source`` at port ``output`` enters ``target`` at port ``input``."""
 
-    Processor ``row * columns + column`` sits at (column, row) of `grid_shape`. *Mesh*: left, right, up and down;
-    *torus*: also from border to border; *ring*: the numbers before and after, modulo ``processors``; *illiac*: those
-    and the numbers ``columns`` before and after; *hypercube*: the numbers that differ in one bit.
+    source: int
+    output: int
+    target: int
+    input: int
+
+
+@dataclass(frozen=True, eq=False)
+class Dimension:
+    """Lines or rings of nodes along which a packet goes forward or back.
 
     Parameters
     ----------
-    topology
+    names
+        Of the ports.
+    forward, back
+        Their ports, one for both in a hypercube.
+    size
+        Nodes of a line or ring.
+    wraps
+        They are rings: a link goes from position ``size`` - 1 to 0.
+    position
+        N int64, 0 to ``size`` - 1.
+    ahead
+        N int64, the node after each, with the ring closed.
+    """
+
+    names: tuple[str, ...]
+    forward: int
+    back: int
+    size: int
+    wraps: bool
+    position: np.ndarray
+    ahead: np.ndarray
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Nodes, ports and links of a network.
+
+    Node ``row * columns + column`` is at (column, row). *Mesh*: a link to the nodes left, right, above and below;
+    *torus*: also from border to border; *ring*: to the numbers before and after, modulo N; *illiac*: to those and the
+    numbers ``columns`` before and after, modulo N; *hypercube*: to the numbers that differ in one bit.
+
+    Links are pairs, one in each direction, and enter at the port through which the way back leaves. A dimension of two
+    has one pair, not two between the same nodes; one of one has no ports. All routers have the same ports; those at a
+    border that lead nowhere have no link.
+
+    Parameters
+    ----------
+    name
         One of `TOPOLOGIES`.
-    processors
-        A power of two.
-
-    Returns
-    -------
-    N x N bool, symmetric.
+    columns, rows
+        At least 1; of a hypercube powers of two.
 
     Errors
     ------
     InputError
-        Another topology, or no power of two.
+        Another topology, or a size that it cannot have.
 
-    Source: Shen 1993, section 6.1.
+    Source: Shen 1993, section 5.2.3, Fig. 5.4.
     """
-    if topology not in TOPOLOGIES:
-        raise InputError(f"network: Topology must be one of {', '.join(TOPOLOGIES)}, not {topology!r}")
-    if isinstance(processors, bool) or not isinstance(processors, (int, np.integer)) or processors < 1 \
-            or processors & (processors - 1):
-        raise InputError(f"network: Processors must be a power of two, not {processors!r}")
-    number = np.arange(processors)
-    columns, rows = grid_shape(processors)
-    column, row = number % columns, number // columns
-    if topology == "mesh":
-        distance = np.abs(column[:, None] - column) + np.abs(row[:, None] - row)
-        return distance == 1
-    neighbours = {
-        "torus": [row * columns + (column + 1) % columns, (row + 1) % rows * columns + column],
-        "ring": [number + 1],
-        "illiac": [number + 1, number + columns],
-        "hypercube": [number ^ (1 << bit) for bit in range(int(processors).bit_length() - 1)],
-    }[topology]
-    linked = np.zeros((processors, processors), dtype=bool)
-    for other in neighbours:
-        linked[number, other % processors] = True
-    linked |= linked.T
-    np.fill_diagonal(linked, False)
-    return linked
+
+    name: str
+    columns: int
+    rows: int
+
+    def __post_init__(self):
+        if self.name not in TOPOLOGIES:
+            raise InputError(f"network: Topology must be one of {', '.join(TOPOLOGIES)}, not {self.name!r}")
+        for label, value in (("Columns", self.columns), ("Rows", self.rows)):
+            _check_positive(label, value)
+        if self.name == "hypercube" and self.nodes & (self.nodes - 1):
+            raise InputError(f"network: Nodes of a hypercube must be a power of two, not {self.nodes!r}")
+
+    @classmethod
+    def of(cls, name: str, nodes: int) -> "Topology":
+        """The topology of that many nodes, in the shape `grid_shape`.
+
+        Errors
+        ------
+        InputError
+            As the constructor.
+        """
+        _check_positive("Nodes", nodes)
+        return cls(name, *grid_shape(nodes))
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.columns} x {self.rows}"
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.columns * self.rows
+
+    @cached_property
+    def coordinates(self) -> np.ndarray:
+        """N x 2 int64, column and row of each node."""
+        number = np.arange(self.nodes)
+        return np.stack([number % self.columns, number // self.columns], axis=1)
+
+    @cached_property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """In the order in which packets go along them."""
+        number, (column, row) = np.arange(self.nodes), self.coordinates.T
+        if self.name == "hypercube":
+            return tuple(Dimension((f"bit_{bit}",), 1 + bit, 1 + bit, 2, False, number >> bit & 1, number ^ 1 << bit)
+                         for bit in range(self.nodes.bit_length() - 1))
+        after = (number + 1) % self.nodes
+        lines = {
+            "ring": [(EAST_WEST, self.nodes, number, after)],
+            # The line of a row goes on with the next row; with a single column both dimensions would be the same.
+            "illiac": [(EAST_WEST, self.nodes, number, after),
+                       (SOUTH_NORTH, self.rows if self.columns > 1 else 1, row, (number + self.columns) % self.nodes)],
+        }.get(self.name, [(EAST_WEST, self.columns, column, row * self.columns + (column + 1) % self.columns),
+                          (SOUTH_NORTH, self.rows, row, (number + self.columns) % self.nodes)])
+        lines = [line for line in lines if line[1] > 1]
+        return tuple(Dimension(names, 1 + 2 * place, 2 + 2 * place, size, self.name != "mesh" and size > 2, *rest)
+                     for place, (names, size, *rest) in enumerate(lines))
+
+    @cached_property
+    def ports(self) -> tuple[str, ...]:
+        """Names of a router's ports; the first, `LOCAL`, is the node's."""
+        return ("local", *(name for line in self.dimensions for name in line.names))
+
+    @cached_property
+    def neighbour(self) -> np.ndarray:
+        """N x ports int64: the node behind each port; -1 behind `LOCAL` and where there is no link."""
+        behind = np.full((self.nodes, len(self.ports)), NOWHERE, dtype=np.int64)
+        for line in self.dimensions:
+            linked = np.arange(self.nodes) if line.wraps else np.flatnonzero(line.position < line.size - 1)
+            behind[linked, line.forward] = line.ahead[linked]
+            behind[line.ahead[linked], line.back] = linked
+        return behind
+
+    @cached_property
+    def opposite(self) -> tuple[int, ...]:
+        """For each output port the input port at the link's other end."""
+        other = [LOCAL] * len(self.ports)
+        for line in self.dimensions:
+            other[line.forward], other[line.back] = line.back, line.forward
+        return tuple(other)
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """All links, by source and output port."""
+        return tuple(Link(int(source), int(output), int(self.neighbour[source, output]), self.opposite[output])
+                     for source, output in np.argwhere(self.neighbour != NOWHERE))
+
+    @cached_property
+    def hops(self) -> np.ndarray:
+        """N x N int64, links on a shortest way between any two nodes."""
+        linked = np.zeros((self.nodes, self.nodes), dtype=np.int64)
+        for link in self.links:
+            linked[link.source, link.target] = 1
+        reached = np.eye(self.nodes, dtype=bool)
+        count = np.zeros((self.nodes, self.nodes), dtype=np.int64)
+        while not reached.all():
+            count[~reached] += 1
+            reached |= reached @ linked > 0
+        return count
 
 
-def hops(topology: str, processors: int) -> np.ndarray:
-    """Links on a shortest way between any two processors: N x N int64.
-
-    Errors
-    ------
-    InputError
-        As `links`.
-    """
-    linked = links(topology, processors).astype(np.int64)
-    count = np.where(np.eye(processors, dtype=bool), 0, -1)
-    reached = np.eye(processors, dtype=bool)
-    distance = 0
-    while not reached.all():
-        distance += 1
-        further = (reached @ linked > 0) & ~reached
-        count[further] = distance
-        reached |= further
-    return count
+def _check_positive(label, value):
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise InputError(f"network: {label} must be a whole number of at least 1, not {value!r}")

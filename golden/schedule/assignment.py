@@ -52,7 +52,7 @@ def heaviest_to_nearest(load: np.ndarray, hops: np.ndarray) -> np.ndarray:
     load
         N x N of at least 0, symmetric, 0 on the diagonal (`traffic`).
     hops
-        N x N, links between processors (`golden.noc.topology.hops`).
+        N x N, links between processors (`golden.noc.topology.Topology`).
 
     Returns
     -------

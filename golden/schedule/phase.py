@@ -7,7 +7,7 @@ import numpy as np
 from golden.config import Config
 from golden.frustum import FrustumRecord
 from golden.memsys.cell_table import CellTable
-from golden.noc.topology import hops
+from golden.noc.topology import Topology
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.assignment import heaviest_to_nearest, simple, traffic
 from golden.schedule.classification import classify
@@ -78,7 +78,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     Errors
     ------
     InputError
-        See `low_density`, `cut_sections`, `resident_sets`, `hops`.
+        See `low_density`, `cut_sections`, `resident_sets`, `Topology`.
 
     Source: Shen 1993, section 4.4.2.
     """
@@ -87,6 +87,6 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     cluster = classify(partition, found.window)
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
     processor = simple(clusters) if topology is None else heaviest_to_nearest(
-        traffic(partition, found.window, cluster), hops(topology, clusters))
+        traffic(partition, found.window, cluster), Topology.of(topology, clusters).hops)
     return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,
                     subshells=subshell_lists(found, sets, partition), processor=processor)

@@ -1,18 +1,17 @@
-"""Hop counts against closed forms."""
+"""Links and hop counts against closed forms."""
 
 import numpy as np
 import pytest
 
 from golden.errors import InputError
-from golden.noc.topology import TOPOLOGIES, grid_shape, hops, links
+from golden.noc.topology import LOCAL, NOWHERE, TOPOLOGIES, Topology, grid_shape
 
-SIZES = [1, 2, 4, 8, 16, 32]
+SIZES = [1, 2, 3, 4, 6, 8, 12, 16, 32, 49]
 
 
-def places(processors):
-    columns, _ = grid_shape(processors)
-    number = np.arange(processors)
-    return number % columns, number // columns
+def powers_of_two_only(topology, nodes):
+    if topology == "hypercube" and nodes & (nodes - 1):
+        pytest.skip("no hypercube")
 
 
 def around(first, second, size):
@@ -20,44 +19,74 @@ def around(first, second, size):
     return np.minimum(apart, size - apart)
 
 
-@pytest.mark.parametrize("processors", SIZES)
-def test_mesh_torus_ring_and_hypercube_have_the_distances_of_their_definitions(processors):
-    (column, row), (columns, rows) = places(processors), grid_shape(processors)
-    number = np.arange(processors)
+@pytest.mark.parametrize("nodes", SIZES)
+def test_mesh_torus_ring_and_hypercube_have_the_distances_of_their_definitions(nodes):
+    columns, rows = grid_shape(nodes)
+    number = np.arange(nodes)
+    column, row = number % columns, number // columns
     mesh = np.abs(column[:, None] - column) + np.abs(row[:, None] - row)
-    assert np.array_equal(hops("mesh", processors), mesh)
-    assert np.array_equal(hops("torus", processors), around(column, column, columns) + around(row, row, rows))
-    assert np.array_equal(hops("ring", processors), around(number, number, processors))
-    assert np.array_equal(hops("hypercube", processors), np.bitwise_count(number[:, None] ^ number))
+    assert np.array_equal(Topology.of("mesh", nodes).hops, mesh)
+    assert np.array_equal(Topology.of("torus", nodes).hops, around(column, column, columns) + around(row, row, rows))
+    assert np.array_equal(Topology.of("ring", nodes).hops, around(number, number, nodes))
+    if nodes & (nodes - 1) == 0:
+        assert np.array_equal(Topology.of("hypercube", nodes).hops, np.bitwise_count(number[:, None] ^ number))
 
 
 def test_illiac_of_sixteen_reaches_everything_in_three_links():
-    distance = hops("illiac", 16)
+    distance = Topology.of("illiac", 16).hops
     assert np.flatnonzero(distance[0] == 1).tolist() == [1, 4, 12, 15]
     assert distance.max() == 3
 
 
 def test_illiac_of_eight_is_no_longer_than_a_ring():
-    assert (hops("illiac", 8) <= hops("ring", 8)).all()
-    assert links("illiac", 8).sum(axis=1).tolist() == [3] * 8
+    assert (Topology.of("illiac", 8).hops <= Topology.of("ring", 8).hops).all()
+    assert ((Topology.of("illiac", 8).neighbour != NOWHERE).sum(axis=1) == 3).all()
 
 
 @pytest.mark.parametrize("topology", TOPOLOGIES)
-@pytest.mark.parametrize("processors", SIZES)
-def test_links_go_both_ways_and_to_others_only(topology, processors):
-    linked = links(topology, processors)
-    assert np.array_equal(linked, linked.T)
-    assert not linked.diagonal().any()
-    assert np.array_equal(linked, hops(topology, processors) == 1)
+@pytest.mark.parametrize("nodes", SIZES)
+def test_every_link_has_its_way_back_through_the_same_ports(topology, nodes):
+    powers_of_two_only(topology, nodes)
+    network = Topology.of(topology, nodes)
+    links = {(link.source, link.output, link.target, link.input) for link in network.links}
+    assert len(links) == len(network.links) == (network.neighbour != NOWHERE).sum()
+    assert {(target, inward, source, outward) for source, outward, target, inward in links} == links
+    assert all(source != target and LOCAL not in (outward, inward) for source, outward, target, inward in links)
+    # No two links lead from one node to the same other one.
+    assert len({(link.source, link.target) for link in network.links}) == len(links)
 
 
-def test_grids_are_square_or_twice_as_wide():
-    assert [grid_shape(size) for size in SIZES] == [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4), (8, 4)]
+@pytest.mark.parametrize(("topology", "columns", "rows", "ports"), [
+    ("mesh", 4, 3, ["local", "east", "west", "south", "north"]), ("mesh", 1, 3, ["local", "south", "north"]),
+    ("torus", 3, 1, ["local", "east", "west"]), ("ring", 4, 4, ["local", "east", "west"]),
+    ("illiac", 1, 5, ["local", "east", "west"]), ("illiac", 3, 3, ["local", "east", "west", "south", "north"]),
+    ("hypercube", 4, 2, ["local", "bit_0", "bit_1", "bit_2"]), ("mesh", 1, 1, ["local"])])
+def test_ports_are_those_of_the_dimensions_there_are(topology, columns, rows, ports):
+    assert list(Topology(topology, columns, rows).ports) == ports
+
+
+def test_nodes_are_numbered_row_by_row():
+    mesh = Topology("mesh", 4, 3)
+    assert mesh.coordinates[6].tolist() == [2, 1]
+    assert mesh.neighbour[6].tolist() == [NOWHERE, 7, 5, 10, 2]
+    assert mesh.neighbour[3].tolist() == [NOWHERE, NOWHERE, 2, 7, NOWHERE]
+    assert mesh.opposite == (LOCAL, 2, 1, 4, 3)
+    assert Topology("torus", 4, 3).neighbour[3].tolist() == [NOWHERE, 0, 2, 7, 11]
+    assert Topology("illiac", 4, 3).neighbour[3].tolist() == [NOWHERE, 4, 2, 7, 11]
+
+
+def test_grids_are_as_square_as_they_can_be():
+    assert [grid_shape(size) for size in (1, 2, 4, 6, 7, 8, 12, 16, 32)] == [
+        (1, 1), (2, 1), (2, 2), (3, 2), (7, 1), (4, 2), (4, 3), (4, 4), (8, 4)]
 
 
 def test_other_topologies_and_sizes_are_refused_by_name():
     with pytest.raises(InputError, match=r"Topology must be one of mesh, torus, .*, not 'star'"):
-        links("star", 4)
-    for size in 0, 3, -4, 2.0, True:
-        with pytest.raises(InputError, match="Processors must be a power of two"):
-            hops("ring", size)
+        Topology.of("star", 4)
+    for size in 0, -4, 2.0, True:
+        with pytest.raises(InputError, match="Nodes must be a whole number of at least 1, not"):
+            Topology.of("ring", size)
+        with pytest.raises(InputError, match="Rows must be a whole number of at least 1, not"):
+            Topology("mesh", 2, size)
+    with pytest.raises(InputError, match="Nodes of a hypercube must be a power of two, not 12"):
+        Topology("hypercube", 4, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.noc.topology import hops
+from golden.noc.topology import Topology
 from golden.schedule.assignment import heaviest_to_nearest, mean_hops, simple, traffic
 from golden.schedule.classification import classify
 from golden.schedule.sections import cut_sections
@@ -21,7 +21,7 @@ def random_load(seed, clusters):
 @pytest.mark.parametrize("seed", range(5))
 def test_each_processor_gets_one_cluster(topology, seed):
     for clusters in 1, 2, 8, 16:
-        processor = heaviest_to_nearest(random_load(seed, clusters), hops(topology, clusters))
+        processor = heaviest_to_nearest(random_load(seed, clusters), Topology.of(topology, clusters).hops)
         assert sorted(processor) == list(range(clusters))
 
 
@@ -30,7 +30,7 @@ def test_the_heaviest_pairs_become_neighbours():
     load = np.zeros((4, 4), dtype=int)
     for first, second, weight in (0, 3, 9), (3, 1, 5), (1, 2, 7):
         load[first, second] = load[second, first] = weight
-    distance = hops("ring", 4)
+    distance = Topology.of("ring", 4).hops
     processor = heaviest_to_nearest(load, distance)
     assert mean_hops(load, distance, processor) == 1
     assert mean_hops(load, distance, simple(4)) > 1
@@ -38,12 +38,12 @@ def test_the_heaviest_pairs_become_neighbours():
 
 def test_the_first_cluster_gets_the_most_links():
     load = random_load(3, 16)
-    processor = heaviest_to_nearest(load, hops("mesh", 16))
+    processor = heaviest_to_nearest(load, Topology.of("mesh", 16).hops)
     assert processor[np.argmax(load.sum(axis=1))] == 5
 
 
 def test_without_traffic_everyone_is_placed_in_order_of_links():
-    processor = heaviest_to_nearest(np.zeros((8, 8), dtype=int), hops("mesh", 8))
+    processor = heaviest_to_nearest(np.zeros((8, 8), dtype=int), Topology.of("mesh", 8).hops)
     assert sorted(processor[:4]) == [1, 2, 5, 6]
 
 
