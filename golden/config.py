@@ -12,7 +12,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.fixed import Format, signed, unsigned
 
-__all__ = ["PRESETS", "Config", "Icu", "Memory", "Memsys", "Numbers"]
+__all__ = ["PRESETS", "Config", "Ctu", "Icu", "Memory", "Memsys", "Numbers"]
 
 
 def _check_range(where, name, value, low, high):
@@ -220,6 +220,47 @@ class Icu:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Ctu:
+    """Cell traversal.
+
+    Parameters
+    ----------
+    pipelines
+        Traversal pipelines of a cluster, each a cell per cycle; 1 to 4, or 0: as many as the number of clusters asks
+        for, see `traversal_pipelines`.
+    ray_slots
+        Grid rays under way in each traversal pipeline; a power of two, 8 to 64. Fewer than a step takes cycles leave
+        cycles without a step.
+    lead
+        Shells that cell traversal may be ahead of intersection; 0 to 15. 0 is a barrier after each shell.
+    deferred
+        Requests that can wait for a grid ray that is under way; a power of two, 4 to 256.
+    pyramid_levels
+        Survival is judged by squares of rays, 2^(``icu.tile_bits`` times this) each way; 1 to 3. Smaller squares are
+        more of them, larger ones send out more grid rays in vain.
+    """
+
+    pipelines: int = 0
+    ray_slots: int = 16
+    lead: int = 2
+    deferred: int = 32
+    pyramid_levels: int = 1
+
+    def __post_init__(self):
+        for name, low, high in (("pipelines", 0, 4), ("lead", 0, 15), ("pyramid_levels", 1, 3)):
+            _check_range("ctu", name, getattr(self, name), low, high)
+        for name, low, high in (("ray_slots", 8, 64), ("deferred", 4, 256)):
+            _check_power_of_two("ctu", name, getattr(self, name), low, high)
+
+    def traversal_pipelines(self, clusters: int) -> int:
+        """Traversal pipelines of each of ``clusters`` clusters.
+
+        A section's margin makes cell traversal grow against intersection as sections get smaller.
+        """
+        return self.pipelines or (2 if clusters < 8 else 3 if clusters < 16 else 4)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Memsys:
     """Memory system.
 
@@ -307,12 +348,13 @@ class Config:
 
     Parameters
     ----------
-    numbers, icu, memsys, memory
+    numbers, icu, ctu, memsys, memory
         See there.
     """
 
     numbers: Numbers = field(default_factory=Numbers)
     icu: Icu = field(default_factory=Icu)
+    ctu: Ctu = field(default_factory=Ctu)
     memsys: Memsys = field(default_factory=Memsys)
     memory: Memory = field(default_factory=Memory)
 
@@ -320,6 +362,11 @@ class Config:
         if self.icu.settle_fraction > self.numbers.fraction_bits:
             raise InputError("configuration: Settle fraction (icu.settle_fraction) must be at most "
                              f"numbers.fraction_bits ({self.numbers.fraction_bits}), not {self.icu.settle_fraction!r}")
+
+    @property
+    def square_bits(self) -> int:
+        """Survival is judged by squares of 2^b rays each way."""
+        return self.icu.tile_bits * self.ctu.pyramid_levels
 
     def parameters(self) -> dict[str, object]:
         """All knobs by path, for example ``icu.rays``."""

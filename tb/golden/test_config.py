@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from golden.config import PRESETS, Config, Icu, Memory, Memsys, Numbers
+from golden.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Numbers
 from golden.errors import InputError
 
 MESSAGES = [
@@ -17,6 +17,8 @@ MESSAGES = [
                                  "'fifo'"),
     ("memsys.patch_lines=48", "configuration: Patch lines (memsys.patch_lines) must be a power of two, not 48"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
+    ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
+    ("ctu.lead=16", "configuration: Lead (ctu.lead) must be 0 to 15, not 16"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
@@ -49,12 +51,17 @@ def test_parameters_are_set_by_path_and_leave_the_rest():
     assert changed.icu.rays == 1024
 
 
+def test_pipelines_follow_from_the_clusters_unless_given():
+    assert [Ctu().traversal_pipelines(clusters) for clusters in (1, 2, 4, 8, 16)] == [2, 2, 2, 3, 4]
+    assert Ctu(pipelines=1).traversal_pipelines(16) == 1
+
+
 def test_presets_grow():
     assert [PRESETS[name].icu.rays for name in ("tiny", "small", "paper", "large")] == [2**12, 2**14, 2**18, 2**20]
 
 
 def test_every_knob_is_documented():
-    for group in (Numbers, Icu, Memsys, Memory):
+    for group in (Numbers, Icu, Ctu, Memsys, Memory):
         names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
         documented = {name for line in names for name in line.split(", ")}
         assert set(group.__dataclass_fields__) <= documented
