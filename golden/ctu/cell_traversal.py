@@ -46,7 +46,7 @@ _VALUE, _SLOPE = reciprocal_table()
 
 
 def reciprocal(magnitude: np.ndarray):
-    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, within 1.2 units of the mantissa,
+    """``mantissa`` and ``shift`` with ``2^FRACTION / magnitude ~ mantissa / 2^shift``, within 1.2 units of it,
     and of powers of two exactly, for magnitudes from 1 to 2^RECIPROCAL_BITS - 1.
 
     Mantissas are from ``2^(RECIPROCAL_BITS - 1)`` to ``2^RECIPROCAL_BITS``.

@@ -2,10 +2,16 @@
 
 from collections.abc import Callable
 
-from amaranth.hdl import Signal, Value
+from amaranth.hdl import Mux, Signal, Value
 from amaranth.lib.data import View
+from amaranth.lib.memory import Memory
 
 __all__ = ["Pipeline", "Staged"]
+
+# From this many registers in a row on, a memory with a counter takes less than they do; the most cycles that one can
+# hold a value for, which is the depth of a table's memory.
+LONG = 6
+DEEPEST = 16
 
 
 class Staged:
@@ -22,6 +28,7 @@ class Staged:
     def __init__(self, value, age: int):
         self.value, self.age = value, age
         self._older = None
+        self._is_first, self._is_used = True, False
 
     def __repr__(self) -> str:
         return f"<value of age {self.age}>"
@@ -33,7 +40,7 @@ class Pipeline:
     Operators are functions that take the pipeline and `Staged` values and give `Staged` values; each says by the age of
     its result how many registers it takes. Wherever values of different age meet, `Pipeline` inserts the registers
     that the younger ones lack, shared between all their users. So latency is a result: it is known when the last output
-    has been named, before elaboration.
+    has been named, before elaboration. Where a value only waits for long, a small memory takes the registers' place.
 
     The datapath is described in a component's constructor and becomes registers with `add_to`::
 
@@ -70,7 +77,7 @@ class Pipeline:
         if self._stalls and i.signature.always_ready:
             raise ValueError("Input must be a stream that can wait where the output can, not one that is always ready")
         self._advance = Signal(name="advance") if self._stalls else None
-        self._registers, self._ports, self._outputs = [], [], []
+        self._delayed, self._ports, self._outputs = [], [], []
         self._kept = None
         self._valid = [Staged(i.valid, 0)]
 
@@ -175,9 +182,45 @@ class Pipeline:
         for port, address in self._ports:
             m.d.comb += [port.addr.eq(address.value), port.en.eq(self._advance if self._stalls else 1)]
         valid = [stage.value for stage in self._valid]
-        registers = [*self._registers, *zip(valid[1:], valid[:-1], strict=True)]
+        registers = [*self._delays(m), *zip(valid[1:], valid[:-1], strict=True)]
         with m.If(self._advance if self._stalls else 1):
             m.d.sync += [target.eq(source) for target, source in registers]
+
+    def _delays(self, m):
+        """Registers, as pairs of target and source, that delay values to the ages at which they are used."""
+        registers = []
+        for stage in self._delayed:
+            waits = []
+            while stage._older is not None:
+                waits.append(stage.value)
+                stage = stage._older
+                if stage._is_used:
+                    registers += self._wait(m, [*waits, stage.value])
+                    waits = []
+        return registers
+
+    def _wait(self, m, values):
+        """From the first of ``values`` through a register each to the last; those between are used nowhere else."""
+        registers = []
+        while len(values) > LONG:
+            first, depth = values[1], min(DEEPEST, len(values) - 3)
+            last = values[depth + 2]
+            registers += [(first, values[0]), (last, self._memory(m, first, depth))]
+            values = values[depth + 2:]
+        return registers + list(zip(values[1:], values[:-1], strict=True))
+
+    def _memory(self, m, value, depth):
+        """``value`` as it was ``depth`` items before."""
+        value = Value.cast(value)
+        memory = Memory(shape=len(value), depth=depth, init=[], attrs={"ram_style": "distributed"})
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        place = Signal(range(depth))
+        m.submodules += memory
+        m.d.comb += [write.addr.eq(place), write.data.eq(value), read.addr.eq(place),
+                     write.en.eq(self._advance if self._stalls else 1)]
+        with m.If(write.en):
+            m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))
+        return read.data
 
     def _age(self, operands):
         return max((operand.age for operand in operands if operand.age is not None), default=None)
@@ -193,7 +236,10 @@ class Pipeline:
                 value = operand.value
                 shape = value.shape() if isinstance(value, View) else Value.cast(value).shape()
                 register = Signal(shape, reset_less=True, name=f"age_{operand.age + 1}")
-                self._registers.append((register, value))
+                if operand._is_first:
+                    self._delayed.append(operand)
                 operand._older = Staged(register, operand.age + 1)
+                operand._older._is_first = False
             operand = operand._older
+        operand._is_used = True
         return operand

@@ -1,7 +1,9 @@
 # amaranth: UnusedElaboratable=no
 
+from random import Random
+
 import pytest
-from amaranth.hdl import Module
+from amaranth.hdl import Module, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -99,7 +101,59 @@ def test_registers_are_shared():
     pipeline = Pipeline(*(stream.Signature(4, always_ready=True).create() for _ in range(2)))
     x = pipeline.input(pipeline._i.payload)
     assert pipeline.delay(x, 2).value is pipeline.delay(pipeline.delay(x, 1), 1).value
-    assert len(pipeline._registers) == 2
+    assert len(pipeline._delays(Module())) == 2
+
+
+@pytest.mark.parametrize("stalls", [False, True])
+@pytest.mark.parametrize("cycles", [5, 6, 7, 18, 19, 20, 24, 40])
+def test_a_long_wait_is_as_long_in_a_memory(cycles, stalls):
+    class Waits(wiring.Component):
+        def __init__(self):
+            super().__init__({"i": In(stream.Signature(8, always_ready=not stalls)),
+                              "o": Out(stream.Signature(StructLayout({"late": signed(8), "early": 8}),
+                                                        always_ready=not stalls))})
+            self._pipeline = p = Pipeline(self.i, self.o)
+            late = p.delay(p.combine(lambda x: x.as_signed(), p.input(self.i.payload)), cycles)
+            p.output(self.o.payload.late, late)
+            p.output(self.o.payload.early, p.delay(p.input(self.i.payload), 2))
+            self.latency = p.latency
+
+        def elaborate(self, platform):
+            m = Module()
+            self._pipeline.add_to(m)
+            return m
+
+    waits, came, random = Waits(), [], Random(cycles)
+    items = [random.randrange(256) for _ in range(60)]
+
+    async def drive(ctx):
+        for item in items:
+            ctx.set(waits.i.payload, item)
+            ctx.set(waits.i.valid, 1)
+            if stalls:
+                await ctx.tick().until(waits.i.ready)
+            else:
+                await ctx.tick()
+            ctx.set(waits.i.valid, 0)
+            for _ in range(random.randrange(3)):
+                await ctx.tick()
+
+    async def take(ctx):
+        while len(came) < len(items):
+            if stalls:
+                ctx.set(waits.o.ready, random.randrange(2))
+            *_, valid, ready, late, early = await ctx.tick().sample(
+                waits.o.valid, waits.o.ready, waits.o.payload.late, waits.o.payload.early)
+            if valid and ready:
+                came.append((late % 256, early))
+
+    simulator = Simulator(waits)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.add_testbench(take)
+    simulator.run()
+    assert waits.latency == cycles
+    assert came == [(item, item) for item in items]
 
 
 @pytest.mark.parametrize(("registers", "age"), [(1, 1), (2, 2), (3, 3)])
