@@ -1,0 +1,110 @@
+"""Deferred store: items that wait in chains, each chain for something else."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from hw.lib.queue import Queue
+
+__all__ = ["DeferredStore"]
+
+
+class DeferredStore(wiring.Component):
+    """Whoever waits for the same thing is in one chain; what they waited for comes with the release of the chain.
+
+    The store has one place per item, whatever the lengths of the chains: an item says which one stands behind it.
+    Whose chain is which its owner remembers, as its first and its last place.
+
+    Parameters
+    ----------
+    shape
+        Of what is waited for.
+    depth
+        Items that can wait, at least 1.
+    tag
+        Shape of an item.
+
+    Members
+    -------
+    i
+        An item: ``tag``, and ``chain``, at whose end it waits from now on (``some`` 0: a chain of its own).
+    longer
+        That chain with the item that is taken now.
+    i_release
+        ``chain``, which gets no more items, and ``data``. Always ready.
+    o
+        ``tag`` and ``data`` of the items of released chains, one chain after the other, each from its first item.
+    waiting
+        Items in chains.
+
+    Timing
+    ------
+    Latency: ``3`` cycles from ``i_release`` to the first item, if no other chain is being released. One item per cycle
+    in and out, also from chain to chain; ``i`` stalls while the store is full.
+
+    Errors
+    ------
+    ValueError
+        Depth out of range.
+    """
+
+    def __init__(self, shape, *, depth: int, tag):
+        if not isinstance(depth, int) or depth < 1:
+            raise ValueError(f"Depth must be at least 1, not {depth!r}")
+        self._shape, self._depth, self._tag = shape, depth, tag
+        #: Of ``chain`` in all streams.
+        self.chain = StructLayout({"some": 1, "first": range(depth), "last": range(depth)})
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"tag": tag, "chain": self.chain}))), "longer": Out(self.chain),
+            "i_release": In(stream.Signature(StructLayout({"chain": self.chain, "data": shape}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"tag": tag, "data": shape}))), "waiting": Out(range(depth + 1))})
+        self.latency = 3
+
+    def elaborate(self, platform):
+        m = Module()
+        place = range(self._depth)
+        # Nobody reads a place that is being written.
+        m.submodules.tags = tags = Memory(shape=self._tag, depth=self._depth, init=[], attrs={"no_rw_check": 1})
+        m.submodules.behind = behind = Memory(shape=place, depth=self._depth, init=[],
+                                              attrs={"ram_style": "distributed"})
+        tag_write, tag_read = tags.write_port(), tags.read_port(domain="comb")
+        behind_write, behind_read = behind.write_port(), behind.read_port(domain="comb")
+
+        # Places that were never used, then those that became free.
+        m.submodules.free = free = Queue(place, depth=self._depth)
+        unused, new, takes = Signal(range(self._depth + 1)), Signal(place), Signal()
+        recycles = unused == self._depth
+        m.d.comb += [self.i.ready.eq(self.waiting != self._depth), takes.eq(self.i.valid & self.i.ready),
+                     new.eq(Mux(recycles, free.o.payload, unused)), free.o.ready.eq(takes & recycles)]
+        with m.If(takes & ~recycles):
+            m.d.sync += unused.eq(unused + 1)
+
+        chain = self.i.payload.chain
+        m.d.comb += [self.longer.some.eq(1), self.longer.first.eq(Mux(chain.some, chain.first, new)),
+                     self.longer.last.eq(new),
+                     tag_write.addr.eq(new), tag_write.data.eq(self.i.payload.tag), tag_write.en.eq(takes),
+                     behind_write.addr.eq(chain.last), behind_write.data.eq(new),
+                     behind_write.en.eq(takes & chain.some)]
+
+        # Never full: each chain has an item at least.
+        m.submodules.released = released = Queue(self.i_release.payload.shape(), depth=self._depth)
+        m.d.comb += [released.i.valid.eq(self.i_release.valid), released.i.payload.eq(self.i_release.payload)]
+
+        # The item that leaves next, and the one that is shown.
+        walks, at = Signal(), Signal.like(released.o.payload, reset_less=True)
+        shown = Signal.like(self.o.payload, reset_less=True)
+        moves, leaves = Signal(), Signal()
+        m.d.comb += [moves.eq(self.o.ready | ~self.o.valid), leaves.eq(walks & moves), self.o.payload.eq(shown),
+                     tag_read.addr.eq(at.chain.first), behind_read.addr.eq(at.chain.first),
+                     free.i.valid.eq(leaves), free.i.payload.eq(at.chain.first),
+                     released.o.ready.eq(~walks | (leaves & (at.chain.first == at.chain.last)))]
+        with m.If(released.o.ready):
+            m.d.sync += [walks.eq(released.o.valid), at.eq(released.o.payload)]
+        with m.Elif(leaves):
+            m.d.sync += at.chain.first.eq(behind_read.data)
+        with m.If(moves):
+            m.d.sync += [self.o.valid.eq(walks), shown.tag.eq(tag_read.data), shown.data.eq(at.data)]
+        m.d.sync += self.waiting.eq(self.waiting + takes - leaves)
+        return m

@@ -1,0 +1,203 @@
+"""I-structure memory: locations that are written once, and reads that wait for it."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from hw.lib.generations import Generations
+from hw.memsys.deferred_store import DeferredStore
+
+__all__ = ["IStructure"]
+
+
+class IStructure(wiring.Component):
+    """Each location is written once per version; a read of an empty one waits for the write.
+
+    A location is present if its tag is the version's, so a new version empties all of them at once. Reads that wait for
+    a location are a chain in the deferred store, first come, first released. A read that finds the store full waits
+    where it is, and so do those behind it; writes go on, and so does the read when its own location is written.
+
+    Reads and writes pass three stages side by side and take effect in the third. What is read of the memories in the
+    first is made good by what takes effect while the access is on its way: so a read sees each write that was taken in
+    the same cycle or earlier, and a write releases each read that has not seen it.
+
+    Parameters
+    ----------
+    shape
+        Of the data.
+    depth
+        Locations, at least 1.
+    version_bits
+        Of the tag of a version, at least 1. After 2^b - 1 versions all tags are cleared.
+    deferred
+        Reads that can wait, at least 1.
+    tag
+        Shape of what tells a requester which read is answered.
+
+    Members
+    -------
+    i_start
+        Begins a version, in which all locations are empty; needed after a reset too. Taken when all reads of the last
+        version have been answered; until then no other read is taken. No payload.
+    i_read
+        ``address``, below ``depth``, and ``tag``.
+    i_write
+        ``address`` and ``data``.
+    o_read
+        ``tag`` and ``data``, once for each read, in any order.
+    o_refused
+        The address of a write of what had been written already; the first data stay. Always ready.
+    waiting
+        Reads that wait now.
+
+    Timing
+    ------
+    Latency: ``4`` cycles from ``i_read`` to ``o_read`` of a location that is present, ``7`` from ``i_write`` to
+    ``o_read`` of the first read that waits for it, ``3`` to ``o_refused``. One read and one write per cycle; releases
+    come one per cycle without a gap, before reads of what is present. Reads stall with ``o_read`` and with a full
+    store. Writes stall only while ``i_start`` waits and no read does: until those under way have been made and, every
+    2^``version_bits`` - 1 versions, for a sweep of ``depth`` cycles.
+
+    Errors
+    ------
+    ValueError
+        A size out of range.
+
+    Golden counterpart: `golden.memsys.istructure.IStructure`. Source: Shen 1993, section 5.2.4.1.
+    """
+
+    def __init__(self, shape, *, depth: int, version_bits: int, deferred: int, tag):
+        for name, value in (("Depth", depth), ("Version bits", version_bits), ("Deferred", deferred)):
+            if not isinstance(value, int) or value < 1:
+                raise ValueError(f"{name} must be at least 1, not {value!r}")
+        self._shape, self._tag = shape, tag
+        self._depth, self._version_bits, self._deferred = depth, version_bits, deferred
+
+        def items(**layout):
+            return stream.Signature(StructLayout(layout))
+
+        super().__init__({
+            "i_start": In(stream.Signature(0)),
+            "i_read": In(items(address=range(depth), tag=tag)), "i_write": In(items(address=range(depth), data=shape)),
+            "o_read": Out(items(tag=tag, data=shape)),
+            "o_refused": Out(stream.Signature(range(depth), always_ready=True)), "waiting": Out(range(deferred + 1))})
+        self.latency = 4
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.store = store = DeferredStore(self._shape, depth=self._deferred, tag=self._tag)
+        m.submodules.generations = generations = Generations(bits=self._version_bits, depth=self._depth)
+        version, sweeps, row = generations.generation, Signal(), Signal(range(self._depth))
+        m.d.sync += [sweeps.eq(generations.sweeps), row.eq(generations.row)]
+
+        # The state is what has happened to the location since the memories were read; in stage 3 it is all of it.
+        state = StructLayout({"present": 1, "data": self._shape, "chain": store.chain})
+
+        def stages(name, carried):
+            access = StructLayout({"address": range(self._depth), "carried": carried, "state": state})
+            return (Signal(3, name=f"{name}_there"),
+                    [Signal(access, reset_less=True, name=f"{name}_{stage}") for stage in (1, 2, 3)])
+
+        read_there, reads = stages("read", self._tag)
+        write_there, writes = stages("write", self._shape)
+        read, write = reads[2], writes[2]
+
+        # What takes effect in this cycle: an empty location is written, a read begins to wait.
+        written, defers, advances = Signal(), Signal(), Signal()
+
+        def after(access, before):
+            """The state of an access in stage 1 or 2 after this cycle."""
+            changed = Signal(state)
+            m.d.comb += changed.eq(before)
+            with m.If(written & (access.address == write.address)):
+                m.d.comb += [changed.present.eq(1), changed.data.eq(write.carried)]
+            with m.If(defers & (access.address == read.address)):
+                m.d.comb += changed.chain.eq(store.longer)
+            return changed
+
+        def add_memory(name, contents, access, value, enable):
+            """A row per location, written in stage 3. What is read of a row that is being written is not used."""
+            m.submodules[name] = memory = Memory(
+                shape=StructLayout({"version": self._version_bits, "contents": contents}), depth=self._depth, init=[],
+                attrs={"no_rw_check": 1})
+            port = memory.write_port()
+            m.d.comb += [port.addr.eq(Mux(sweeps, row, access.address)), port.data.contents.eq(value),
+                         port.data.version.eq(Mux(sweeps, 0, version)), port.en.eq(enable | sweeps)]
+            return memory
+
+        def look_up(memory, access, enable):
+            """Of the row of an access in stage 1, one cycle later: whether it is of this version, and what it says."""
+            port = memory.read_port(domain="comb")
+            found = Signal.like(port.data, reset_less=True)
+            m.d.comb += port.addr.eq(access.address)
+            with m.If(enable):
+                m.d.sync += found.eq(port.data)
+            return found.version == version, found.contents
+
+        values = add_memory("values", self._shape, write, write.carried, written)
+        presence = add_memory("presence", 0, write, 0, written)
+        chains = add_memory("chains", store.chain, read, store.longer, defers)
+
+        def pass_stages(accesses, given, enable, memory):
+            """An access from its stream to stage 3."""
+            first, second, third = accesses
+            moved = Signal(state)
+            with m.If(enable):
+                m.d.sync += [first.address.eq(given.address), second.eq(first), second.state.eq(after(first, 0)),
+                             third.eq(second), third.state.eq(moved)]
+            changed = after(second, second.state)
+            present, data = look_up(memory, first, enable)
+            waited_for, chain = look_up(chains, first, enable)
+            m.d.comb += [moved.present.eq(changed.present | present),
+                         moved.data.eq(Mux(changed.present, changed.data, data)),
+                         moved.chain.eq(Mux(changed.chain.some, changed.chain, chain)),
+                         moved.chain.some.eq(changed.chain.some | waited_for)]
+            return changed
+
+        # Writes.
+        m.d.comb += [written.eq(write_there[2] & ~write.state.present),
+                     self.o_refused.valid.eq(write_there[2] & write.state.present),
+                     self.o_refused.payload.eq(write.address),
+                     store.i_release.valid.eq(written & write.state.chain.some),
+                     store.i_release.payload.chain.eq(write.state.chain),
+                     store.i_release.payload.data.eq(write.carried)]
+        m.d.sync += [write_there.eq((write_there << 1) | (self.i_write.valid & self.i_write.ready)),
+                     writes[0].carried.eq(self.i_write.payload.data)]
+        pass_stages(writes, self.i_write.payload, 1, presence)
+
+        # Reads. One in stage 3 sees a write in stage 3.
+        meets, present, data = Signal(), Signal(), Signal(self._shape)
+        moves, shown = Signal(), Signal.like(self.o_read.payload, reset_less=True)
+        m.d.comb += [
+            present.eq(read.state.present | (meets & written)),
+            data.eq(Mux(read.state.present, read.state.data, write.carried)),
+            store.i.valid.eq(read_there[2] & ~present), store.i.payload.tag.eq(read.carried),
+            store.i.payload.chain.eq(read.state.chain), defers.eq(store.i.valid & store.i.ready),
+            moves.eq(self.o_read.ready | ~self.o_read.valid), store.o.ready.eq(moves),
+            advances.eq(~read_there[2] | Mux(present, moves & ~store.o.valid, store.i.ready)),
+            self.o_read.payload.eq(shown)]
+        m.d.sync += meets.eq(writes[1].address == Mux(advances, reads[1].address, read.address))
+        with m.If(moves):
+            m.d.sync += [self.o_read.valid.eq(store.o.valid | (read_there[2] & present)), shown.tag.eq(read.carried),
+                         shown.data.eq(data)]
+            with m.If(store.o.valid):
+                m.d.sync += shown.eq(store.o.payload)
+        with m.If(advances):
+            m.d.sync += [read_there.eq((read_there << 1) | (self.i_read.valid & self.i_read.ready)),
+                         reads[0].carried.eq(self.i_read.payload.tag)]
+        changed = pass_stages(reads, self.i_read.payload, advances, values)
+        with m.If(~advances):
+            m.d.sync += [reads[1].state.eq(changed), read.state.present.eq(present), read.state.data.eq(data)]
+
+        # Versions: a new one begins when no read waits, then no write is under way.
+        begun, drained, quiet = Signal(), Signal(), Signal()
+        m.d.comb += [quiet.eq(drained & ~write_there.any()), self.waiting.eq(store.waiting),
+                     generations.i_start.valid.eq(self.i_start.valid & quiet),
+                     self.i_start.ready.eq(generations.i_start.ready & quiet),
+                     self.i_read.ready.eq(advances & begun & ~self.i_start.valid),
+                     self.i_write.ready.eq(begun & ~drained)]
+        m.d.sync += [drained.eq(self.i_start.valid & ~self.i_start.ready & ~read_there.any() & (store.waiting == 0)),
+                     begun.eq(begun | (self.i_start.valid & self.i_start.ready))]
+        return m
