@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.cast.fixed_hits import FixedHits
-from golden.cast.shelling import nearest_settled
 from golden.config import Config, Numbers
 from golden.ctu.sector import Sector
 from golden.ctu.unit import CellTraversalUnit
@@ -159,7 +158,7 @@ REGIONS = (
     Region("shells", "frustum", "shell, from shell 2", "Grid rays of each shell: every row with every column.", (
         Field("begin", "u4", "parameter at which the shell begins, units of 2^-16 cells"),
         Field("end", "u4", "and ends"),
-        Field("settled", "u4", "a ray may still change while its stored inverse distance is at most this"),
+        Field("threshold", "u4", "a ray may still change while its settle code is below this"),
         Field("row_border", "u4", "how far past a sector's rows its grid rays go, 1/256 row"),
         Field("first_row", "u4", "in grid_rows"),
         Field("rows", "u4", "how many"),
@@ -432,7 +431,7 @@ def _shell_regions(record, table, config):
     tables = [_pairs(joined(name)) for name in ("row_table", "column_table")]
     return {"near_cells": _records("near_cells", len(cells), cell=cells),
             "shells": _records("shells", len(shells), begin=borders[:, 0], end=borders[:, 1],
-                               settled=[nearest_settled(unit.settled(shell), config) for shell in shells],
+                               threshold=[unit.threshold(shell, config) for shell in shells],
                                row_border=[one.row_border for one in rays], first_row=_starts(rows), rows=rows,
                                first_column=_starts(columns), columns=columns),
             "grid_rows": _records("grid_rows", sum(rows), table=tables[0], position=joined("row_position"),

@@ -11,22 +11,23 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from golden.cast.cluster_casting import ClusterCasting, Stage
 from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.ctu.sector import Sector
-from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
-from golden.icu.inverse_distance import encode, inverse_distance
+from golden.icu.inverse_distance import inverse_distance
 from golden.icu.patch_setup import Patches, PatchSetup
 from golden.icu.ray_memory import RayMemory
 from golden.icu.screening import cones
+from golden.icu.section_clip import section_clip
+from golden.icu.window_walk import walk_cycles
 from golden.memsys.cell_table import CellTable
-from golden.memsys.filter import Filter
 from golden.scene.cells import FINEST
 from golden.scene.patch_geometry import PatchGeometry
 
-__all__ = ["Shelling", "ShellingCounts", "nearest_settled"]
+__all__ = ["Requests", "Shelling", "ShellingCounts", "Tests"]
 
 # Rays of windows looked at together: patches so near each other in time do not see each other's hits.
 BLOCK = 1 << 14
@@ -42,22 +43,27 @@ class ShellingCounts:
         Intersection rays of its section.
     shells
         Shells until no hit could change any more.
-    grid_rays, cell_steps
-        Grid rays sent out and cells that they visited, cells that had been opened before included.
+    looked_at, grid_rays, cell_steps
+        Grid rays of the subshells' windows, those sent out, and cells that they visited, cells that had been opened
+        before included.
     cells, patches
         Different cells opened, and patches found in them: each is fetched once.
     in_windows, tests
         Rays in the windows of the patches found, and those of them that were tested.
+    walk_cycles
+        Cycles that the machine walks the windows for, a tile or a test in each.
     """
 
     rays: int = 0
     shells: int = 0
+    looked_at: int = 0
     grid_rays: int = 0
     cell_steps: int = 0
     cells: int = 0
     patches: int = 0
     in_windows: int = 0
     tests: int = 0
+    walk_cycles: int = 0
 
     @property
     def edrc(self) -> float:
@@ -71,6 +77,20 @@ class ShellingCounts:
         return total
 
 
+@dataclass(frozen=True, kw_only=True)
+class Requests:
+    """What one cluster asked its memory for, for one frustum.
+
+    Parameters
+    ----------
+    cells, patches
+        Numbers, in the order in which they were asked for.
+    """
+
+    cells: list[int]
+    patches: list[int]
+
+
 class Shelling:
     """Casts the frusta of one scene.
 
@@ -80,6 +100,8 @@ class Shelling:
         The patches, and the configuration.
     cell
         Cell size as a share of the scene box's longest side, 1/256 to 1.
+    by_code
+        Grid rays survive by settle codes, as in the machine. They open more cells then, and the hits are the same.
 
     Errors
     ------
@@ -87,15 +109,16 @@ class Shelling:
         Cell size out of range.
     """
 
-    def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float):
+    def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float, by_code: bool = False):
         if not 1 / FINEST <= cell <= 1:
             raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
-        self._geometry, self._config = geometry, config
+        self._geometry, self._config, self._by_code = geometry, config, by_code
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
              subshells: tuple = (), references: np.ndarray | None = None,
-             ray_tests: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
+             ray_tests: np.ndarray | None = None,
+             requests: list | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
         Parameters
@@ -108,6 +131,8 @@ class Shelling:
             N int64, to which the tests of each patch are added.
         ray_tests
             R int64, to which the tests of each ray are added.
+        requests
+            To which the `Requests` of each cluster are appended.
 
         Returns
         -------
@@ -119,52 +144,50 @@ class Shelling:
             The frustum has more rays than ``icu.rays``.
         """
         memory = RayMemory(len(record), self._config)
-        patches = PatchSetup(record, self._config).patches(self._geometry)
-        tests = _Tests(patches, record, memory, self._config, references, ray_tests)
+        tests = self.tests(record, memory, references, ray_tests)
         sectors = sectors or (Sector.whole(record),)
-        counts = [self._cluster(record, sector, listed, tests, memory)
+        counts = [self._cluster(record, sector, listed, tests, memory, requests)
                   for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
-        return read_out(memory, record, patches, self._config), counts
+        return read_out(memory, record, tests.patches, self._config), counts
 
-    def _cluster(self, record, sector, subshells, tests, memory):
+    def _cluster(self, record, sector, subshells, tests, memory, requests):
         """All subshells of one section; what other clusters do does not matter to it."""
-        traversal = CellTraversalUnit(record, self.table, sector)
-        cell_filter, patch_filter = Filter(len(self.table)), Filter(len(self._geometry))
-        own = sector.mask(record)
-        counts = ShellingCounts(rays=int(own.sum()))
-        limits = [nearest_settled(traversal.settled(shell), self._config) for shell in range(traversal.last_shell + 1)]
-        for number, (shell, window) in enumerate(_schedule(subshells, tests.window, traversal.last_shell)):
-            may_change = own & (memory.inverse <= limits[shell]).reshape(own.shape)
-            if not may_change.any():
-                continue
-            counts.shells = max(counts.shells, shell)
-            cells = cell_filter.first(traversal.open(shell, may_change, window, subshell=number))
-            found = patch_filter.first(self.table.patches.read(self.table.entries(cells)))
-            tests.run(found, own.ravel(), counts)
-        counts.grid_rays, counts.cell_steps = traversal.grid_rays, traversal.steps
-        counts.cells, counts.patches = cell_filter.passed, patch_filter.passed
+        cluster = self.cluster(record, sector)
+        counts = ShellingCounts(rays=int(sector.mask(record).sum()))
+        asked = Requests(cells=[], patches=[])
+        for place in cluster.schedule(subshells, tests.window):
+            stage = cluster.explore(*place, memory.inverse)
+            if stage is not None:
+                asked.cells.extend(stage.opened.tolist())
+                asked.patches.extend(stage.found.tolist())
+                tests.run(stage, sector, counts)
+        if requests is not None:
+            requests.append(asked)
         return counts
 
+    def cluster(self, record: FrustumRecord, sector: Sector) -> ClusterCasting:
+        """A cluster that begins with its part of a frustum."""
+        return ClusterCasting(record, sector, self.table, patches=len(self._geometry), config=self._config,
+                              by_code=self._by_code)
 
-def _schedule(subshells, window, last_shell):
-    """Shells and windows in the order in which they are explored: shell 1, the subshells, each from shell 2 to its own,
-    and the last subshell, which has no window.
+    def tests(self, record: FrustumRecord, memory: RayMemory, references=None, ray_tests=None) -> "Tests":
+        """The tests of a frustum's rays, see `cast`."""
+        patches = PatchSetup(record, self._config).patches(self._geometry)
+        return Tests(patches, record, memory, self._config, references, ray_tests)
+
+
+class Tests:
+    """Tests of patches against the rays of their windows.
+
+    Members
+    -------
+    patches
+        The patches, set up for the frustum.
     """
-    yield 1, None
-    if subshells is not None:
-        for patch, end in zip(subshells.patches, subshells.shell, strict=True):
-            for shell in range(2, min(end, last_shell) + 1):
-                yield shell, window(patch)
-    for shell in range(2, last_shell + 1):
-        yield shell, None
-
-
-class _Tests:
-    """Tests of patches against the rays of their windows."""
 
     def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, references=None,
                  ray_tests=None):
-        self._patches, self._record, self._memory, self._config = patches, record, memory, config
+        self.patches, self._record, self._memory, self._config = patches, record, memory, config
         self._references, self._ray_tests = references, ray_tests
         self._directions = record.all_directions()
         # Products of planes and directions are below 2^53: exact in float64.
@@ -176,26 +199,38 @@ class _Tests:
 
     def window(self, patch: int) -> tuple[int, int, int, int]:
         """First column, columns, first row and rows of a patch's window."""
-        window = self._patches.window[patch]
+        window = self.patches.window[patch]
         return window.column_first, window.column_count, window.row_first, window.row_count
 
-    def run(self, found: np.ndarray, own: np.ndarray, counts: ShellingCounts) -> None:
-        """Test patches in this order, as many of them together as `BLOCK` allows."""
-        found = found[self._patches.window.rays[found] > 0]
-        total = np.cumsum(self._patches.window.rays[found])
+    def run(self, stage: Stage, section: Sector, counts: ShellingCounts) -> None:
+        """Test the patches found, as many of them together as `BLOCK` allows, and count what the stage did."""
+        own = section.mask(self._record).ravel()
+        found = stage.found[self.patches.window.rays[stage.found] > 0]
+        total = np.cumsum(self.patches.window.rays[found])
         for block in np.split(found, np.searchsorted(total, np.arange(BLOCK, total[-1], BLOCK)) if len(found) else []):
             if len(block):
-                self._block(block, own, counts)
+                self._block(block, own, section, counts)
+        counts.shells = max(counts.shells, stage.shell)
+        counts.looked_at += stage.looked_at
+        counts.grid_rays += stage.grid_rays
+        counts.cell_steps += stage.cell_steps
+        counts.cells += len(stage.opened)
+        counts.patches += len(stage.found)
+        # A window without rays takes a cycle too.
+        counts.walk_cycles += len(stage.found) - len(found)
 
-    def _block(self, block, own, counts):
-        which, column, row = self._patches.window[block].pairs(self._record.columns)
+    def _block(self, block, own, section, counts):
+        which, column, row = self.patches.window[block].pairs(self._record.columns)
         ray, patch = row * self._record.columns + column, block[which]
         mine = own[ray]
         counts.in_windows += int(np.count_nonzero(mine))
         # Lazy isolation: a ray that already has something nearer than the patch can be is not tested.
-        may_improve = np.flatnonzero(mine & (self._memory.inverse[ray] <= self._patches.bound[patch]))
+        may_improve = np.flatnonzero(mine & (self._memory.inverse[ray] <= self.patches.bound[patch]))
         ray, patch = ray[may_improve], patch[may_improve]
         counts.tests += len(ray)
+        clip = section_clip(self.patches.window[block], section, self._record)
+        live = np.bincount(which[may_improve], minlength=len(block))
+        counts.walk_cycles += int(walk_cycles(clip, live, self._config.icu).sum())
         if self._references is not None:
             self._references += np.bincount(patch, minlength=len(self._references))
         if self._ray_tests is not None:
@@ -205,7 +240,7 @@ class _Tests:
         two = np.flatnonzero(last > first)
         hit[two] |= self._inside(last[two], ray[two])
         ray, patch = ray[hit], patch[hit]
-        inverse = inverse_distance(self._patches.factor[patch], self._directions[ray], self._config.numbers)
+        inverse = inverse_distance(self.patches.factor[patch], self._directions[ray], self._config.numbers)
         self._memory.update(ray, inverse, patch)
 
     def _inside(self, cone, ray):
@@ -216,12 +251,3 @@ class _Tests:
             a, b, c = (component.take(cone) for component in self._planes[3 * edge:3 * edge + 3])
             inside &= a * x + b * y + c * z >= 0
         return inside
-
-
-def nearest_settled(distance: float, config: Config) -> int:
-    """The stored inverse distance of a hit at ``distance``, rounded up; the largest one for no distance."""
-    numbers = config.numbers
-    if not distance > 0:
-        return numbers.inverse.high
-    mantissa, exponent = np.frexp(1 / distance)
-    return int(encode(np.array(int(np.ceil(mantissa * 2.0**30))), np.array(int(exponent) - 30), numbers, up=True))

@@ -6,8 +6,13 @@ Source: design.md section 5.
 import numpy as np
 
 from golden.ctu.grid_rays import GridRays
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.frustum import FrustumRecord
+from golden.icu.section_clip import section_clip
+from golden.icu.window import Window
 
-__all__ = ["survivors"]
+__all__ = ["survivors", "survivors_by_code"]
 
 
 def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
@@ -28,13 +33,48 @@ def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
     """
     if may_change.all():
         return (rays.row_count[:, None] > 0) & (rays.column_count > 0)
-    height, width = may_change.shape
-    # Sums over all rays above and to the left; twice around, so that a window may pass the end of a row.
-    total = np.zeros((height + 1, 2 * width + 1), dtype=np.int32)
-    total[1:, 1:width + 1] = may_change
-    total[1:, width + 1:] = may_change
-    np.cumsum(total, axis=0, out=total)
-    np.cumsum(total, axis=1, out=total)
+    width = may_change.shape[1]
+    # Twice around, so that a window may pass the end of a row.
+    total = _sums(np.concatenate([may_change, may_change], axis=1))
     top, bottom = rays.first_row[:, None], (rays.first_row + rays.row_count)[:, None]
     left, right = rays.first_column, rays.first_column + rays.column_count
+    return _some(total, top, bottom, left, np.minimum(right, 2 * width))
+
+
+def survivors_by_code(rays: GridRays, pyramid: SettlePyramid, threshold: int, section: Sector,
+                      record: FrustumRecord) -> np.ndarray:
+    """The same as the machine judges it: a grid ray goes on while a square that holds rays near it is live.
+
+    Parameters
+    ----------
+    pyramid
+        Of the section.
+    threshold
+        The shell's: a ray with a code below it may still change.
+
+    Returns
+    -------
+    rows x columns bool of the grid rays: never less than `survivors`.
+    """
+    near = Window(*(np.broadcast_to(value, rays.first_column.shape).ravel() for value in (
+        rays.first_column, rays.column_count, rays.first_row[:, None], rays.row_count[:, None])))
+    near = section_clip(near, section, record)
+    total = _sums(pyramid.live(threshold))
+    rows = pyramid.touched(near.row_first, near.row_count)
+    alive = _some(total, *rows, *pyramid.touched(near.column_first, near.column_count)) \
+        | _some(total, *rows, *pyramid.touched(np.zeros_like(near.column_first), near.wrapped_count))
+    return alive.reshape(rays.first_column.shape)
+
+
+def _sums(mask):
+    """Of everything above and to the left of each place."""
+    total = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1), dtype=np.int32)
+    total[1:, 1:] = mask
+    np.cumsum(total, axis=0, out=total)
+    np.cumsum(total, axis=1, out=total)
+    return total
+
+
+def _some(total, top, bottom, left, right):
+    """Whether there is any in these rows and columns, the ends not among them."""
     return total[bottom, right] - total[top, right] > total[bottom, left] - total[top, left]

@@ -2,15 +2,20 @@
 
 import numpy as np
 
+from golden.config import Config
 from golden.ctu import margins
-from golden.ctu.cell_traversal import PLACE_FRACTION, Traversal
+from golden.ctu.cell_traversal import BEGIN_BITS, NEVER, PLACE_FRACTION, Traversal
 from golden.ctu.grid_rays import hemisphere_rays, screen_rays
 from golden.ctu.near_cells import near_cells
 from golden.ctu.ray_memory import RayMemory
 from golden.ctu.sector import Sector, sector_rays, subshell_rays
-from golden.ctu.survival import survivors
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors, survivors_by_code
+from golden.errors import InputError
 from golden.fixed import round_shift
 from golden.frustum import FrustumRecord
+from golden.icu.inverse_distance import encode
+from golden.icu.settle_code import settle_threshold
 from golden.memsys.cell_table import CellTable
 
 __all__ = ["CellTraversalUnit"]
@@ -32,8 +37,13 @@ class CellTraversalUnit:
     -------
     last_shell
         No cell has its centre beyond this shell.
-    grid_rays, steps
-        Grid rays sent out, and cells that they have visited.
+    looked_at, grid_rays, steps
+        Grid rays of what was to be opened, those sent out, and cells that they have visited.
+
+    Errors
+    ------
+    InputError
+        Shells are longer than a traversal's parameters: the field of view is too wide, or the cells are too small.
     """
 
     def __init__(self, record: FrustumRecord, table: CellTable, sector: Sector | None = None):
@@ -41,7 +51,7 @@ class CellTraversalUnit:
         self.sector = sector or Sector.whole(record)
         self._own = self.sector.mask(record)
         self._place = table.place(record.origin)
-        self.grid_rays = self.steps = 0
+        self.looked_at = self.grid_rays = self.steps = 0
         self._memories: dict[int, RayMemory] = {}
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
         offset = corners.reshape(3, -1).T - record.origin
@@ -50,6 +60,10 @@ class CellTraversalUnit:
         else:
             distance = np.sqrt((offset * offset).sum(axis=1).max())
         self.last_shell = max(1, int(np.ceil(distance / table.cell * (1 + margins.slack(1)))))
+        begin, end = self.borders(self.last_shell)
+        if end - begin > NEVER or begin >> BEGIN_BITS:
+            raise InputError(f"frustum: {self.last_shell} shells of {record.stretch:.6g} cells along the way of a grid "
+                             "ray are too many; take a narrower view or larger cells")
 
     def rays(self, shell: int):
         """The frustum's `GridRays` of a shell."""
@@ -70,7 +84,22 @@ class CellTraversalUnit:
         cube = 2.0**self.record.numbers.scene_bits
         return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
 
-    def open(self, shell: int, may_change: np.ndarray, window=None, *, subshell: int = 0) -> np.ndarray:
+    def limit(self, shell: int, config: Config) -> int:
+        """A ray may still change from this shell on while its stored inverse distance is at most this: that of a hit as
+        far as `settled`, rounded up.
+        """
+        distance, numbers = self.settled(shell), config.numbers
+        if not distance > 0:
+            return numbers.inverse.high
+        mantissa, exponent = np.frexp(1 / distance)
+        return int(encode(np.array(int(np.ceil(mantissa * 2.0**30))), np.array(int(exponent) - 30), numbers, up=True))
+
+    def threshold(self, shell: int, config: Config) -> int:
+        """`limit` for settle codes: a ray may still change while its code is below this."""
+        return int(settle_threshold(np.array(self.limit(shell, config)), config))
+
+    def open(self, shell: int, seen: np.ndarray | SettlePyramid, window=None, *, subshell: int = 0,
+             threshold: int | None = None) -> np.ndarray:
         """Cells of one subshell, in the order in which they are met and as often as they are met.
 
         Each grid ray is looked at once: it goes through its shell, or it is found to have settled. In which order is
@@ -78,8 +107,9 @@ class CellTraversalUnit:
 
         Parameters
         ----------
-        may_change
-            rows x columns bool of the frustum's rays: may the ray's hit still change, see `settled`?
+        seen
+            rows x columns bool of the frustum's rays: may the ray's hit still change, see `settled`? Or the pyramid of
+            the sector's settle codes, and then its ``threshold``.
         window
             Of the subshell, see `subshell_rays`. Default: the last subshell, all of the sector.
         subshell
@@ -94,10 +124,14 @@ class CellTraversalUnit:
         inside = sector_rays(rays, self.sector, self.record)
         if window is not None:
             inside &= subshell_rays(rays, window, self.record)
-        leaving, _ = memory.request(np.flatnonzero(inside), subshell=subshell, shell=shell)
+        asked = np.flatnonzero(inside)
+        self.looked_at += len(asked)
+        leaving, _ = memory.request(asked, subshell=subshell, shell=shell)
         if not len(leaving):
             return leaving
-        cells = self._walk(rays, leaving[survivors(rays, may_change & self._own).ravel()[leaving]])
+        going = survivors(rays, seen & self._own) if threshold is None else survivors_by_code(
+            rays, seen, threshold, self.sector, self.record)
+        cells = self._walk(rays, leaving[going.ravel()[leaving]])
         memory.complete(leaving)
         return cells
 

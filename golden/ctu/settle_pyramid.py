@@ -1,0 +1,49 @@
+"""The tile pyramid: smallest settle codes of squares of rays, by which survival is judged."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.sector import Sector
+from golden.icu.settle_code import settle_code
+
+__all__ = ["SettlePyramid"]
+
+
+class SettlePyramid:
+    """Squares of 2^``config.square_bits`` rays each way, counted from the section's first column and row.
+
+    A square's code is the smallest one of its rays, so that one that says "settled" says it of all of them. What
+    survives on old codes also survives on new ones or need not: codes only grow.
+
+    Parameters
+    ----------
+    codes
+        rows x columns int64 of the section's rays.
+
+    Members
+    -------
+    squares
+        int64, the smallest code of each square; rays outside the section do not count.
+    """
+
+    def __init__(self, codes: np.ndarray, config: Config):
+        self._bits, side = config.square_bits, 1 << config.square_bits
+        rows, columns = codes.shape
+        whole = np.full((-(-rows // side) * side, -(-columns // side) * side), config.icu.settle.high)
+        whole[:rows, :columns] = codes
+        self.squares = whole.reshape(len(whole) // side, side, -1, side).min(axis=(1, 3))
+
+    @classmethod
+    def of(cls, inverse: np.ndarray, section: Sector, config: Config) -> "SettlePyramid":
+        """From the stored inverse distances of the whole frustum's rays, rows x columns."""
+        own = inverse[section.first_row:section.end_row, section.first_column:section.end_column]
+        return cls(settle_code(own, config), config)
+
+    def live(self, threshold: int) -> np.ndarray:
+        """Of each square whether a ray in it may have a code below the threshold: bool."""
+        return self.squares < threshold
+
+    def touched(self, first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """First and end (not among them) of the squares that ``count`` columns, or rows, from ``first`` on are in."""
+        some = count > 0
+        return np.where(some, first >> self._bits, 0), np.where(some, (first + count - 1 >> self._bits) + 1, 0)
