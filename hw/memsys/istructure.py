@@ -19,7 +19,7 @@ class IStructure(wiring.Component):
     a location are a chain in the deferred store, first come, first released. A read that finds the store full waits
     where it is, and so do those behind it; writes go on, and so does the read when its own location is written.
 
-    Reads and writes pass three stages side by side and take effect in the third. What is read of the memories in the
+    Reads and writes pass four stages side by side and take effect in the fourth. What is read of the memories in the
     first is made good by what takes effect while the access is on its way: so a read sees each write that was taken in
     the same cycle or earlier, and a write releases each read that has not seen it.
 
@@ -54,8 +54,8 @@ class IStructure(wiring.Component):
 
     Timing
     ------
-    Latency: ``4`` cycles from ``i_read`` to ``o_read`` of a location that is present, ``7`` from ``i_write`` to
-    ``o_read`` of the first read that waits for it, ``3`` to ``o_refused``. One read and one write per cycle; releases
+    Latency: ``5`` cycles from ``i_read`` to ``o_read`` of a location that is present, ``8`` from ``i_write`` to
+    ``o_read`` of the first read that waits for it, ``4`` to ``o_refused``. One read and one write per cycle; releases
     come one per cycle without a gap, before reads of what is present. Reads stall with ``o_read`` and with a full
     store. Writes stall only while ``i_start`` waits and no read does: until those under way have been made and, every
     2^``version_bits`` - 1 versions, for a sweep of ``depth`` cycles.
@@ -83,7 +83,7 @@ class IStructure(wiring.Component):
             "i_read": In(items(address=range(depth), tag=tag)), "i_write": In(items(address=range(depth), data=shape)),
             "o_read": Out(items(tag=tag, data=shape)),
             "o_refused": Out(stream.Signature(range(depth), always_ready=True)), "waiting": Out(range(deferred + 1))})
-        self.latency = 4
+        self.latency = 5
 
     def elaborate(self, platform):
         m = Module()
@@ -92,33 +92,33 @@ class IStructure(wiring.Component):
         version, sweeps, row = generations.generation, Signal(), Signal(range(self._depth))
         m.d.sync += [sweeps.eq(generations.sweeps), row.eq(generations.row)]
 
-        # The state is what has happened to the location since the memories were read; in stage 3 it is all of it.
+        # The state: what has happened to the location since the memories were read; in the last stage all of it.
         state = StructLayout({"present": 1, "data": self._shape, "chain": store.chain})
 
         def stages(name, carried):
             access = StructLayout({"address": range(self._depth), "carried": carried, "state": state})
-            return (Signal(3, name=f"{name}_there"),
-                    [Signal(access, reset_less=True, name=f"{name}_{stage}") for stage in (1, 2, 3)])
+            return (Signal(4, name=f"{name}_there"),
+                    [Signal(access, reset_less=True, name=f"{name}_{stage}") for stage in (1, 2, 3, 4)])
 
         read_there, reads = stages("read", self._tag)
         write_there, writes = stages("write", self._shape)
-        read, write = reads[2], writes[2]
+        read, write = reads[-1], writes[-1]
 
         # What takes effect in this cycle: an empty location is written, a read begins to wait.
         written, defers, advances = Signal(), Signal(), Signal()
 
         def after(access, before):
-            """The state of an access in stage 1 or 2 after this cycle."""
+            """The state of an access on its way after this cycle."""
             changed = Signal(state)
             m.d.comb += changed.eq(before)
-            with m.If(written & (access.address == write.address)):
+            with m.If(written & self._meet(access, write)):
                 m.d.comb += [changed.present.eq(1), changed.data.eq(write.carried)]
-            with m.If(defers & (access.address == read.address)):
+            with m.If(defers & self._meet(access, read)):
                 m.d.comb += changed.chain.eq(store.longer)
             return changed
 
         def add_memory(name, contents, access, value, enable):
-            """A row per location, written in stage 3. What is read of a row that is being written is not used."""
+            """A row per location, written in the last stage; what is read of it in that cycle is not used."""
             m.submodules[name] = memory = Memory(
                 shape=StructLayout({"version": self._version_bits, "contents": contents}), depth=self._depth, init=[],
                 attrs={"no_rw_check": 1})
@@ -128,12 +128,12 @@ class IStructure(wiring.Component):
             return memory
 
         def look_up(memory, access, enable):
-            """Of the row of an access in stage 1, one cycle later: whether it is of this version, and what it says."""
+            """Of the row of an access in stage 1, in stage 3: whether it is of this version, and what it says."""
             port = memory.read_port(domain="comb")
-            found = Signal.like(port.data, reset_less=True)
+            arrives, found = (Signal.like(port.data, reset_less=True) for _ in range(2))
             m.d.comb += port.addr.eq(access.address)
             with m.If(enable):
-                m.d.sync += found.eq(port.data)
+                m.d.sync += [arrives.eq(port.data), found.eq(arrives)]
             return found.version == version, found.contents
 
         values = add_memory("values", self._shape, write, write.carried, written)
@@ -141,24 +141,26 @@ class IStructure(wiring.Component):
         chains = add_memory("chains", store.chain, read, store.longer, defers)
 
         def pass_stages(accesses, given, enable, memory):
-            """An access from its stream to stage 3."""
-            first, second, third = accesses
-            moved = Signal(state)
-            with m.If(enable):
-                m.d.sync += [first.address.eq(given.address), second.eq(first), second.state.eq(after(first, 0)),
-                             third.eq(second), third.state.eq(moved)]
-            changed = after(second, second.state)
+            """Accesses on their way: one from its stream to the last stage."""
+            first, second, third, last = accesses
+            merged, changed = Signal(state), after(third, third.state)
+            m.d.comb += merged.eq(changed)
             present, data = look_up(memory, first, enable)
             waited_for, chain = look_up(chains, first, enable)
-            m.d.comb += [moved.present.eq(changed.present | present),
-                         moved.data.eq(Mux(changed.present, changed.data, data)),
-                         moved.chain.eq(Mux(changed.chain.some, changed.chain, chain)),
-                         moved.chain.some.eq(changed.chain.some | waited_for)]
-            return changed
+            with m.If(~changed.present):
+                m.d.comb += [merged.present.eq(present), merged.data.eq(data)]
+            with m.If(~changed.chain.some):
+                m.d.comb += [merged.chain.eq(chain), merged.chain.some.eq(waited_for)]
+            with m.If(enable):
+                m.d.sync += [first.address.eq(given.address), second.eq(first), second.state.eq(after(first, 0)),
+                             third.eq(second), third.state.eq(after(second, second.state)),
+                             last.eq(third), last.state.eq(merged)]
+            with m.Else():
+                m.d.sync += [access.state.eq(after(access, access.state)) for access in (second, third)]
 
         # Writes.
-        m.d.comb += [written.eq(write_there[2] & ~write.state.present),
-                     self.o_refused.valid.eq(write_there[2] & write.state.present),
+        m.d.comb += [written.eq(write_there[-1] & ~write.state.present),
+                     self.o_refused.valid.eq(write_there[-1] & write.state.present),
                      self.o_refused.payload.eq(write.address),
                      store.i_release.valid.eq(written & write.state.chain.some),
                      store.i_release.payload.chain.eq(write.state.chain),
@@ -167,29 +169,29 @@ class IStructure(wiring.Component):
                      writes[0].carried.eq(self.i_write.payload.data)]
         pass_stages(writes, self.i_write.payload, 1, presence)
 
-        # Reads. One in stage 3 sees a write in stage 3.
+        # Reads. One sees the write that takes effect beside it.
         meets, present, data = Signal(), Signal(), Signal(self._shape)
         moves, shown = Signal(), Signal.like(self.o_read.payload, reset_less=True)
         m.d.comb += [
             present.eq(read.state.present | (meets & written)),
             data.eq(Mux(read.state.present, read.state.data, write.carried)),
-            store.i.valid.eq(read_there[2] & ~present), store.i.payload.tag.eq(read.carried),
+            store.i.valid.eq(read_there[-1] & ~present), store.i.payload.tag.eq(read.carried),
             store.i.payload.chain.eq(read.state.chain), defers.eq(store.i.valid & store.i.ready),
             moves.eq(self.o_read.ready | ~self.o_read.valid), store.o.ready.eq(moves),
-            advances.eq(~read_there[2] | Mux(present, moves & ~store.o.valid, store.i.ready)),
+            advances.eq(~read_there[-1] | Mux(present, moves & ~store.o.valid, store.i.ready)),
             self.o_read.payload.eq(shown)]
-        m.d.sync += meets.eq(writes[1].address == Mux(advances, reads[1].address, read.address))
+        m.d.sync += meets.eq(Mux(advances, self._meet(reads[2], writes[2]), self._meet(read, writes[2])))
         with m.If(moves):
-            m.d.sync += [self.o_read.valid.eq(store.o.valid | (read_there[2] & present)), shown.tag.eq(read.carried),
+            m.d.sync += [self.o_read.valid.eq(store.o.valid | (read_there[-1] & present)), shown.tag.eq(read.carried),
                          shown.data.eq(data)]
             with m.If(store.o.valid):
                 m.d.sync += shown.eq(store.o.payload)
         with m.If(advances):
             m.d.sync += [read_there.eq((read_there << 1) | (self.i_read.valid & self.i_read.ready)),
                          reads[0].carried.eq(self.i_read.payload.tag)]
-        changed = pass_stages(reads, self.i_read.payload, advances, values)
+        pass_stages(reads, self.i_read.payload, advances, values)
         with m.If(~advances):
-            m.d.sync += [reads[1].state.eq(changed), read.state.present.eq(present), read.state.data.eq(data)]
+            m.d.sync += [read.state.present.eq(present), read.state.data.eq(data)]
 
         # Versions: a new one begins when no read waits, then no write is under way.
         begun, drained, quiet = Signal(), Signal(), Signal()
@@ -201,3 +203,7 @@ class IStructure(wiring.Component):
         m.d.sync += [drained.eq(self.i_start.valid & ~self.i_start.ready & ~read_there.any() & (store.waiting == 0)),
                      begun.eq(begun | (self.i_start.valid & self.i_start.ready))]
         return m
+
+    def _meet(self, one, other):
+        """Whether two accesses are of one location."""
+        return one.address == other.address
