@@ -11,8 +11,10 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.fixed import Format, signed, unsigned
+from golden.noc.routing import classes_needed
+from golden.noc.topology import TOPOLOGIES, Topology
 
-__all__ = ["PRESETS", "Config", "Ctu", "Icu", "Memory", "Memsys", "Numbers"]
+__all__ = ["PRESETS", "Config", "Ctu", "Icu", "Memory", "Memsys", "Noc", "Numbers"]
 
 
 def _check_range(where, name, value, low, high):
@@ -343,12 +345,84 @@ class Memory:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Noc:
+    """The network between the clusters.
+
+    Parameters
+    ----------
+    topology
+        ``mesh``, ``torus``, ``ring``, ``illiac`` or ``hypercube``, see `golden.noc.topology`.
+    columns, rows
+        Clusters side by side; 1 to 64 each and at most 64 in all, of a hypercube powers of two. A ring goes through all
+        rows, one after the other.
+    virtual_channels
+        Queues of each input port of a router, for requests and for replies each; 1 to 8. Where links close a ring that
+        packets could wait around, a multiple of 2 (`golden.noc.routing`).
+    buffer_flits
+        Flits that such a queue holds; 2 to 64. Fewer than a credit takes cycles to come back leave links idle.
+    flit_bits
+        Bits of a flit's data; 16 to 256. The 72 of a vertex let a link pass one per cycle.
+    arbitration
+        Which packet goes first: ``round-robin`` over the queues, or ``age``, the one that has waited longest.
+    networks
+        Requests and replies have links of their own, ``physical``, or ``virtual`` channels of their own on the same.
+    check
+        With what each flit is checked where it leaves the network: ``none``, ``parity`` or ``crc``.
+    """
+
+    topology: str = "mesh"
+    columns: int = 4
+    rows: int = 2
+    virtual_channels: int = 2
+    buffer_flits: int = 8
+    flit_bits: int = 72
+    arbitration: str = "round-robin"
+    networks: str = "physical"
+    check: str = "parity"
+
+    def __post_init__(self):
+        _check_choice("noc", "topology", self.topology, TOPOLOGIES)
+        for name, low, high in (("columns", 1, 64), ("rows", 1, 64), ("virtual_channels", 1, 8),
+                                ("buffer_flits", 2, 64), ("flit_bits", 16, 256)):
+            _check_range("noc", name, getattr(self, name), low, high)
+        for name, choices in (("arbitration", ("round-robin", "age")), ("networks", ("physical", "virtual")),
+                              ("check", ("none", "parity", "crc"))):
+            _check_choice("noc", name, getattr(self, name), choices)
+        if self.nodes > 64:
+            raise InputError("configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, "
+                             f"not {self.columns} x {self.rows}")
+        classes = classes_needed(self.network())
+        if self.virtual_channels % classes:
+            raise InputError("configuration: Virtual channels (noc.virtual_channels) must be a multiple of "
+                             f"{classes} in a {self.network()}, not {self.virtual_channels!r}")
+
+    def network(self) -> Topology:
+        """Nodes, ports and links."""
+        return Topology(self.topology, self.columns, self.rows)
+
+    @property
+    def nodes(self) -> int:
+        """Clusters, each with a router."""
+        return self.columns * self.rows
+
+    @property
+    def node_bits(self) -> int:
+        """Bits of the number of a node."""
+        return (self.nodes - 1).bit_length()
+
+    @property
+    def link_channels(self) -> int:
+        """Virtual channels of a link."""
+        return self.virtual_channels * (2 if self.networks == "virtual" else 1)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Config:
     """All parameters.
 
     Parameters
     ----------
-    numbers, icu, ctu, memsys, memory
+    numbers, icu, ctu, memsys, memory, noc
         See there.
     """
 
@@ -357,6 +431,7 @@ class Config:
     ctu: Ctu = field(default_factory=Ctu)
     memsys: Memsys = field(default_factory=Memsys)
     memory: Memory = field(default_factory=Memory)
+    noc: Noc = field(default_factory=Noc)
 
     def __post_init__(self):
         if self.icu.settle_fraction > self.numbers.fraction_bits:

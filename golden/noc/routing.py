@@ -1,13 +1,13 @@
 """Routing: where a packet goes at each router, on which virtual channel, and why it cannot deadlock."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import networkx as nx
 import numpy as np
 
 from golden.errors import InputError
-from golden.noc.topology import LOCAL, Topology
+from golden.noc.topology import LOCAL, NOWHERE, Topology
 
 __all__ = ["Routing", "check_deadlock_free", "classes_needed", "dependency_graph", "displacement", "route"]
 
@@ -66,9 +66,8 @@ class Routing:
                 return count
             count = count + away
             output = self.port[at, destination]
-            if (away & ((output == LOCAL) | (self.topology.neighbour[at, output] < 0))).any():
-                break
-            at = np.where(away, self.topology.neighbour[at, output], at)
+            behind = self.topology.neighbour[at, output]
+            at = np.where(away & (behind != NOWHERE), behind, at)
         source, target = np.argwhere(at != destination)[0]
         raise InputError(f"network: {self.topology}: packets from {source} to {target} do not arrive")
 
@@ -123,6 +122,7 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
     return routing
 
 
+@cache
 def classes_needed(topology: Topology) -> int:
     """Classes of virtual channels without which the network's routing could deadlock: 1 or 2."""
     port = _ports(topology, displacement(topology))

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from golden.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Numbers
+from golden.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Noc, Numbers
 from golden.errors import InputError
 
 MESSAGES = [
@@ -19,6 +19,10 @@ MESSAGES = [
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
     ("ctu.lead=16", "configuration: Lead (ctu.lead) must be 0 to 15, not 16"),
+    ("noc.topology=star", "configuration: Topology (noc.topology) must be "
+                          "mesh, torus, ring, illiac, hypercube, not 'star'"),
+    ("noc.buffer_flits=1", "configuration: Buffer flits (noc.buffer_flits) must be 2 to 64, not 1"),
+    ("noc.columns=64", "configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, not 64 x 2"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
@@ -56,12 +60,20 @@ def test_pipelines_follow_from_the_clusters_unless_given():
     assert Ctu(pipelines=1).traversal_pipelines(16) == 1
 
 
+def test_networks_that_could_deadlock_are_refused():
+    with pytest.raises(InputError, match=r"^configuration: Virtual channels \(noc\.virtual_channels\) must be a "
+                                         r"multiple of 2 in a torus 4 x 4, not 1$"):
+        Noc(topology="torus", columns=4, rows=4, virtual_channels=1)
+    assert Noc(topology="torus", columns=4, rows=4, networks="virtual").link_channels == 4
+    assert Noc(columns=4, rows=4, virtual_channels=1).node_bits == 4
+
+
 def test_presets_grow():
     assert [PRESETS[name].icu.rays for name in ("tiny", "small", "paper", "large")] == [2**12, 2**14, 2**18, 2**20]
 
 
 def test_every_knob_is_documented():
-    for group in (Numbers, Icu, Ctu, Memsys, Memory):
+    for group in (Numbers, Icu, Ctu, Memsys, Memory, Noc):
         names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
         documented = {name for line in names for name in line.split(", ")}
         assert set(group.__dataclass_fields__) <= documented

@@ -1,0 +1,136 @@
+"""Ways as short as can be, in every network no circle of channels that wait for each other."""
+
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.noc.routing import Routing, check_deadlock_free, classes_needed, dependency_graph, displacement, route
+from golden.noc.topology import LOCAL, TOPOLOGIES, Topology
+
+ALL = [(name, columns, rows) for name in TOPOLOGIES for columns in range(1, 9) for rows in range(1, 9)
+       if name != "hypercube" or columns * rows & (columns * rows - 1) == 0]
+# A commit's tests take the squares, the thesis' shapes and some odd ones.
+SHARE = [case for case in ALL if case[1:] in ((1, 1), (2, 1), (1, 5), (3, 3), (4, 2), (4, 4), (5, 3), (8, 4), (8, 8))]
+
+
+def check(topology, virtual_channels):
+    routing = route(topology, virtual_channels)
+    assert np.array_equal(routing.hops, topology.hops)
+    graph = dependency_graph(topology, routing.port, routing.channel)
+    assert nx.is_directed_acyclic_graph(graph)
+    used = {(link.source, link.output) for link in topology.links}
+    assert {vertex[:2] for vertex in graph} == used
+    assert routing.channel.min() >= 0
+    assert max(routing.channel.max(), routing.entry.max()) < virtual_channels
+    assert (routing.port.diagonal() == LOCAL).all()
+    assert (routing.channel.diagonal() == 0).all()
+
+
+@pytest.mark.parametrize(("name", "columns", "rows"), SHARE)
+def test_no_network_can_deadlock_and_all_ways_are_shortest(name, columns, rows):
+    topology = Topology(name, columns, rows)
+    check(topology, classes_needed(topology))
+    check(topology, 4)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("name", "columns", "rows"), ALL)
+def test_none_up_to_eight_by_eight_can(name, columns, rows):
+    topology = Topology(name, columns, rows)
+    for factor in range(1, 5):
+        check(topology, factor * classes_needed(topology))
+
+
+def test_packets_of_a_mesh_go_along_x_then_y():
+    mesh = route(Topology("mesh", 4, 4), 1)
+    assert [mesh.topology.ports[output] for _, output, _ in mesh.way(1, 15)] == ["east"] * 2 + ["south"] * 3
+    cube = route(Topology("hypercube", 4, 4), 1)
+    assert [cube.topology.ports[output] for _, output, _ in cube.way(5, 14)] == ["bit_0", "bit_1", "bit_3"]
+
+
+def test_both_ways_around_a_ring_are_taken_equally_often():
+    steps = displacement(Topology("torus", 8, 4))
+    for place, half in enumerate((4, 2)):
+        assert (steps[..., place] == half).sum() == (steps[..., place] == -half).sum() > 0
+
+
+@pytest.mark.parametrize(("name", "nodes", "classes"), [
+    ("mesh", 64, 1), ("hypercube", 64, 1), ("torus", 9, 1), ("torus", 16, 2), ("ring", 3, 1), ("ring", 8, 2),
+    ("illiac", 16, 2), ("illiac", 64, 2)])
+def test_long_rings_need_two_classes(name, nodes, classes):
+    assert classes_needed(Topology.of(name, nodes)) == classes
+
+
+@pytest.mark.parametrize(("name", "columns", "rows"), [("torus", 4, 4), ("torus", 8, 8), ("ring", 8, 1),
+                                                       ("illiac", 4, 4)])
+def test_a_ring_with_one_channel_is_refused_with_the_circle(name, columns, rows):
+    topology = Topology(name, columns, rows)
+    with pytest.raises(InputError, match="with Virtual channels 1 can deadlock: ") as refused:
+        route(topology, 1)
+    circle = str(refused.value).partition("deadlock: ")[2].split(" -> ")
+    assert circle[0] == circle[-1]
+    nodes, ports = zip(*(step.split()[:2] for step in circle), strict=True)
+    for node, port, after in zip(nodes, ports, nodes[1:], strict=False):
+        assert topology.neighbour[int(node), topology.ports.index(port)] == int(after)
+    route(topology, 2)
+
+
+@pytest.mark.parametrize("virtual_channels", [0, -1, 2.0, True])
+def test_channels_are_a_number(virtual_channels):
+    with pytest.raises(InputError, match="Virtual channels must be a whole number of at least 1"):
+        route(Topology("mesh", 2, 2), virtual_channels)
+
+
+def test_channels_are_a_multiple_of_the_classes():
+    with pytest.raises(InputError, match="Virtual channels of a torus 4 x 4 must be a multiple of 2, not 3"):
+        route(Topology("torus", 4, 4), 3)
+
+
+def mesh_with(port):
+    topology = Topology("mesh", 2, 2)
+    return Routing(topology=topology, virtual_channels=1, port=np.array(port), channel=np.zeros((4, 4), dtype=int),
+                   entry=np.zeros((4, 4), dtype=int))
+
+
+def test_a_routing_that_turns_in_a_circle_is_refused():
+    # Clockwise around a square (0 1 / 2 3): to the node opposite over the next one.
+    east, west, south, north = 1, 2, 3, 4
+    with pytest.raises(InputError, match=r"mesh 2 x 2 with Virtual channels 1 can deadlock: 0 east channel 0 -> 1 "
+                                         r"south channel 0 -> 3 west channel 0 -> 2 north channel 0 -> 0 east"):
+        check_deadlock_free(mesh_with([[0, east, south, east], [west, 0, south, south], [north, north, 0, east],
+                                       [west, north, west, 0]]))
+
+
+def test_a_routing_that_keeps_a_packet_is_refused():
+    east, west, south, north = 1, 2, 3, 4
+    xy = [[0, east, south, east], [west, 0, west, south], [north, east, 0, east], [west, north, west, 0]]
+    check_deadlock_free(mesh_with(xy))
+    for wrong in LOCAL, north, west:
+        lost = [row[:] for row in xy]
+        lost[1][3] = wrong
+        with pytest.raises(InputError, match=r"mesh 2 x 2: packets from \d to 3 do not arrive"):
+            check_deadlock_free(mesh_with(lost))
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_classes_never_go_back_within_a_dimension(name):
+    routing = route(Topology(name, 8, 8), 4)
+    classes = routing.channel // 2 if classes_needed(routing.topology) == 2 else np.zeros_like(routing.channel)
+    for source in range(0, 64, 5):
+        for destination in range(64):
+            way = routing.way(source, destination)
+            for (node, output, _), (after, then, _) in pairwise(way):
+                assert output != then or classes[node, destination] <= classes[after, destination]
+
+
+def test_with_a_channel_for_each_wish_packets_wait_for_others_of_the_same_wish_only():
+    routing = route(Topology("mesh", 8, 8), 4)
+    mesh = routing.topology
+    for link in mesh.links:
+        to = np.flatnonzero(routing.port[link.source] == link.output)
+        for channel in range(4):
+            same = to[routing.channel[link.source, to] == channel]
+            assert len(np.unique(routing.port[link.target, same])) <= 1
