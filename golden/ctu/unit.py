@@ -18,7 +18,7 @@ from golden.icu.inverse_distance import encode
 from golden.icu.settle_code import settle_threshold
 from golden.memsys.cell_table import CellTable
 
-__all__ = ["CellTraversalUnit"]
+__all__ = ["CellTraversalUnit", "global_directions"]
 
 
 class CellTraversalUnit:
@@ -137,8 +137,7 @@ class CellTraversalUnit:
 
     def _walk(self, rays, numbers):
         """Cells of some grid rays, pass by pass."""
-        direction = round_shift(rays.direction.reshape(-1, 3)[numbers] @ self.record.to_global.T,
-                                self.record.numbers.direction_fraction)
+        direction = global_directions(rays.direction.reshape(-1, 3)[numbers], self.record)
         begin, end = self.borders(rays.shell)
         walk = Traversal(self._place, direction, begin=begin, end=end, shape=self.table.shape)
         self.grid_rays += len(direction)
@@ -148,3 +147,8 @@ class CellTraversalUnit:
             self.steps += len(cells[-1])
             walk.advance()
         return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
+
+
+def global_directions(directions: np.ndarray, record: FrustumRecord) -> np.ndarray:
+    """K x 3 int64 `GridRays` directions in G, units of 2^-FRACTION, below 4 in magnitude."""
+    return round_shift(directions @ record.to_global.T, record.numbers.direction_fraction)

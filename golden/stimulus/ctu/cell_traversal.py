@@ -10,6 +10,9 @@ from golden.stimulus.ctu.grids import CELL_NUMBER, SHELLS
 
 __all__ = ["BLOCK"]
 
+# Shen & Deprettere's sequences: from where in a cell, and where to.
+PAPER_PLACES, PAPER_DIRECTIONS = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.5]], [[3, 2, 1], [1, 1, 0], [1, 0, -1]]
+
 
 def _fields(config):
     parameter = unsigned(BEGIN_BITS - PLACE_FRACTION, PLACE_FRACTION)
@@ -24,17 +27,21 @@ def _fields(config):
 
 def _draw(random, count, config):
     one, shape = 1 << PLACE_FRACTION, random.integers(6, 12, 3)
-    # Inside a cell, on its corner, or outside the grid.
-    place = [random.integers(one * shape), random.integers(shape) * one, -random.integers(2 * one, size=3)][
-        random.integers(3)]
-    shell = int(random.integers(*SHELLS))
+    inside = random.integers(one * shape)
+    # Inside a cell, on its corner, on its edge or face, on the grid's border, outside the grid.
+    kind = int(random.integers(7))
+    place = [inside, random.integers(shape) * one, np.where(random.random(3) < 0.5, inside // one * one, inside),
+             np.where(np.arange(3) == random.integers(3), random.integers(2) * shape * one, inside),
+             -random.integers(2 * one, size=3), *((np.array(PAPER_PLACES) + shape // 2) * one).astype(np.int64)][kind]
+    # The sequences of the paper begin at the origin itself.
+    shell = 1 if kind > 4 else int(random.integers(*SHELLS))
     direction = random.normal(size=(count, 3))
     # Along axes, and through edges and corners of cells.
     hard = np.array([[x, y, z] for x in (1, 0, -1) for y in (1, 0, -1) for z in (1, 0, -1) if x or y or z], dtype=float)
-    direction = hard_first(direction, hard)
+    direction = hard_first(direction, np.concatenate([PAPER_DIRECTIONS, hard]))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     # Of a wide screen parameters are longer than ways.
-    stretch = [1, random.uniform(1, 12)][random.integers(2)]
+    stretch = 6 if kind > 4 else [1, random.uniform(1, 12)][random.integers(2)]
     begin, end = (int(border * stretch * one) for border in (shell - 1, shell))
     return {"place": place, "shape": shape, "begin": np.array(begin), "end": np.array(end),
             "direction": signed(1, FRACTION).encode(direction, "direction")}

@@ -3,6 +3,7 @@
 import numpy as np
 
 from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
+from golden.ctu.unit import global_directions
 from golden.fixed import signed, unsigned
 from golden.stimulus.block import Block, Field
 from golden.stimulus.ctu.grids import SHELL, SHELLS, shells
@@ -29,6 +30,7 @@ def _fields(config):
     return [*frustum_fields(config), Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid")], [
         Field("direction", signed(1, FRACTION), "see GridRays"),
+        Field("global_direction", signed(2, FRACTION), "G coordinates"),
         Field("first_row", RAY, "of the rays near it"), Field("row_count", RAY, "of the rays near it"),
         Field("first_column", RAY, "of the rays near it; a hemisphere's go on around the circle"),
         Field("column_count", RAY, "of the rays near it"),
@@ -42,7 +44,8 @@ def _draw(random, count, config):
 
 
 def _expect(given, config):
-    rays_of, found = shells(frustum_record(given, config)), []
+    record, found = frustum_record(given, config), []
+    rays_of = shells(record)
     for shell, row, column in zip(given["shell"], given["row"], given["column"], strict=True):
         rays = rays_of(int(shell))
         found.append((*rays.direction[row, column], rays.first_row[row], rays.row_count[row],
@@ -50,7 +53,8 @@ def _expect(given, config):
                       rays.column_position[column]))
     found = np.array(found)
     names = [field.name for field in _fields(config)[1]]
-    return {"direction": found[:, :3], **dict(zip(names[1:], found[:, 3:].T, strict=True))}
+    return {"direction": found[:, :3], "global_direction": global_directions(found[:, :3], record),
+            **dict(zip(names[2:], found[:, 3:].T, strict=True))}
 
 
 BLOCK = Block(about="a grid ray of one frustum", fields=_fields, draw=_draw, expect=_expect)

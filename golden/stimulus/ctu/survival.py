@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from golden.ctu.survival import survivors
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors, survivors_by_code
 from golden.fixed import unsigned
-from golden.stimulus.block import FLAG, Block, Field
+from golden.stimulus.block import FLAG, Block, Field, hard_first
 from golden.stimulus.ctu.grid_rays import RAY, draw_rays
 from golden.stimulus.ctu.grids import SHELL, mask_fields, masks, shells
 from golden.stimulus.frusta import frustum_arrays, frustum_fields, frustum_record, random_frustum
@@ -16,26 +18,44 @@ MASKS = 8
 
 def _fields(config):
     return [*frustum_fields(config), *mask_fields(), Field("mask", unsigned(4, 0), "which of them"),
+            Field("codes", config.icu.settle, "masks x rows x columns: settle codes", constant=True),
+            Field("section", RAY, "of the codes: first column, end column, first row, end row", constant=True),
+            Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "codes below it may still change"),
             Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid")], [
-        Field("survives", FLAG, "some ray near the grid ray may still change")]
+        Field("survives", FLAG, "some ray near the grid ray may still change"),
+        Field("survives_by_code", FLAG, "a square of the section that holds rays near the grid ray is live")]
 
 
 def _draw(random, count, config):
     record = random_frustum(random, config)
-    return {**frustum_arrays(record), "may_change": masks(random, record, MASKS),
-            "mask": random.integers(MASKS, size=count), **draw_rays(random, record, count)}
+    may_change, high = masks(random, record, MASKS), config.icu.settle.high
+    threshold = hard_first(random.integers(1, high + 1, endpoint=True, size=count), [1, high + 1])
+    codes = np.where(may_change, random.integers(high // 2, size=may_change.shape),
+                     random.integers(high // 2, high, endpoint=True, size=may_change.shape))
+    first = random.integers([record.columns // 2, record.rows // 2])
+    end = random.integers(first + 1, [record.columns, record.rows], endpoint=True)
+    return {**frustum_arrays(record), "may_change": may_change, "codes": codes, "threshold": threshold,
+            "section": np.stack([first, end], axis=1).ravel(), "mask": random.integers(MASKS, size=count),
+            **draw_rays(random, record, count)}
 
 
 def _expect(given, config):
-    rays_of = shells(frustum_record(given, config))
+    record = frustum_record(given, config)
+    rays_of, section = shells(record), Sector(*map(int, given["section"]))
+    first_column, end_column, first_row, end_row = given["section"]
+    pyramids = [SettlePyramid(codes[first_row:end_row, first_column:end_column], config) for codes in given["codes"]]
     pairs, which = np.unique(np.stack([given["shell"], given["mask"]], axis=1), axis=0, return_inverse=True)
-    survives = np.zeros(len(given["mask"]), dtype=np.int64)
+    survives, by_code = np.zeros((2, len(given["mask"])), dtype=np.int64)
     for number, (shell, mask) in enumerate(pairs):
         alive = survivors(rays_of(int(shell)), given["may_change"][mask].astype(bool))
         asked = which == number
         survives[asked] = alive[given["row"][asked], given["column"][asked]]
-    return {"survives": survives}
+        for ray in np.flatnonzero(asked):
+            alive = survivors_by_code(rays_of(int(shell)), pyramids[mask], int(given["threshold"][ray]), section,
+                                      record)
+            by_code[ray] = alive[given["row"][ray], given["column"][ray]]
+    return {"survives": survives, "survives_by_code": by_code}
 
 
 BLOCK = Block(about="a grid ray and a state of one frustum's rays", fields=_fields, draw=_draw, expect=_expect)

@@ -34,9 +34,9 @@ class RandomFrustum:
     record: FrustumRecord
     cell: float
 
-    def shelling(self, **arguments):
+    def shelling(self, *, by_code=False, config=CONFIG, **arguments):
         """Hits and counts."""
-        return Shelling(self.geometry, CONFIG, cell=self.cell).cast(self.record, **arguments)
+        return Shelling(self.geometry, config, cell=self.cell, by_code=by_code).cast(self.record, **arguments)
 
     def naive(self):
         """Hits."""

@@ -126,6 +126,23 @@ def test_subshells_change_the_order_only():
     assert more
 
 
+@pytest.mark.parametrize(("make", "first"), [(random_frustum, 0), (random_frustum, 30), (speckled_frustum, 0)])
+def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make, first):
+    coarse = CONFIG.replace({"ctu.pyramid_levels": 2, "icu.settle_bits": 6, "icu.settle_fraction": 3})
+    more = 0
+    for frustum in map(make, range(first, first + 30)):
+        sectors = halves(frustum.record, (1, 4)[frustum.seed % 2])
+        hits, plain = frustum.shelling(sectors=sectors)
+        for config in CONFIG, coarse:
+            same, counts = frustum.shelling(by_code=True, config=config, sectors=sectors)
+            assert len(hits.differences(same)) == 0, frustum.seed
+            for exact, coded in zip(plain, counts, strict=True):
+                assert coded.cells >= exact.cells
+                assert coded.grid_rays >= exact.grid_rays
+                more += coded.grid_rays > exact.grid_rays
+    assert more
+
+
 def wrong(frusta, *, parts=1):
     """How many frusta differ."""
     return sum(frustum.differing(sectors=halves(frustum.record, parts)) > 0 for frustum in frusta)

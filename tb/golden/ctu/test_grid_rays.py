@@ -3,10 +3,17 @@
 import numpy as np
 import pytest
 
+from golden.config import Config
 from golden.ctu import margins
 from golden.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays, steps
-from golden.ctu.survival import survivors
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors, survivors_by_code
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.scene.builtin import builtin_scene
+from golden.scene.g_coordinates import GCoordinates
 
+CONFIG = Config()
 SHELLS = [2, 3, 4, 7, 13, 30]
 AZIMUTHS, POLARS = 64, 16
 SCREEN = {"pixels": (50, 31), "bits": (6, 5), "half_angles": (0.9, 0.45)}
@@ -88,6 +95,23 @@ def test_a_grid_ray_of_a_screen_survives_while_a_near_pixel_may_change(shell):
 def test_no_grid_ray_survives_when_nothing_may_change():
     assert not survivors(hemisphere_rays(2, AZIMUTHS, POLARS), np.zeros((POLARS, AZIMUTHS), dtype=bool)).any()
     assert not survivors(screen_rays(2, **SCREEN), np.zeros(SCREEN["pixels"][::-1], dtype=bool)).any()
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_codes_let_survive_what_distances_do_and_what_shares_a_square_with_it(shell):
+    coordinates = GCoordinates.of(builtin_scene("cornell"), CONFIG.numbers)
+    record = hemisphere_record(Hemisphere(AZIMUTHS, POLARS), coordinates, coordinates.bounds.mean(axis=0), (0, 0, 1))
+    rays, random = hemisphere_rays(shell, AZIMUTHS, POLARS), np.random.default_rng(shell)
+    for section in (Sector.whole(record), Sector(5, 40, 3, 16), Sector(50, 64, 0, 9)):
+        codes = random.integers(0, 40, (section.end_row - section.first_row, section.end_column - section.first_column))
+        codes[random.random(codes.shape) < 0.98] = 200
+        squares = np.zeros((POLARS, AZIMUTHS), dtype=bool)
+        for row, column in np.argwhere(codes < 30) // 4 * 4:
+            squares[section.first_row + row:, section.first_column + column:][:4, :4] = True
+        squares &= section.mask(record)
+        coded = survivors_by_code(rays, SettlePyramid(codes, CONFIG), 30, section, record)
+        assert (coded == survivors(rays, squares)).all()
+        assert not survivors_by_code(rays, SettlePyramid(codes, CONFIG), 0, section, record).any()
 
 
 def test_near_the_pole_the_whole_circle_is_near():
