@@ -1,0 +1,69 @@
+"""Coverage: cases that a test must come across."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+__all__ = ["Coverage"]
+
+
+class Coverage:
+    """Counts how often each of some named cases occurred; one that never did is an error.
+
+    Whether a case occurred is asked of the stimulus, of golden, or of transfers at a component's streams; never of what
+    is under test alone, as a fault could hide what would show it.
+
+    Parameters
+    ----------
+    cases
+        Their names.
+
+    Members
+    -------
+    counts
+        By name.
+
+    Errors
+    ------
+    ValueError
+        There are no cases, or two of one name.
+    """
+
+    def __init__(self, cases: Iterable[str]):
+        names = list(cases)
+        if not names or len(set(names)) != len(names):
+            raise ValueError(f"Cases must be at least one, each with a name of its own, not {names!r}")
+        self.counts = dict.fromkeys(names, 0)
+
+    def hit(self, name: str, where=True) -> None:
+        """A case occurred: once, or as often as an array is true.
+
+        Errors
+        ------
+        KeyError
+            There is no such case.
+        """
+        if name not in self.counts:
+            raise KeyError(f"there is no case {name!r}; there are {', '.join(self.counts)}")
+        self.counts[name] += int(np.count_nonzero(where))
+
+    def hit_all(self, cases: dict) -> None:
+        """`hit` for each name and what it holds for."""
+        for name, where in cases.items():
+            self.hit(name, where)
+
+    @property
+    def missing(self) -> list[str]:
+        """Cases that have not occurred."""
+        return [name for name, count in self.counts.items() if not count]
+
+    def check(self) -> None:
+        """All cases have occurred.
+
+        Errors
+        ------
+        AssertionError
+            Names those that have not.
+        """
+        missing = self.missing
+        assert not missing, f"{len(missing)} of {len(self.counts)} cases never occurred: {', '.join(missing)}"

@@ -1,0 +1,237 @@
+"""Schedules that shrink: which items come with which pauses, drawn by Hypothesis.
+
+A property over schedules fails with the smallest one that Hypothesis finds: few items, few pauses, small numbers::
+
+    @SETTINGS
+    @given(schedules({"i": payloads(SHAPE)}, ["o"]))
+    def test_everything_comes_out(schedule):
+        assert BENCH.run(schedule) == {"o": schedule.values("i")}
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from amaranth.hdl import Cat, ClockDomain, Const, Module, Shape, Signal, Value
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.sim import Simulator
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from tb.lib.payload import pack, unpack
+
+__all__ = ["SETTINGS", "Schedule", "ScheduleBench", "payloads", "schedules"]
+
+# Cycles after which a schedule must be over.
+WATCHDOG = 3000
+# The same examples in every run. A simulation takes longer than what Hypothesis thinks slow.
+SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=30,
+                    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+# No pause is the simplest one and the most frequent.
+_PAUSES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 5, 9))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Schedule:
+    """What sources give and when, and when sinks take.
+
+    Parameters
+    ----------
+    items
+        By input: of each item the cycles without an offer before it, and its payload. An offer stays until it is taken.
+    stalls
+        By output: the cycles without ``ready`` before each transfer, none after the last one of the list.
+    """
+
+    items: dict[str, list[tuple[int, object]]]
+    stalls: dict[str, list[int]]
+
+    def values(self, name: str) -> list:
+        """The payloads of an input."""
+        return [value for _, value in self.items[name]]
+
+
+def payloads(shape) -> st.SearchStrategy:
+    """All payloads of an Amaranth shape, in the form that `pack` takes."""
+    if isinstance(shape, StructLayout):
+        return st.fixed_dictionaries({name: payloads(field.shape) for name, field in shape})
+    if isinstance(shape, ArrayLayout):
+        return st.lists(payloads(shape.elem_shape), min_size=shape.length, max_size=shape.length)
+    cast = Shape.cast(shape)
+    low = -(1 << cast.width - 1) if cast.signed else 0
+    return st.integers(low, low + (1 << cast.width) - 1)
+
+
+def schedules(items: dict[str, st.SearchStrategy], sinks: Iterable[str], *, most: int = 14) -> st.SearchStrategy:
+    """Schedules of at most ``most`` items of each input.
+
+    Parameters
+    ----------
+    items
+        By input: the payloads of an item.
+    sinks
+        Outputs that can wait.
+    """
+    def some(element):
+        # Lists of any length are mostly short.
+        return st.one_of(st.lists(element, max_size=most), st.lists(element, min_size=most // 2, max_size=most))
+
+    return st.builds(lambda items, stalls: Schedule(items=items, stalls=stalls),
+                     st.fixed_dictionaries({name: some(st.tuples(_PAUSES, of)) for name, of in items.items()}),
+                     st.fixed_dictionaries({name: some(_PAUSES) for name in sinks}))
+
+
+class ScheduleBench:
+    """A component in Amaranth's own simulator, for one schedule after the other, each from reset.
+
+    Parameters
+    ----------
+    component
+        The component. Streams of an array are called ``NAME__0`` and so on.
+    inputs, outputs
+        Names of its streams.
+    ports
+        Values of inputs that are no streams.
+    patience
+        Cycles without any transfer after which all is over.
+    """
+
+    def __init__(self, component, inputs: Iterable[str], outputs: Iterable[str], *, ports: dict | None = None,
+                 patience: int = 16):
+        self._component, self._ports, self._patience = component, ports or {}, patience
+        self._inputs, self._outputs = ({name: _Stream(component, name) for name in names}
+                                       for names in (inputs, outputs))
+        self._schedule, self._came = None, None
+        # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
+        # simulator is slow in what it is asked from outside.
+        top = Module()
+        top.domains.sync = ClockDomain()
+        top.submodules.dut = component
+        streams = [*self._inputs.values(), *self._outputs.values()]
+        driven = [signal for one in self._inputs.values() for signal in (one.valid, one.payload)]
+        driven += [one.ready for one in self._outputs.values() if not isinstance(one.ready, Const)]
+        self._given = Signal(sum(map(len, driven)))
+        self._seen = Signal(sum(len(one.payload) + 2 for one in streams))
+        top.d.comb += [Cat(driven).eq(self._given),
+                       self._seen.eq(Cat((one.valid, one.ready, one.payload) for one in streams))]
+        self._simulator = Simulator(top)
+        self._simulator.add_clock(1e-8)
+        self._has_run = False
+
+    def run(self, schedule: Schedule) -> dict[str, list]:
+        """What comes out of each output.
+
+        Errors
+        ------
+        AssertionError
+            An item was not taken until everything stood still, or an offer was withdrawn or changed.
+        """
+        self._schedule = schedule
+        if self._has_run:
+            self._simulator.reset()
+        else:
+            self._simulator.add_testbench(self._follow)
+        self._has_run = True
+        self._simulator.run()
+        return {name: [unpack(self._outputs[name].shape, item) for item in items]
+                for name, items in self._came.items()}
+
+    async def _follow(self, ctx):
+        """One process for all streams."""
+        for port, value in self._ports.items():
+            ctx.set(getattr(self._component, port), value)
+        items, stalls = self._schedule.items, self._schedule.stalls
+        givers = {name: _Giver(items.get(name, ()), one) for name, one in self._inputs.items()}
+        takers = {name: _Taker(stalls.get(name, ()), one, name) for name, one in self._outputs.items()}
+        ends = [*givers.values(), *takers.values()]
+        still = cycle = 0
+        ctx.set(self._given, _joined(end.gives for end in ends))
+        async for *_, seen in ctx.tick().sample(self._seen):
+            cycle, still = cycle + 1, still + 1
+            assert cycle < WATCHDOG, f"the watchdog waited {WATCHDOG} cycles for everything to stand still"
+            for end in ends:
+                valid, ready, payload = seen & 1, seen >> 1 & 1, seen >> 2 & (1 << end.width) - 1
+                seen >>= 2 + end.width
+                if end.after(valid, ready, payload):
+                    still = 0
+            if still == self._patience:
+                break
+            ctx.set(self._given, _joined(end.gives for end in ends))
+        left = {name: giver.left for name, giver in givers.items() if giver.left}
+        assert not left, f"items were never taken: {left}"
+        self._came = {name: taker.came for name, taker in takers.items()}
+
+
+def _joined(parts):
+    """Numbers one above the other, of pairs of number and bits."""
+    bits = place = 0
+    for part, width in parts:
+        bits |= part << place
+        place += width
+    return bits
+
+
+class _Stream:
+    """The signals of a component's stream."""
+
+    def __init__(self, component, name):
+        stream = component
+        for part in name.split("__"):
+            stream = stream[int(part)] if part.isdigit() else getattr(stream, part)
+        self.valid, self.ready, self.payload = stream.valid, stream.ready, Value.cast(stream.payload)
+        self.shape = stream.signature.members["payload"].shape
+
+
+class _Giver:
+    """Where an input is in its schedule."""
+
+    def __init__(self, given, one):
+        self._given, self._at = [(idle, pack(one.shape, value)) for idle, value in given], 0
+        self._idle, self.width = given[0][0] if given else 0, len(one.payload)
+
+    @property
+    def left(self):
+        """Items that have not been taken."""
+        return len(self._given) - self._at
+
+    @property
+    def gives(self):
+        """``valid`` and payload, and their bits."""
+        offers = self.left and not self._idle
+        return 1 | self._given[self._at][1] << 1 if offers else 0, self.width + 1
+
+    def after(self, valid, ready, payload):
+        """Whether something went on in a cycle."""
+        if not valid:
+            waits = self._idle > 0
+            self._idle -= waits
+            return waits
+        if ready:
+            self._at += 1
+            self._idle = self._given[self._at][0] if self.left else 0
+        return bool(ready)
+
+
+class _Taker:
+    """Where an output is in its schedule, and what has come."""
+
+    def __init__(self, stalls, one, name):
+        self._stalls, self._name, self._one, self.came = iter(stalls), name, one, []
+        self._stall, self._offered, self.width = next(self._stalls, 0), None, len(one.payload)
+
+    @property
+    def gives(self):
+        """``ready``, and its bits."""
+        return int(not self._stall), int(not isinstance(self._one.ready, Const))
+
+    def after(self, valid, ready, payload):
+        """Whether something went on in a cycle."""
+        if self._offered is not None:
+            assert valid, f"{self._name}: an offer must stay until it is taken"
+            assert payload == self._offered, f"{self._name}: an offer must not change until it is taken"
+        waits = self._stall > 0
+        self._stall -= waits
+        self._offered = payload if valid and not ready else None
+        if valid and ready:
+            self.came.append(payload)
+            self._stall = next(self._stalls, 0)
+        return bool(waits or (valid and ready))

@@ -1,0 +1,171 @@
+# amaranth: UnusedElaboratable=no
+
+import pytest
+from amaranth.hdl import Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+from hypothesis import find, given
+from hypothesis import strategies as st
+
+from hw.lib.arbiter import Arbiter, ArbiterPolicy
+from hw.lib.fork import Fork
+from hw.lib.join import Join
+from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
+from tb.formal.twin import Twin
+from tb.lib.payload import pack, unpack
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
+from tb.lib.test_credit_gate import SHAPE as GATED_SHAPE
+from tb.lib.test_credit_gate import Gated
+
+SHAPE = StructLayout({"number": 4, "inverted": 4})
+COUNT = 3
+ONE_TO_ONE = {"queue of 1": Queue(SHAPE, depth=1), "queue of 3": Queue(SHAPE, depth=3),
+              "skid buffer": SkidBuffer(SHAPE)}
+ARBITERS = {policy.name: Arbiter(SHAPE, count=COUNT, policy=policy) for policy in ArbiterPolicy}
+
+
+@pytest.mark.parametrize("name", ONE_TO_ONE)
+def test_what_goes_in_comes_out(name):
+    bench = ScheduleBench(ONE_TO_ONE[name], ["i"], ["o"])
+
+    @SETTINGS
+    @given(schedules({"i": payloads(SHAPE)}, ["o"]))
+    def run(schedule):
+        assert bench.run(schedule) == {"o": schedule.values("i")}
+
+    run()
+
+
+def test_credit_gate():
+    bench = ScheduleBench(Gated(), ["i"], ["o"])
+
+    @SETTINGS
+    @given(schedules({"i": payloads(GATED_SHAPE)}, ["o"]))
+    def run(schedule):
+        assert bench.run(schedule) == {"o": schedule.values("i")}
+
+    run()
+
+
+def test_fork():
+    outputs = [f"o__{k}" for k in range(COUNT)]
+    bench = ScheduleBench(Fork(SHAPE, count=COUNT), ["i"], outputs)
+
+    @SETTINGS
+    @given(schedules({"i": payloads(SHAPE)}, outputs))
+    def run(schedule):
+        assert bench.run(schedule) == dict.fromkeys(outputs, schedule.values("i"))
+
+    run()
+
+
+def test_join():
+    bench = ScheduleBench(Join({"a": SHAPE, "b": 3}), ["i_a", "i_b"], ["o"])
+
+    @SETTINGS
+    @given(schedules({"i_a": st.tuples(payloads(SHAPE), payloads(3))}, ["o"]),
+           st.lists(st.integers(0, 9), max_size=20))
+    def run(drawn, pauses):
+        """As many items of both inputs, with pauses of their own."""
+        pairs = drawn.values("i_a")
+        pauses = [*pauses, *[0] * len(pairs)]
+        schedule = Schedule(stalls=drawn.stalls, items={
+            "i_a": [(idle, a) for idle, (a, _) in drawn.items["i_a"]],
+            "i_b": [(idle, b) for idle, (_, b) in zip(pauses, pairs, strict=False)]})
+        assert bench.run(schedule) == {"o": [{"a": a, "b": b} for a, b in pairs]}
+
+    run()
+
+
+@pytest.mark.parametrize("policy", ARBITERS)
+def test_arbiter(policy):
+    inputs = [f"i__{k}" for k in range(COUNT)]
+    bench = ScheduleBench(ARBITERS[policy], inputs, ["o"])
+
+    @SETTINGS
+    @given(schedules({name: payloads(SHAPE) for name in inputs}, ["o"], most=10))
+    def run(schedule):
+        came = bench.run(schedule)["o"]
+        assert [[entry["item"] for entry in came if entry["source"] == k] for k in range(COUNT)] == [
+            schedule.values(name) for name in inputs]
+
+    run()
+
+
+def fails(bench):
+    """Whether a schedule shows a fault."""
+    def shown(schedule):
+        try:
+            return bench.run(schedule) != {"o": schedule.values("i")}
+        except AssertionError:
+            return True
+
+    return shown
+
+
+def smallest(component):
+    """The smallest schedule that shows a fault, as Hypothesis finds it."""
+    drawn = schedules({"i": payloads(SHAPE)}, ["o"], most=8)
+    return find(drawn, fails(ScheduleBench(component, ["i"], ["o"])), settings=SETTINGS)
+
+
+ZERO = {"number": 0, "inverted": 0}
+
+
+def test_a_full_queue_that_takes_shrinks_to_hardly_more_than_it_holds():
+    found = smallest(Twin(Queue(SHAPE, depth=3), {"i__ready": lambda dut: 1}))
+    assert found.values("i") in ([ZERO] * 4, [ZERO] * 5)
+    assert sum(idle for idle, _ in found.items["i"]) == 0
+    assert 1 <= len(found.stalls["o"]) <= 2
+
+
+def test_one_wrong_bit_shrinks_to_the_number_that_shows_it():
+    found = smallest(Twin(Queue(SHAPE, depth=3), {
+        "o__payload": lambda dut: Mux(dut.o.payload.number >= 11, 0, dut.o.payload.as_value())}))
+    assert found.items["i"] == [(0, {"number": 11, "inverted": 0})]
+    assert found.stalls["o"] == []
+
+
+class Refuses(wiring.Component):
+    """Takes nothing and gives nothing."""
+
+    def __init__(self):
+        super().__init__({"i": In(stream.Signature(SHAPE)), "o": Out(stream.Signature(SHAPE))})
+
+    def elaborate(self, platform):
+        return Module()
+
+
+def broken_queue(**faults):
+    return Twin(Queue(SHAPE, depth=3), faults)
+
+
+@pytest.mark.parametrize(("component", "said"), [
+    (broken_queue(o__valid=lambda dut: dut.o.valid & ~dut.i.valid), "o: an offer must stay until it is taken"),
+    (broken_queue(o__payload=lambda dut: dut.o.payload.as_value() ^ dut.i.valid),
+     "o: an offer must not change until it is taken"),
+    # Inside it takes the same item for ever.
+    (broken_queue(i__ready=lambda dut: 0), "the watchdog waited 3000 cycles for everything to stand still"),
+    (Refuses(), r"items were never taken: \{'i': 2\}")], ids=["withdrawn", "changed", "endless", "refused"])
+def test_what_goes_wrong_is_said(component, said):
+    bench = ScheduleBench(component, ["i"], ["o"])
+    schedule = Schedule(items={"i": [(0, ZERO), (2, ZERO)]}, stalls={"o": [8]})
+    with pytest.raises(AssertionError, match=f"^{said}"):
+        bench.run(schedule)
+
+
+def test_a_run_leaves_nothing_to_the_next_one():
+    bench = ScheduleBench(Queue(SHAPE, depth=3), ["i"], ["o"])
+    for number in (3, 5):
+        items = [(0, {"number": number, "inverted": k}) for k in range(number)]
+        assert len(bench.run(Schedule(items={"i": items}, stalls={}))["o"]) == number
+
+
+@SETTINGS
+@given(st.data())
+def test_payloads_are_all_of_a_shape(data):
+    shape = StructLayout({"a": ArrayLayout(StructLayout({"b": 3}), 2), "c": 1})
+    value = data.draw(payloads(shape))
+    assert unpack(shape, pack(shape, value)) == value
