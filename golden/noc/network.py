@@ -1,0 +1,210 @@
+"""A network with its nodes: packets go in at sources and come out at sinks, cycle by cycle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.noc.router import Flits, Routers
+from golden.noc.routing import Routing
+from golden.noc.topology import LOCAL
+
+__all__ = ["NEVER", "Arrivals", "Network", "Packets"]
+
+# The cycle of what has not happened.
+NEVER = -1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Packets:
+    """What is to be sent, in any order; those of one source and kind that are made earlier go earlier.
+
+    Parameters
+    ----------
+    source, destination
+        Nodes.
+    length
+        Flits.
+    made
+        Cycle from which on it may go.
+    message
+        Kind of message.
+    """
+
+    source: np.ndarray
+    destination: np.ndarray
+    length: np.ndarray
+    made: np.ndarray
+    message: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arrivals:
+    """When each flit was on the wire into its first router, and when on the wire out of its last one; or `NEVER`.
+
+    Parameters
+    ----------
+    packet
+        Per flit, a packet's flits one after the other.
+    entered, entry
+        Cycle and virtual channel.
+    left, channel
+        Cycle and virtual channel.
+    taken
+        The cycle in which the sink took it: its credit is on the wire then.
+    """
+
+    packet: np.ndarray
+    entered: np.ndarray
+    entry: np.ndarray
+    left: np.ndarray
+    channel: np.ndarray
+    taken: np.ndarray
+
+
+class Network:
+    """Routers with a source and a sink at each node.
+
+    A source sends the flits of its packets one after the other, one per cycle; where there are several kinds of
+    messages, each has its own row, and they take turns flit by flit. It has a credit for each place of the queues. A
+    sink has the same places, and takes one flit per cycle in the order in which they came, from the cycle after.
+
+    Parameters
+    ----------
+    routing
+        Where each packet goes on.
+    buffer_flits
+        Places of a queue.
+    messages, copies
+        See `Routers`.
+    """
+
+    def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1, copies: int = 1):
+        self.routers = Routers(routing, buffer_flits=buffer_flits, messages=messages, copies=copies)
+        own = np.arange(messages)[:, None, None] * routing.virtual_channels
+        self._entry = own + np.tile(routing.entry, (copies, 1))
+        self._messages, self.nodes = messages, self.routers.nodes
+        self._buffer_flits = buffer_flits
+
+    def run(self, packets: Packets, *, cycles: int, source_pauses: np.ndarray | None = None,
+            sink_pauses: np.ndarray | None = None) -> Arrivals:
+        """Send packets from an empty network on; each network can run once.
+
+        Parameters
+        ----------
+        cycles
+            How many at most; it ends when all flits have been taken.
+        source_pauses, sink_pauses
+            Cycles x nodes bool, begun again when they are over: the source sends nothing, the sink takes nothing.
+
+        Errors
+        ------
+        InputError
+            A packet of an unknown node or of no flits.
+        """
+        run = _Run(self, packets, self._entry, self._messages)
+        for cycle in range(cycles):
+            run.cycle(cycle, _row(source_pauses, cycle), _row(sink_pauses, cycle))
+            if run.taken_count == len(run.flits.first):
+                break
+        return run.arrivals()
+
+
+def _row(pauses, cycle):
+    return None if pauses is None else pauses[cycle % len(pauses)]
+
+
+class _Run:
+    """Sources and sinks of a network."""
+
+    def __init__(self, network, packets, entry, messages):
+        routers = network.routers
+        self._routers, self._messages = routers, messages
+        nodes, destinations = network.nodes, entry.shape[2]
+        if len(packets) and (packets.length.min() < 1 or packets.source.min() < 0 or packets.destination.min() < 0
+                             or packets.source.max() >= nodes or packets.destination.max() >= destinations
+                             or packets.message.min() < 0 or packets.message.max() >= messages):
+            raise InputError("network: Packets must have a source, a destination and a kind that there are, and a flit")
+        # Flits in the order of packets; rows of sources are places in the order in which they go.
+        self._packet = np.repeat(np.arange(len(packets)), packets.length)
+        start = np.cumsum(packets.length) - packets.length
+        number = np.arange(len(self._packet)) - start[self._packet]
+        self.flits = Flits(destination=packets.destination[self._packet], first=number == 0,
+                           last=number == packets.length[self._packet] - 1)
+        row = (packets.source * messages + packets.message)[self._packet]
+        made = packets.made[self._packet]
+        self._order = np.lexsort((np.arange(len(row)), made, row))
+        rows = np.arange(nodes * messages)
+        self._next = np.searchsorted(row[self._order], rows)
+        self._end = np.searchsorted(row[self._order], rows, side="right")
+        self._made = np.append(made[self._order], 0)
+        self._channel = entry[packets.message, packets.source, packets.destination][self._packet]
+        self._row_channel = np.append(self._channel[self._order], 0)
+
+        count = len(self._packet)
+        self._entered, self._left, self._left_channel, self._taken = (np.full(count, NEVER) for _ in range(4))
+        self.taken_count = 0
+        channels, places = routers.channels, network._buffer_flits
+        self._credits = np.full((nodes, channels), places)
+        self._turn = np.full(nodes, messages - 1)
+        self._nodes, self._rows = np.arange(nodes), rows
+        self._waiting = np.zeros((nodes, channels * places), dtype=np.int64)
+        self._head, self._level = np.zeros(nodes, dtype=np.int64), np.zeros(nodes, dtype=np.int64)
+
+    def cycle(self, cycle, source_pauses, sink_pauses):
+        """One cycle."""
+        wires, channels = self._routers.wires(), self._routers.channels
+        nodes, entering = self._send(cycle, source_pauses)
+        self._entered[entering] = cycle
+        takers, taken = self._take(cycle, sink_pauses)
+        port, ports = self._routers.ports * self._nodes + LOCAL, self._routers.ports
+        self._routers.step(self.flits, queues=port[nodes] * channels + self._channel[entering], entering=entering,
+                           credits=port[takers] * channels + self._left_channel[taken])
+
+        local = wires.queues // channels % ports == LOCAL
+        node, flits = wires.queues[local] // channels // ports, wires.flits[local]
+        self._left[flits], self._left_channel[flits] = cycle, wires.queues[local] % channels
+        self._waiting[node, (self._head[node] + self._level[node]) % self._waiting.shape[1]] = flits
+        self._level[node] += 1
+        back = wires.credits[wires.credits // channels % ports == LOCAL]
+        np.add.at(self._credits, (back // channels // ports, back % channels), 1)
+
+    def _send(self, cycle, pauses):
+        """The nodes that send, and what."""
+        place = np.minimum(self._next, len(self._made) - 1)
+        ready = (self._next < self._end) & (self._made[place] <= cycle)
+        ready &= self._credits[self._rows // self._messages, self._row_channel[place]] > 0
+        if pauses is not None:
+            ready &= ~np.repeat(pauses, self._messages)
+        ready = ready.reshape(-1, self._messages)
+        turn = np.where(ready, (np.arange(self._messages) - self._turn[:, None] - 1) % self._messages, self._messages)
+        message = turn.argmin(axis=1)
+        nodes = np.flatnonzero(ready.any(axis=1))
+        message = message[nodes]
+        self._turn[nodes] = message
+        row = nodes * self._messages + message
+        sent = self._order[self._next[row]]
+        self._next[row] += 1
+        self._credits[nodes, self._channel[sent]] -= 1
+        return nodes, sent
+
+    def _take(self, cycle, pauses):
+        """The nodes whose sinks take a flit, and which."""
+        takes = self._level > 0
+        if pauses is not None:
+            takes &= ~pauses
+        nodes = np.flatnonzero(takes)
+        flits = self._waiting[nodes, self._head[nodes]]
+        self._head[nodes] = (self._head[nodes] + 1) % self._waiting.shape[1]
+        self._level[nodes] -= 1
+        self._taken[flits] = cycle
+        self.taken_count += len(flits)
+        return nodes, flits
+
+    def arrivals(self):
+        """All that was noted."""
+        return Arrivals(packet=self._packet, entered=self._entered, entry=self._channel, left=self._left,
+                        channel=self._left_channel, taken=self._taken)
