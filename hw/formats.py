@@ -8,6 +8,7 @@ from amaranth.lib import enum
 from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, PLACE_FRACTION, RECIPROCAL_BITS
 from golden.fixed import Format
 
 __all__ = ["Formats", "TableKind", "shape"]
@@ -86,6 +87,16 @@ class Formats:
         # Of a column or a row of tiles.
         self.tile_index = unsigned(icu.side_bits - icu.tile_bits)
         self.ray = unsigned(icu.ray_bits)
+
+        # A component of a grid ray's direction in G; a place in cells; a cell along an axis, and how many there are.
+        self.grid_direction = signed(RECIPROCAL_BITS + 1)
+        self.place = signed(INDEX_BITS + PLACE_FRACTION)
+        self.grid_index = signed(INDEX_BITS)
+        self.grid_count = unsigned(10)
+        self.cell = unsigned(24)
+        # Of a grid ray: from its shell's beginning on, and at which its shell begins.
+        self.parameter = unsigned(PARAMETER_BITS)
+        self.begin = unsigned(BEGIN_BITS)
 
         self.scene_vector = ArrayLayout(self.scene, 3)
         self.direction_vector = ArrayLayout(self.direction, 3)
@@ -218,3 +229,20 @@ class Formats:
     def hit(self) -> StructLayout:
         """What a ray hit; ``inverse`` 0: nothing, and then all is 0."""
         return StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})
+
+    @property
+    def grid_ray(self) -> StructLayout:
+        """A grid ray of one shell: parameters in cells."""
+        return StructLayout({"direction": ArrayLayout(self.grid_direction, 3), "begin": self.begin,
+                             "length": self.parameter})
+
+    @property
+    def walk(self) -> StructLayout:
+        """Where a grid ray is: its cell, and the parameters of the next border on each axis and between two of them.
+
+        ``up``, ``down``: which way the ray goes along each axis, if any. ``inside``: the cell is one of the grid.
+        ``away``: the ray is outside for good. ``length``: of the shell.
+        """
+        return StructLayout({"index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3,
+                             "next": ArrayLayout(self.parameter, 3), "between": ArrayLayout(self.parameter, 3),
+                             "length": self.parameter, "inside": 1, "away": 1})
