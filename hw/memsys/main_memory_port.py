@@ -1,0 +1,136 @@
+"""Main memory port: reads and writes of any length as bursts of AXI4, within windows."""
+
+from amaranth.hdl import Cat, Const, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.burst_splitter import BurstSplitter
+from hw.memsys.fault import Fault
+from hw.memsys.first_fault import FirstFault
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.read_engine import ReadEngine
+from hw.memsys.window_check import WindowCheck
+from hw.memsys.write_engine import WriteEngine
+
+__all__ = ["MainMemoryPort"]
+
+INCR, UNPRIVILEGED = 1, 0b010
+
+
+class MainMemoryPort(wiring.Component):
+    """The machine's only way to main memory, an AXI4 manager.
+
+    A request outside its window is never made: it is answered, with errors, in its turn. So is one that memory answers
+    with an error, or not at all: every request gets all its beats, and nothing waits for ever.
+
+    ::
+
+        i_read  -> WindowCheck -> BurstSplitter -> ReadEngine  -> o_read            AXI: AR, R
+        i_write -> WindowCheck -> BurstSplitter -> WriteEngine -> o_written              AW, W, B
+        i_write_data ------------------------------^
+
+    Parameters
+    ----------
+    config
+        The configuration; its ``memory`` says how wide and how many.
+    tag
+        Shape of what goes along with a request.
+
+    Members
+    -------
+    i_read, o_read
+        `MemoryFormats.request`, and its beats in order (`MemoryFormats.reply`), request by request.
+    i_write, i_write_data, o_written
+        `MemoryFormats.request`, its beats in order (`MemoryFormats.write_data`), and one `MemoryFormats.written` for
+        each request. Reads and writes do not wait for each other.
+    read_window, write_window
+        ``base`` <= address < ``limit``. They stay while ``busy``.
+    busy
+        A request has not been answered in full.
+    fault, clear
+        What went wrong first (`hw.memsys.fault`), until it is cleared.
+    axi
+        `AxiSignature`.
+
+    Timing
+    ------
+    Latency: ``5`` cycles from a request to its first address, ``4`` from the last beat of a burst to the first one of
+    the reply. One burst per cycle is asked for, one beat per cycle comes and goes each way, without a gap between
+    bursts or requests; stalls with its clients, with memory, and while ``outstanding`` bursts are under way.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        self._config, self._formats, self._tag = config, MemoryFormats(config), tag
+        formats = self._formats
+        super().__init__({
+            "i_read": In(stream.Signature(formats.request(tag))), "o_read": Out(stream.Signature(formats.reply(tag))),
+            "i_write": In(stream.Signature(formats.request(tag))),
+            "i_write_data": In(stream.Signature(formats.write_data)),
+            "o_written": Out(stream.Signature(formats.written(tag))),
+            "read_window": In(formats.window), "write_window": In(formats.window), "busy": Out(1),
+            "fault": Out(formats.fault), "clear": In(1), "axi": Out(AxiSignature(config=config))})
+        self._parts = {}
+        for name, fault in ("read", Fault.READ_OUTSIDE), ("write", Fault.WRITE_OUTSIDE):
+            self._parts[f"{name}_check"] = WindowCheck(config=config, tag=tag, fault=fault)
+            # Between them so that whether memory takes a burst is not asked all along the way.
+            self._parts[f"{name}_skid"] = SkidBuffer(formats.checked(tag))
+            self._parts[f"{name}_splitter"] = BurstSplitter(config=config, tag=tag)
+        self._parts["read_engine"] = ReadEngine(config=config, tag=tag)
+        self._parts["write_engine"] = WriteEngine(config=config, tag=tag)
+        self.latency = 1 + sum(self._parts[f"read_{name}"].latency for name in ("check", "skid", "splitter"))
+
+    def elaborate(self, platform):
+        m = Module()
+        for name, part in self._parts.items():
+            m.submodules[name] = part
+        for name, given in ("read", self.i_read), ("write", self.i_write):
+            check, skid, splitter, engine = (
+                self._parts[f"{name}_{part}"] for part in ("check", "skid", "splitter", "engine"))
+            wiring.connect(m, wiring.flipped(given), check.i)
+            wiring.connect(m, check.o, skid.i)
+            wiring.connect(m, skid.o, splitter.i)
+            wiring.connect(m, splitter.o, engine.i)
+            m.d.comb += check.window.eq(getattr(self, f"{name}_window"))
+        read, write = self._parts["read_engine"], self._parts["write_engine"]
+        wiring.connect(m, read.o, wiring.flipped(self.o_read))
+        wiring.connect(m, write.o, wiring.flipped(self.o_written))
+        wiring.connect(m, wiring.flipped(self.i_write_data), write.i_data)
+        self._add_axi(m, read, write)
+
+        m.submodules.first_fault = first_fault = FirstFault(config=self._config, count=4)
+        sources = ("read_check", "write_check", "read_engine", "write_engine")
+        for given, part in zip(first_fault.i, sources, strict=True):
+            wiring.connect(m, self._parts[part].o_fault, given)
+        m.d.comb += [first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
+
+        # What can be under way: bursts, and requests in front of them.
+        counts = [Signal(range(self._config.memory.outstanding + 8), name=name) for name in ("reads", "writes")]
+        for count, given, answer, ends in (
+                (counts[0], self.i_read, self.o_read, self.o_read.payload.last),
+                (counts[1], self.i_write, self.o_written, 1)):
+            m.d.sync += count.eq(count + (given.valid & given.ready) - (answer.valid & answer.ready & ends))
+        m.d.comb += self.busy.eq((counts[0] != 0) | (counts[1] != 0))
+        return m
+
+    def _add_axi(self, m, read, write):
+        """The engines' streams by the standard's names."""
+        axi, low = self.axi, self._formats.low_bits
+        for channel, stream_ in ("ar", read.o_address), ("aw", write.o_address):
+            wires = {name: getattr(axi, f"{channel}{name}") for name in
+                     ("id", "addr", "len", "size", "burst", "prot", "valid", "ready")}
+            address = stream_.payload
+            m.d.comb += [wires["id"].eq(address.id), wires["addr"].eq(Cat(Const(0, low), address.first)),
+                         wires["len"].eq(address.length), wires["size"].eq(low), wires["burst"].eq(INCR),
+                         wires["prot"].eq(UNPRIVILEGED), wires["valid"].eq(stream_.valid),
+                         stream_.ready.eq(wires["ready"])]
+        data, response, beat = write.o_data, write.i_response, read.i_data
+        m.d.comb += [
+            axi.wdata.eq(data.payload.data), axi.wstrb.eq(data.payload.strobe), axi.wlast.eq(data.payload.last),
+            axi.wvalid.eq(data.valid), data.ready.eq(axi.wready),
+            response.payload.id.eq(axi.bid), response.payload.response.eq(axi.bresp),
+            response.valid.eq(axi.bvalid), axi.bready.eq(response.ready),
+            beat.payload.id.eq(axi.rid), beat.payload.data.eq(axi.rdata), beat.payload.response.eq(axi.rresp),
+            beat.payload.last.eq(axi.rlast), beat.valid.eq(axi.rvalid), axi.rready.eq(1)]

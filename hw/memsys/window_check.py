@@ -1,0 +1,72 @@
+"""Window check: no request leaves the part of memory that the host has given."""
+
+from amaranth.hdl import Cat, Const, Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.lib.pipeline import Pipeline
+from hw.memsys.fault import Fault
+from hw.memsys.memory_formats import MemoryFormats
+
+__all__ = ["WindowCheck"]
+
+
+class WindowCheck(wiring.Component):
+    """``bad`` = not (base <= address and address + bytes <= limit and the address is a multiple of a beat).
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes along with a request.
+    fault
+        What it is called.
+
+    Members
+    -------
+    window
+        ``base`` and ``limit``. Stays while a request is under way.
+    i
+        `MemoryFormats.request`.
+    o
+        `MemoryFormats.checked`: all requests, the bad ones too, since they have to be answered.
+    o_fault
+        The bad ones. Always ready.
+
+    Timing
+    ------
+    Latency: ``2`` cycles. One request per cycle; stalls with ``o``; two in flight.
+    """
+
+    def __init__(self, *, config: Config, tag, fault: Fault):
+        formats = MemoryFormats(config)
+        super().__init__({
+            "window": In(formats.window), "i": In(stream.Signature(formats.request(tag))),
+            "o": Out(stream.Signature(formats.checked(tag))),
+            "o_fault": Out(stream.Signature(formats.fault, always_ready=True))})
+        low = formats.low_bits
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        address, length, going = (pipeline.input(self.i.payload[name]) for name in ("address", "length", "tag"))
+        base, limit = pipeline.constant(self.window.base), pipeline.constant(self.window.limit)
+        # One bit more than an address has: past its end is past every limit.
+        last, crooked, below = pipeline.register(
+            lambda address, length, base: (address[low:] + length, address[:low].any(), address < base),
+            address, length, base)
+        bad = pipeline.register(
+            lambda last, limit, crooked, below: (Cat(Const(-1, low), last) >= limit) | crooked | below,
+            last, limit, crooked, below)
+        first = pipeline.combine(lambda address: address[low:], address)
+        for name, value in (("first", first), ("tag", going), ("bad", bad)):
+            pipeline.output(self.o.payload[name], value)
+        pipeline.output(self.o.payload.last, pipeline.combine(lambda last: last[:formats.beat_bits], last))
+        self._low, self._fault, self.latency = low, fault, pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += [self.o_fault.valid.eq(self.o.valid & self.o.ready & self.o.payload.bad),
+                     self.o_fault.payload.code.eq(self._fault),
+                     self.o_fault.payload.address.eq(Cat(Const(0, self._low), self.o.payload.first))]
+        self._pipeline.add_to(m)
+        return m

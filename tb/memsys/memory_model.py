@@ -1,0 +1,182 @@
+"""A main memory behind AXI4, cycle by cycle: late, out of order, wrong or silent as one likes, strict with its user."""
+
+import random
+from collections import deque
+from collections.abc import Callable
+
+from golden.config import Config
+from tb.lib.pauses import PAUSES
+
+__all__ = ["ERROR", "MemoryModel"]
+
+# SLVERR.
+ERROR = 2
+INCR = 1
+PAGE = 4096
+
+
+class MemoryModel:
+    """What a memory does with the pins of a manager. Knows nothing of a simulator.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    data
+        What it holds from ``base`` on; writes change it.
+    base
+        Address of the first byte.
+    latency
+        Cycles from an address to the first beat or answer, at least 1.
+    spread
+        Up to so many more, by chance.
+    shuffles
+        Beats of different ids come in any order; else in the order of the addresses.
+    pauses
+        By channel, ``ar``, ``aw``, ``w``, ``r`` and ``b``: the name of one of `PAUSES`.
+    fails
+        Of an address, whether it is answered with an error.
+
+    Members
+    -------
+    silent
+        Channels, see above, on which nothing moves now.
+    reads, writes
+        Bursts: first address, beats.
+    asked
+        Reads that have not been answered.
+    """
+
+    def __init__(self, config: Config, data: bytes, *, base: int = 0, latency: int = 1, spread: int = 0,
+                 shuffles: bool = False, pauses: dict[str, str] | None = None,
+                 fails: Callable[[int], bool] = lambda address: False, seed: int = 1):
+        memory = config.memory
+        self._bytes, self._most = memory.beat_bytes, memory.burst_beats
+        self.data, self.base = bytearray(data), base
+        self._latency, self._spread, self._shuffles, self._fails = latency, spread, shuffles, fails
+        self._random = random.Random(seed)
+        self._pauses = {channel: PAUSES[(pauses or {}).get(channel, "none")](seed + k)
+                        for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}
+        self.silent = set()
+        self.reads, self.writes = [], []
+        self._now = 0
+        # Reads: when they are due, id, addresses still to come. Writes: when, id, error.
+        self._due_reads, self._due_writes = [], deque()
+        self._open, self._before = deque(), {}
+        self.out = {"arready": 0, "awready": 0, "wready": 0, "rvalid": 0, "rid": 0, "rdata": 0, "rresp": 0, "rlast": 0,
+                    "bvalid": 0, "bid": 0, "bresp": 0}
+
+    @property
+    def asked(self) -> int:
+        """See above."""
+        return len(self._due_reads)
+
+    def inject(self, **pins: int) -> None:
+        """Give a beat or an answer that nobody asked for: ``rid`` and so on, or ``bid`` and so on."""
+        if "bid" in pins:
+            self._due_writes.appendleft((0, pins["bid"], pins.get("bresp", 0)))
+        else:
+            self._due_reads.insert(0, (0, pins["rid"], deque([(pins.get("rdata", 0), 0, pins.get("rlast", 1))])))
+
+    def cut(self, beats: int) -> None:
+        """The last read gets so many beats too few or (if negative) too many."""
+        _, _, left = self._due_reads[-1]
+        for _ in range(-beats):
+            data, response, _ = left.pop()
+            left.extend([(data, response, 0), (data, response, 1)])
+        for _ in range(beats):
+            left.pop()
+            data, response, _ = left.pop()
+            left.append((data, response, 1))
+
+    def step(self, pins: dict[str, int]) -> dict[str, int]:
+        """From the manager's pins in a cycle to what the memory gives in the next one."""
+        self._now += 1
+        self._check_offers(pins)
+        out = self.out
+        if pins["arvalid"] and out["arready"]:
+            self._read(pins)
+        if pins["awvalid"] and out["awready"]:
+            self._check_burst(pins["awaddr"], pins["awlen"], pins["awsize"], pins["awburst"])
+            self._open.append([pins["awid"], pins["awaddr"], pins["awlen"] + 1, 0])
+            self.writes.append((pins["awaddr"], pins["awlen"] + 1))
+        if pins["wvalid"] and out["wready"]:
+            self._write(pins)
+        for channel in "ar", "aw":
+            out[f"{channel}ready"] = self._moves(channel)
+        # Data may come before their address.
+        out["wready"] = int(self._moves("w") and any(beats for *_, beats, _ in self._open))
+        if not out["rvalid"] or pins["rready"]:
+            out.update(self._next_beat())
+        if not out["bvalid"] or pins["bready"]:
+            due = self._due_writes and self._due_writes[0][0] <= self._now and self._moves("b")
+            out["bvalid"] = int(bool(due))
+            if due:
+                _, out["bid"], out["bresp"] = self._due_writes.popleft()
+        return out
+
+    def _moves(self, channel):
+        return int(not next(self._pauses[channel]) and channel not in self.silent)
+
+    def _due(self):
+        return self._now + self._latency - 1 + self._random.randint(0, self._spread)
+
+    def _check_burst(self, address, length, size, burst):
+        size_bytes = (length + 1) * self._bytes
+        assert 1 << size == self._bytes, f"a beat must have {self._bytes} bytes, not {1 << size}"
+        assert burst == INCR
+        assert address % self._bytes == 0, f"{address:#x} is no multiple of a beat"
+        assert length < self._most, f"a burst must have at most {self._most} beats, not {length + 1}"
+        assert address // PAGE == (address + size_bytes - 1) // PAGE, f"the burst at {address:#x} crosses a page"
+        assert self.base <= address, f"{address:#x} is outside the memory"
+        assert address + size_bytes <= self.base + len(self.data), f"{address:#x} is outside the memory"
+
+    def _check_offers(self, pins):
+        """What was offered and not taken is offered still, unchanged."""
+        for channel, ready, names in (
+                ("ar", "arready", ("arid", "araddr", "arlen")), ("aw", "awready", ("awid", "awaddr", "awlen")),
+                ("w", "wready", ("wdata", "wstrb", "wlast"))):
+            offer = tuple(pins[name] for name in names) if pins[f"{channel}valid"] else None
+            before = self._before.get(channel)
+            assert before is None or offer == before, f"{channel}: an offer must stay until it is taken"
+            self._before[channel] = None if self.out[ready] else offer
+
+    def _read(self, pins):
+        first, beats = pins["araddr"], pins["arlen"] + 1
+        self._check_burst(first, beats - 1, pins["arsize"], pins["arburst"])
+        assert all(number != pins["arid"] for _, number, _ in self._due_reads), f"id {pins['arid']} is in use"
+        self.reads.append((first, beats))
+        left = deque()
+        for k in range(beats):
+            at = first + k * self._bytes
+            word = self.data[at - self.base:at - self.base + self._bytes]
+            failed = self._fails(at)
+            left.append((0 if failed else int.from_bytes(word, "little"), ERROR if failed else 0, int(k == beats - 1)))
+        self._due_reads.append((self._due(), pins["arid"], left))
+
+    def _next_beat(self):
+        due = [read for read in self._due_reads if read[0] <= self._now]
+        if not self._shuffles:
+            due = due[:1] if due and due[0] is self._due_reads[0] else []
+        if not due or not self._moves("r"):
+            return {"rvalid": 0}
+        read = self._random.choice(due)
+        _, number, left = read
+        data, response, last = left.popleft()
+        if not left:
+            self._due_reads.remove(read)
+        return {"rvalid": 1, "rid": number, "rdata": data, "rresp": response, "rlast": last}
+
+    def _write(self, pins):
+        burst = next(burst for burst in self._open if burst[2])
+        at = burst[1] - self.base
+        for k in range(self._bytes):
+            if pins["wstrb"] >> k & 1:
+                self.data[at + k] = pins["wdata"] >> 8 * k & 255
+        burst[3] |= self._fails(burst[1])
+        burst[1], burst[2] = burst[1] + self._bytes, burst[2] - 1
+        assert pins["wlast"] == (burst[2] == 0), "the last beat of a burst must say so, and no other"
+        if not burst[2]:
+            self._open.remove(burst)
+            due = max([self._due(), *(when for when, _, _ in self._due_writes)])
+            self._due_writes.append((due, burst[0], ERROR if burst[3] else 0))

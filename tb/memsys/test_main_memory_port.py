@@ -1,0 +1,453 @@
+# amaranth: UnusedElaboratable=no
+
+import json
+import random
+from itertools import pairwise
+from pathlib import Path
+
+import cocotb
+import pytest
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from golden.errors import InputError
+from hw.memsys.fault import Fault
+from hw.memsys.main_memory_port import MainMemoryPort
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.read_engine import ReadEngine
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import config_of
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.payload import pack, unpack
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.scoreboard import check
+from tb.lib.stream import Monitor, Sink, Source
+from tb.lib.timing import documented_latency
+from tb.memsys.memory_bench import ModelAtPort
+from tb.memsys.memory_model import MemoryModel
+
+MODULE = "tb.memsys.test_main_memory_port"
+STREAMS = ("i_read", "o_read", "i_write", "i_write_data", "o_written")
+TAG = 6
+# Where the memory is, how much of it may be read, and how much of that may be written.
+BASE, SIZE = 0x12_3450_0000, 0x4000
+READ, WRITE = (BASE + 0x40, BASE + SIZE - 0x40), (BASE + 0x2000, BASE + SIZE - 0x100)
+SMALL = {"memory.outstanding": 4, "memory.burst_beats": 8, "memory.length_bits": 6, "memory.timeout_bits": 8}
+
+
+def content(seed=0):
+    return random.Random(seed).randbytes(SIZE)
+
+
+class Bench:
+    """The port's clients."""
+
+    def __init__(self, dut, source="none", sink="none"):
+        self.dut, self.config = dut, config_of(options()["changes"])
+        self.seed = options()["seed"]
+        self.random = random.Random(self.seed)
+        self.bytes, self.formats = self.config.memory.beat_bytes, MemoryFormats(self.config)
+        members = MainMemoryPort(config=self.config, tag=TAG).signature.members
+        self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
+        dut.read_window.value = pack(self.formats.window, dict(zip(("base", "limit"), READ, strict=True)))
+        dut.write_window.value = pack(self.formats.window, dict(zip(("base", "limit"), WRITE, strict=True)))
+        dut.clear.value = 0
+        self.reads, self.writes, self.data = (
+            Source(dut, name, pauses=PAUSES[source](self.seed + k))
+            for k, name in enumerate(("i_read", "i_write", "i_write_data")))
+        self.replies, self.written = (Sink(dut, name, pauses=PAUSES[sink](self.seed + 7 + k))
+                                      for k, name in enumerate(("o_read", "o_written")))
+        self._tasks = []
+
+    def start(self, source, items):
+        """Send items while other things happen."""
+        self._tasks.append(cocotb.start_soon(self.send(source, items)))
+        return self._tasks[-1]
+
+    def stop(self):
+        """Take nothing more, and give nothing."""
+        for task in self._tasks:
+            task.cancel()
+        for source in (self.reads, self.writes, self.data):
+            source.valid.value = 0
+        self.replies.stop()
+        self.written.stop()
+
+    def request(self, window, beats=None):
+        """One within a window, often at its ends or over several pages."""
+        most = 1 << self.config.memory.length_bits
+        beats = beats or self.random.choice((1, 1, 2, 5, self.config.memory.burst_beats, most,
+                                             self.random.randint(1, most)))
+        low, high = window[0] // self.bytes, window[1] // self.bytes - beats
+        first = self.random.choice((low, high, *(self.random.randint(low, high) for _ in range(8))))
+        return {"address": first * self.bytes, "length": beats - 1, "tag": self.random.randrange(1 << TAG)}
+
+    def expected(self, request, data, failed=lambda address: False):
+        """The replies to a read. A burst of which a beat failed is an error altogether."""
+        beats, beat_bytes = request["length"] + 1, self.bytes
+        addresses = [request["address"] + k * beat_bytes for k in range(beats)]
+        size = self.config.memory.burst_beats * beat_bytes
+        bad = {at // size for at in addresses if failed(at)}
+        return [{"data": int.from_bytes(data[at - BASE:at - BASE + beat_bytes], "little"), "tag": request["tag"],
+                 "last": k == beats - 1, "error": at // size in bad} for k, at in enumerate(addresses)]
+
+    def to_write(self, requests, data):
+        """Beats for requests, some bytes not enabled; ``data`` is changed as memory must be."""
+        beats = []
+        for request in requests:
+            for k in range(request["length"] + 1):
+                word = self.random.randbytes(self.bytes)
+                strobe = self.random.choice(((1 << self.bytes) - 1, self.random.getrandbits(self.bytes)))
+                beats.append({"data": int.from_bytes(word, "little"), "strobe": strobe})
+                at = request["address"] - BASE + k * self.bytes
+                for lane in range(self.bytes):
+                    if strobe >> lane & 1:
+                        data[at + lane] = word[lane]
+        return beats
+
+    async def send(self, source, items):
+        await source.send([pack(self.shapes[source.name], item) for item in items])
+
+    async def arrive(self, sink, count):
+        while len(sink.items) < count:
+            await RisingEdge(self.dut.clk)
+        await ClockCycles(self.dut.clk, 8)
+
+    def compare(self, sink, expected):
+        """Data of errors are not compared."""
+        shape = self.shapes[sink.name]
+        got = [unpack(shape, item) for item in sink.items]
+        for item, wanted in zip(got, expected, strict=False):
+            if item["error"] and wanted["error"] and "data" in item:
+                item["data"] = wanted["data"]
+        check(shape, [pack(shape, item) for item in got], [pack(shape, item) for item in expected], what=sink.name)
+
+    def fault(self):
+        found = unpack(self.formats.fault, int(self.dut.fault.value))
+        return Fault(found["code"]), found["address"]
+
+    async def clear(self):
+        self.dut.clear.value = 1
+        await RisingEdge(self.dut.clk)
+        self.dut.clear.value = 0
+        await ClockCycles(self.dut.clk, 2)
+        assert self.fault()[0] is Fault.NONE
+
+    async def exchange(self, model, count, failed=lambda address: False):
+        """Reads and writes at once, of parts that do not overlap; everything comes as it must."""
+        low = (READ[0], WRITE[0])
+        reads, writes = ([self.request(window) for _ in range(count)] for window in (low, WRITE))
+        before, after = bytes(model.data), bytearray(model.data)
+        beats = self.to_write(writes, after)
+        tasks = [self.start(source, items) for source, items in (
+            (self.reads, reads), (self.writes, writes), (self.data, beats))]
+        replies = [beat for request in reads for beat in self.expected(request, before, failed)]
+        await self.arrive(self.replies, len(replies))
+        await self.arrive(self.written, len(writes))
+        for task in tasks:
+            await task
+        self.compare(self.replies, replies)
+        self.compare(self.written, [{"tag": request["tag"], "error": any(
+            beat["error"] for beat in self.expected(request, before, failed))} for request in writes])
+        assert not int(self.dut.busy.value)
+        return after
+
+
+def memory(bench, **more):
+    return MemoryModel(bench.config, content(), base=BASE, seed=bench.seed, **more)
+
+
+@cocotb.test()
+async def out_of_order_under_every_pair_of_pauses(dut):
+    """Beats of different bursts in any order, all channels with pauses of their own."""
+    await start(dut, cycles=200_000)
+    for number, (source, sink) in enumerate(MATRIX):
+        bench = Bench(dut, source, sink)
+        names = [*PAUSES][:4]
+        pauses = {channel: names[(number + k) % 4] for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}
+        model = memory(bench, latency=3, spread=30, shuffles=True, pauses=pauses)
+        port = ModelAtPort(dut, model)
+        if not number:
+            await RisingEdge(dut.clk)
+            assert_known(dut, STREAMS)
+        after = await bench.exchange(model, 6)
+        assert model.data == after
+        assert bench.fault()[0] is Fault.NONE
+        port.stop()
+        bench.stop()
+
+
+@cocotb.test()
+async def errors_from_memory(dut):
+    """Beats that memory answers with an error: their bursts are errors, the others are not."""
+    await start(dut, cycles=60_000)
+    bench = Bench(dut, sink="random")
+
+    def failed(address):
+        return address // bench.bytes % 37 == 5
+
+    model = memory(bench, latency=5, spread=10, shuffles=True, fails=failed)
+    port = ModelAtPort(dut, model)
+    await bench.exchange(model, 40, failed)
+    code, address = bench.fault()
+    assert code in (Fault.READ_REPLY, Fault.WRITE_REPLY)
+    bursts = model.reads if code is Fault.READ_REPLY else model.writes
+    assert any(first == address and any(failed(first + k * bench.bytes) for k in range(beats))
+               for first, beats in bursts), f"no burst at {address:#x} failed"
+    await bench.clear()
+    port.stop()
+
+
+@cocotb.test()
+async def outside_the_windows(dut):
+    """Memory is never asked, and everything is answered, in order with what lies inside."""
+    await start(dut, cycles=60_000)
+    bench = Bench(dut, sink="random")
+    top, beat = 1 << bench.config.memory.address_bits, bench.bytes
+    for is_write, (low, high) in (False, READ), (True, WRITE):
+        model = memory(bench, latency=4)
+        port = ModelAtPort(dut, model)
+        outside = [(low - beat, 1), (low - beat, 2), (high, 1), (high - beat, 2), (low + 1, 1), (high - 1, 1), (0, 4),
+                   (low - 64, 64), (top - beat, 1), (top - beat, 64), (top - 16 * beat, 17), (high + beat // 2, 1)]
+        requests, bad = [], []
+        for address, beats in outside:
+            requests += [{"address": address, "length": beats - 1, "tag": 9}, bench.request((low, high), beats=2)]
+            bad += [True, False]
+        after = bytearray(model.data)
+        source, sink = (bench.writes, bench.written) if is_write else (bench.reads, bench.replies)
+        task = bench.start(source, requests)
+        if is_write:
+            beats = []
+            for request, is_bad in zip(requests, bad, strict=True):
+                dropped = [{"data": 1, "strobe": (1 << bench.bytes) - 1}] * (request["length"] + 1)
+                beats += dropped if is_bad else bench.to_write([request], after)
+            await bench.send(bench.data, beats)
+            expected = [{"tag": request["tag"], "error": is_bad} for request, is_bad in zip(requests, bad, strict=True)]
+        else:
+            expected = []
+            for request, is_bad in zip(requests, bad, strict=True):
+                expected += [{"data": 0, "tag": 9, "error": True, "last": k == request["length"]} for k in range(
+                    request["length"] + 1)] if is_bad else bench.expected(request, model.data)
+        await bench.arrive(sink, len(expected))
+        await task
+        bench.compare(sink, expected)
+        assert model.data == after
+        bursts = model.writes if is_write else model.reads
+        assert len(bursts) >= len(outside)
+        assert all(low <= first and first + beats * beat <= high for first, beats in bursts)
+        code = Fault.WRITE_OUTSIDE if is_write else Fault.READ_OUTSIDE
+        assert bench.fault() == (code, outside[0][0])
+        await bench.clear()
+        port.stop()
+
+
+@cocotb.test()
+async def silence(dut):
+    """Whatever channel falls silent, all that was asked for is answered; nothing of what comes late is believed."""
+    await start(dut, cycles=200_000)
+    patience = 40 << bench_timeout()
+    for channel in ("ar", "r", "aw", "w", "b"):
+        bench = Bench(dut)
+        model = memory(bench, latency=20, spread=20, shuffles=True)
+        port = ModelAtPort(dut, model)
+        is_read = channel in ("ar", "r")
+        source, sink = (bench.reads, bench.replies) if is_read else (bench.writes, bench.written)
+        window = (READ[0], WRITE[0]) if is_read else WRITE
+        requests = [bench.request(window, beats=5 + 11 * (k & 1)) for k in range(12)]
+        before = bytes(model.data)
+        task = bench.start(source, requests)
+        beats = bench.start(bench.data, [] if is_read else bench.to_write(requests, bytearray(before)))
+        await ClockCycles(dut.clk, 60)
+        model.silent.add(channel)
+        count = sum(request["length"] + 1 for request in requests) if is_read else len(requests)
+        waited = 0
+        while len(sink.items) < count:
+            await RisingEdge(dut.clk)
+            waited += 1
+            assert waited < patience, f"{channel}: {len(sink.items)} of {count} have been answered"
+        await task
+        await beats
+        shape = bench.shapes[sink.name]
+        answers = [unpack(shape, item) for item in sink.items]
+        if is_read:
+            wanted = [beat for request in requests for beat in bench.expected(request, before)]
+            for got, beat in zip(answers, wanted, strict=True):
+                assert got["error"] or got == beat
+        assert [answer["tag"] for answer in answers if answer.get("last", 1)] == [one["tag"] for one in requests]
+        assert answers[-1]["error"]
+        assert bench.fault()[0] is (Fault.READ_TIMEOUT if is_read else Fault.WRITE_TIMEOUT)
+        # What is late comes, and then all is as before.
+        model.silent.clear()
+        sink.items.clear()
+        await ClockCycles(dut.clk, 600)
+        assert not sink.items
+        await bench.clear()
+        after = await bench.exchange(model, 4)
+        assert model.data == after
+        assert bench.fault()[0] is Fault.NONE
+        port.stop()
+        bench.stop()
+
+
+def bench_timeout():
+    return config_of(options()["changes"]).memory.timeout_bits
+
+
+@cocotb.test()
+async def wrong_answers(dut):
+    """Beats and answers that nobody asked for change nothing; too few or too many beats make their burst an error."""
+    await start(dut, cycles=60_000)
+    bench = Bench(dut)
+    model = memory(bench, latency=3)
+    port = ModelAtPort(dut, model)
+    for pins, code in (({"rid": 0}, Fault.READ_PROTOCOL), ({"bid": 0}, Fault.WRITE_PROTOCOL),
+                       ({"bid": bench.config.memory.outstanding > 1}, Fault.WRITE_PROTOCOL)):
+        model.inject(**pins)
+        await ClockCycles(dut.clk, 10)
+        assert bench.fault()[0] is code
+        await bench.clear()
+    assert await bench.exchange(model, 4) == model.data
+    bench.replies.items.clear()
+    beats = bench.config.memory.burst_beats
+    for cut in (1, beats - 1, -1, -5):
+        requests = [bench.request((READ[0], WRITE[0]), beats=1) for _ in range(3)]
+        requests[1] = {"address": BASE + 0x800, "length": beats - 1, "tag": 5}
+        bench.replies.items.clear()
+        await bench.send(bench.reads, requests[:1])
+        await bench.arrive(bench.replies, 1)
+        model.silent.add("r")
+        await bench.send(bench.reads, requests[1:2])
+        while not model.asked:
+            await RisingEdge(dut.clk)
+        model.cut(cut)
+        model.silent.clear()
+        await bench.send(bench.reads, requests[2:])
+        await bench.arrive(bench.replies, beats + 2)
+        bench.compare(bench.replies, [
+            *bench.expected(requests[0], model.data), *bench.expected(requests[1], model.data, lambda address: True),
+            *bench.expected(requests[2], model.data)])
+        assert bench.fault() == (Fault.READ_PROTOCOL, requests[1]["address"])
+        await bench.clear()
+    port.stop()
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """After a reset of machine and memory nothing of before comes out."""
+    await start(dut, cycles=100_000)
+    for cycles in (4, 9, 17, 30, 55, 71, 140, 333):
+        bench = Bench(dut, sink="random")
+        model = memory(bench, latency=9, spread=20, shuffles=True)
+        port = ModelAtPort(dut, model)
+        task = cocotb.start_soon(bench.exchange(model, 30))
+        await ClockCycles(dut.clk, cycles)
+        assert int(dut.busy.value)
+        task.cancel()
+        port.stop()
+        bench.stop()
+        await reset(dut)
+        bench = Bench(dut)
+        model = memory(bench, latency=2)
+        port = ModelAtPort(dut, model)
+        assert await bench.exchange(model, 2) == model.data
+        port.stop()
+        bench.stop()
+
+
+@cocotb.test()
+async def latency(dut):
+    """From a request to its address, and from a beat to the reply."""
+    await start(dut, cycles=1000)
+    bench = Bench(dut)
+    port = ModelAtPort(dut, memory(bench, latency=7))
+    seen = {}
+    bench.start(bench.reads, [{"address": READ[0], "length": 0, "tag": 1}])
+    for cycle in range(60):
+        await RisingEdge(dut.clk)
+        for name in ("i_read__valid", "axi__arvalid", "axi__rvalid", "o_read__valid"):
+            if int(getattr(dut, name).value):
+                seen.setdefault(name, cycle)
+    given, asked, came, replied = seen.values()
+    assert [asked - given, replied - came] == options()["latencies"]
+    port.stop()
+
+
+@cocotb.test()
+async def a_beat_per_cycle(dut):
+    """A memory of 50 cycles is hidden by as many bursts as that takes; writes go out without a gap."""
+    await start(dut, cycles=60_000)
+    count, beats = 8, 64
+    requests = [{"address": WRITE[0], "length": beats - 1, "tag": k} for k in range(count)]
+    for cycles in (1, 50):
+        bench = Bench(dut)
+        port = ModelAtPort(dut, memory(bench, latency=cycles))
+        await bench.send(bench.reads, requests)
+        await bench.arrive(bench.replies, count * beats)
+        assert {b - a for a, b in pairwise(bench.replies.cycles)} == {1}, f"{cycles} cycles are not hidden"
+        sent = Monitor(dut, "i_write_data")
+        task = bench.start(bench.writes, requests)
+        await bench.send(bench.data, [{"data": k, "strobe": 255} for k in range(count * beats)])
+        await task
+        await bench.arrive(bench.written, count)
+        assert {b - a for a, b in pairwise(sent.cycles)} == {1}, "writes must go out without a gap"
+        sent.stop()
+        port.stop()
+        bench.stop()
+
+
+@cocotb.test()
+async def rates(dut):
+    """Beats per cycle against the latency of memory, into a file."""
+    await start(dut, cycles=400_000)
+    found = {}
+    for cycles in options()["memory_latencies"]:
+        bench = Bench(dut)
+        port = ModelAtPort(dut, memory(bench, latency=cycles))
+        most = 1 << bench.config.memory.length_bits
+        count = 1 + options()["beats"] // most
+        await bench.send(bench.reads, [{"address": BASE + 0x1000, "length": most - 1, "tag": 0}] * count)
+        await bench.arrive(bench.replies, count * most)
+        taken = bench.replies.cycles
+        # The first half of the beats comes while nothing has been waited for yet.
+        middle = len(taken) // 2
+        found[cycles] = (len(taken) - 1 - middle) / (taken[-1] - taken[middle])
+        port.stop()
+        bench.stop()
+    Path(options()["rates"]).write_text(json.dumps(found))
+
+
+ALL = ("out_of_order_under_every_pair_of_pauses", "errors_from_memory", "outside_the_windows", "silence",
+       "wrong_answers", "reset_in_flight", "latency")
+# Sixteen bursts of eight beats, and a slot each.
+MANY = {"memory.outstanding": 16}
+
+
+def run(name, changes, simulator, tests=ALL):
+    changes = {**SMALL, **changes}
+    component = MainMemoryPort(config=config_of(changes), tag=TAG)
+    assert component.latency == documented_latency(MainMemoryPort, config_of(changes))
+    simulate(component, MODULE, tests, simulator=simulator, name=name, changes=changes,
+             latencies=[component.latency, ReadEngine(config=config_of(changes), tag=TAG).latency])
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_the_port(simulator):
+    run(f"main_memory_port-{simulator}", MANY, simulator, (*ALL, "a_beat_per_cycle"))
+
+
+def sizes(name, *marks, **changes):
+    return pytest.param(name, {f"memory.{knob}": value for knob, value in changes.items()}, id=name,
+                        marks=[SIMULATORS[1].marks[0], *marks])
+
+
+@pytest.mark.parametrize(("name", "changes"), [
+    sizes("wide", data_bits=128), sizes("one_at_a_time", pytest.mark.nightly, outstanding=1, burst_beats=2),
+    sizes("long_bursts", pytest.mark.nightly, burst_beats=64, outstanding=2)])
+def test_other_sizes(name, changes):
+    run(f"main_memory_port-{name}", changes, "icarus")
+
+
+@pytest.mark.parametrize("outstanding", [0, 3, 128])
+def test_init_wrong_outstanding(outstanding):
+    with pytest.raises(InputError, match=r"Outstanding \(memory.outstanding\) must be "):
+        config_of({"memory.outstanding": outstanding})
