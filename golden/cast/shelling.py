@@ -103,6 +103,11 @@ class Shelling:
     by_code
         Grid rays survive by settle codes, as in the machine. They open more cells then, and the hits are the same.
 
+    Members
+    -------
+    geometry, table
+        The patches, and the cells.
+
     Errors
     ------
     InputError
@@ -112,7 +117,7 @@ class Shelling:
     def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float, by_code: bool = False):
         if not 1 / FINEST <= cell <= 1:
             raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
-        self._geometry, self._config, self._by_code = geometry, config, by_code
+        self.geometry, self._config, self._by_code = geometry, config, by_code
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
@@ -167,12 +172,12 @@ class Shelling:
 
     def cluster(self, record: FrustumRecord, sector: Sector) -> ClusterCasting:
         """A cluster that begins with its part of a frustum."""
-        return ClusterCasting(record, sector, self.table, patches=len(self._geometry), config=self._config,
+        return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
 
     def tests(self, record: FrustumRecord, memory: RayMemory, references=None, ray_tests=None) -> "Tests":
         """The tests of a frustum's rays, see `cast`."""
-        patches = PatchSetup(record, self._config).patches(self._geometry)
+        patches = PatchSetup(record, self._config).patches(self.geometry)
         return Tests(patches, record, memory, self._config, references, ray_tests)
 
 

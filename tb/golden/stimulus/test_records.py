@@ -1,0 +1,43 @@
+"""Records of cell traversal: the hits are those of brute force, and the stages can be played again from the codes."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from golden.cast.naive_fixed import NaiveFixed
+from golden.config import PRESETS
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.unit import CellTraversalUnit
+from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
+
+CONFIG = PRESETS["tiny"]
+
+
+@pytest.mark.parametrize("clusters", [1, 4])
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("kind", [{}, {"pixels": (40, 30)}], ids=["hemisphere", "screen"])
+def test_stages_follow_from_their_codes_and_the_hits_are_exact(scene, clusters, kind):
+    for cell in CELLS[clusters == 1::2]:
+        made = traversal_record(scene, cell=cell, config=CONFIG, clusters=clusters, **kind)
+        assert len(made.hits.differences(NaiveFixed(made.shelling.geometry, CONFIG).cast(made.record))) == 0
+        for part in made.sectors:
+            unit = CellTraversalUnit(made.record, made.shelling.table, part.sector)
+            for played in part.played:
+                stage, pyramid = played.stage, SettlePyramid(played.codes, CONFIG)
+                cells = unit.open(stage.shell, pyramid, stage.window, subshell=stage.subshell,
+                                  threshold=played.threshold)
+                assert Counter(cells.tolist()) == Counter(stage.cells.tolist())
+            shells = [played.stage.shell for played in part.played]
+            assert shells[0] == 1
+            assert len({(played.stage.subshell, shell) for played, shell in zip(part.played, shells, strict=True)}) \
+                == len(shells)
+
+
+def test_there_are_subshells_and_rays_that_settle():
+    made = traversal_record("room1627", cell=0.0625, config=CONFIG)
+    (part,) = made.sectors
+    assert part.played[-1].stage.subshell == len(part.subshells)
+    assert len({played.stage.subshell for played in part.played}) > 5
+    assert any(played.stage.grid_rays < played.stage.looked_at for played in part.played)
+    assert np.diff([played.codes.sum() for played in part.played]).min() >= 0
