@@ -7,6 +7,8 @@ from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.round_robin import RoundRobin
+
 __all__ = ["Arbiter", "ArbiterPolicy"]
 
 
@@ -83,13 +85,9 @@ class Arbiter(wiring.Component):
         return m
 
     def _add_round_robin(self, m, asks, goes):
-        """Of the inputs above the last one that went the lowest; if none of them asks, the lowest of all."""
-        above = Signal(self._count)
-        with m.If(goes.any()):
-            m.d.sync += above.eq(~(goes | (goes - 1)))
-        beyond = asks & above
-        candidates = Mux(beyond.any(), beyond, asks)
-        return candidates & ~(candidates - 1)
+        m.submodules.turns = turns = RoundRobin(count=self._count)
+        m.d.comb += [turns.asks.eq(asks), turns.goes.eq(goes.any())]
+        return turns.first
 
     def _add_longest_waiting(self, m, asks, goes):
         """The input in front of which nobody else is: a bit per pair remembers who of the two came first."""
