@@ -28,7 +28,7 @@ class FirstFault(wiring.Component):
     clear
         Forget it.
     o
-        The fault, ``NONE`` while there is none.
+        The fault, all 0 while there is none.
 
     Timing
     ------
@@ -51,7 +51,7 @@ class FirstFault(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         with m.If(self.clear):
-            m.d.sync += self.o.code.eq(Fault.NONE)
+            m.d.sync += self.o.as_value().eq(0)
         with m.Elif(self.o.code == Fault.NONE):
             for source in reversed(list(self.i)):
                 with m.If(source.valid):

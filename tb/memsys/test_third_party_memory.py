@@ -1,0 +1,129 @@
+"""The port at a memory that others wrote: cocotbext-axi's, with its own pauses, and one whose target raises."""
+
+import random
+
+import cocotb
+import pytest
+from cocotb.triggers import ClockCycles
+
+from hw.memsys.fault import Fault
+from hw.memsys.main_memory_port import MainMemoryPort
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import config_of
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.memsys.test_main_memory_port import BASE, READ, SIZE, SMALL, TAG, WRITE, Bench, content
+
+MODULE = "tb.memsys.test_third_party_memory"
+# Its pauses are no silence.
+CHANGES = {**SMALL, "memory.timeout_bits": 12}
+
+
+class Regions:
+    """Bytes at an address, as cocotbext-axi asks a target for them; some cannot be had."""
+
+    def __init__(self, data, failed=lambda address: False):
+        self.data, self._failed = bytearray(data), failed
+
+    async def read(self, address, length):
+        if self._failed(address):
+            raise ValueError(f"nothing can be read at {address:#x}")
+        return bytes(self.data[address - BASE:address - BASE + length])
+
+    async def write(self, address, data):
+        if self._failed(address):
+            raise ValueError(f"nothing can be written at {address:#x}")
+        self.data[address - BASE:address - BASE + len(data)] = data
+
+
+def attach(dut, target):
+    """A subordinate with this target, and the channels that can be paused, by name."""
+    from cocotbext.axi import AxiBus, AxiSlave
+
+    slave = AxiSlave(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, target=target)
+    write, read = slave.write_if, slave.read_if
+    return {"aw": write.aw_channel, "w": write.w_channel, "b": write.b_channel, "ar": read.ar_channel,
+            "r": read.r_channel}
+
+
+def pause(channels, names, seed):
+    for k, channel in enumerate(channels.values()):
+        channel.set_pause_generator(PAUSES[names[k % len(names)]](seed + k))
+
+
+@cocotb.test()
+async def every_pair_of_pauses(dut):
+    """Requests of the clients against pauses of the memory."""
+    await start(dut, cycles=200_000)
+    ram = Regions(content())
+    channels = attach(dut, ram)
+    await reset(dut)
+    for number, (clients, memory) in enumerate(MATRIX):
+        bench = Bench(dut, clients, [*PAUSES][number % 5])
+        pause(channels, (memory, "random"), number)
+        after = await bench.exchange(ram, 4)
+        assert ram.data == after
+        assert bench.fault()[0] is Fault.NONE
+        bench.stop()
+
+
+@cocotb.test()
+async def a_target_that_raises(dut):
+    """What cannot be read is an error, what can be is not."""
+    await start(dut, cycles=60_000)
+    bench = Bench(dut)
+
+    def failed(address):
+        return address // bench.bytes % 29 == 3
+
+    channels = attach(dut, Regions(content(), failed))
+    await reset(dut)
+    pause(channels, ("none", "random"), bench.seed)
+    # Of a word of which some bytes are written all of them fail: the target sees the first of these.
+    before, requests = content(), [bench.request((READ[0], WRITE[0])) for _ in range(30)]
+    task = bench.start(bench.reads, requests)
+    replies = [beat for request in requests for beat in bench.expected(request, before, failed)]
+    await bench.arrive(bench.replies, len(replies))
+    await task
+    bench.compare(bench.replies, replies)
+    assert bench.fault()[0] is Fault.READ_REPLY
+    await bench.clear()
+    for at in (3, 4):
+        address = WRITE[0] + (at - WRITE[0] // bench.bytes) % 29 * bench.bytes
+        assert failed(address) == (at == 3)
+        bench.written.items.clear()
+        task = bench.start(bench.writes, [{"address": address, "length": 0, "tag": at}])
+        await bench.send(bench.data, [{"data": 1, "strobe": (1 << bench.bytes) - 1}])
+        await bench.arrive(bench.written, 1)
+        await task
+        bench.compare(bench.written, [{"tag": at, "error": at == 3}])
+        assert bench.fault() == ((Fault.WRITE_REPLY, address) if at == 3 else (Fault.NONE, 0))
+        await bench.clear()
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """Machine and memory are reset together, in the middle of everything."""
+    await start(dut, cycles=60_000)
+    ram = Regions(content())
+    channels = attach(dut, ram)
+    generator = random.Random(options()["seed"])
+    for _ in range(5):
+        bench = Bench(dut, sink="random")
+        pause(channels, ("random",), generator.randrange(100))
+        task = cocotb.start_soon(bench.exchange(ram, 20))
+        await ClockCycles(dut.clk, generator.randrange(10, 200))
+        task.cancel()
+        bench.stop()
+        await reset(dut)
+        bench = Bench(dut)
+        assert await bench.exchange(ram, 2) == ram.data
+        bench.stop()
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_third_party_memory(simulator):
+    assert len(content()) == SIZE
+    component = MainMemoryPort(config=config_of(CHANGES), tag=TAG)
+    simulate(component, MODULE, ("every_pair_of_pauses", "a_target_that_raises", "reset_in_flight"),
+             simulator=simulator, name=f"third_party_memory-{simulator}", changes=CHANGES)
