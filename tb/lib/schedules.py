@@ -89,18 +89,20 @@ class ScheduleBench:
         The component. Streams of an array are called ``NAME__0`` and so on.
     inputs, outputs
         Names of its streams.
-    ports
-        Values of inputs that are no streams.
     patience
         Cycles without any transfer after which all is over.
+
+    Members
+    -------
+    cycles
+        By input and output the cycles of the last run's transfers.
     """
 
-    def __init__(self, component, inputs: Iterable[str], outputs: Iterable[str], *, ports: dict | None = None,
-                 patience: int = 16):
-        self._component, self._ports, self._patience = component, ports or {}, patience
+    def __init__(self, component, inputs: Iterable[str], outputs: Iterable[str], *, patience: int = 16):
+        self._component, self._patience = component, patience
         self._inputs, self._outputs = ({name: _Stream(component, name) for name in names}
                                        for names in (inputs, outputs))
-        self._schedule, self._came = None, None
+        self._schedule, self._ports, self._came, self.cycles = None, None, None, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
         # simulator is slow in what it is asked from outside.
         top = Module()
@@ -117,15 +119,20 @@ class ScheduleBench:
         self._simulator.add_clock(1e-8)
         self._has_run = False
 
-    def run(self, schedule: Schedule) -> dict[str, list]:
+    def run(self, schedule: Schedule, **ports) -> dict[str, list]:
         """What comes out of each output.
+
+        Parameters
+        ----------
+        ports
+            Values of inputs that are no streams.
 
         Errors
         ------
         AssertionError
             An item was not taken until everything stood still, or an offer was withdrawn or changed.
         """
-        self._schedule = schedule
+        self._schedule, self._ports = schedule, ports
         if self._has_run:
             self._simulator.reset()
         else:
@@ -143,14 +150,17 @@ class ScheduleBench:
         givers = {name: _Giver(items.get(name, ()), one) for name, one in self._inputs.items()}
         takers = {name: _Taker(stalls.get(name, ()), one, name) for name, one in self._outputs.items()}
         ends = [*givers.values(), *takers.values()]
+        self.cycles = {name: [] for name in (*givers, *takers)}
         still = cycle = 0
         ctx.set(self._given, _joined(end.gives for end in ends))
         async for *_, seen in ctx.tick().sample(self._seen):
             cycle, still = cycle + 1, still + 1
             assert cycle < WATCHDOG, f"the watchdog waited {WATCHDOG} cycles for everything to stand still"
-            for end in ends:
+            for name, end in zip(self.cycles, ends, strict=True):
                 valid, ready, payload = seen & 1, seen >> 1 & 1, seen >> 2 & (1 << end.width) - 1
                 seen >>= 2 + end.width
+                if valid and ready:
+                    self.cycles[name].append(cycle)
                 if end.after(valid, ready, payload):
                     still = 0
             if still == self._patience:
@@ -221,7 +231,7 @@ class _Taker:
     @property
     def gives(self):
         """``ready``, and its bits."""
-        return int(not self._stall), int(not isinstance(self._one.ready, Const))
+        return (0, 0) if isinstance(self._one.ready, Const) else (int(not self._stall), 1)
 
     def after(self, valid, ready, payload):
         """Whether something went on in a cycle."""

@@ -1,0 +1,180 @@
+# amaranth: UnusedElaboratable=no
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Out
+
+from golden.ctu.sector import Sector
+from golden.icu.section_clip import section_clip
+from golden.icu.settle_code import settle_threshold
+from golden.icu.window import Window
+from golden.stimulus import block
+from golden.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, random_screen
+from golden.stimulus.patches import scene_patches
+from hw.icu.patch_setup import PatchSetup
+from tb.icu.frustum_load import frustum_payload, table_writes
+from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, turns_of
+from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.coverage import Coverage
+from tb.lib.pauses import PAUSES
+from tb.lib.schedules import Schedule, ScheduleBench
+
+COUNT = 84
+PARTS = ("planes", "turns", "factor", "exponents")
+VARIANTS = {"default": {}, "1 register": {"icu.product_registers": 1},
+            "3 registers, narrow": {**CONFIGURATIONS["narrow"], "icu.product_registers": 3}}
+# Configuration, frustum, and whether all of it is the section.
+RUNS = [("default", "hemisphere", True), ("default", "screen", True), ("1 register", "hemisphere", False),
+        ("3 registers, narrow", "screen", False)]
+# Vertices that wait for a slot.
+QUEUED = 8
+FRUSTA = {"hemisphere": random_hemisphere, "screen": random_screen}
+# By frustum: a section that windows go round, and the middle of a screen.
+SECTIONS = {"hemisphere": (5, 60, 0, 13), "screen": (7, 50, 4, 45)}
+
+
+class Setup(wiring.Component):
+    """Patch setup of which a slot is free again as soon as its window has been taken."""
+
+    def __init__(self, config):
+        self._setup = PatchSetup(config=config)
+        self.latency = self._setup.latency
+        members = dict(self._setup.signature.members.items())
+        del members["free"], members["waiting"]
+        super().__init__({**members, "waiting": Out(self._setup.waiting.shape())})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.setup = setup = self._setup
+        for name in self.signature.members:
+            if name in ("frustum", "waiting"):
+                continue
+            wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(setup, name))
+        m.d.comb += [setup.frustum.eq(self.frustum), self.waiting.eq(setup.waiting),
+                     setup.free.eq(setup.o.valid & setup.o.ready)]
+        return m
+
+
+class Patches:
+    """Hard and random patches around the origin of a frustum, and what golden makes of them."""
+
+    def __init__(self, kind, config, *, whole, seed=5):
+        random = np.random.default_rng(seed)
+        self.config, self.record = config, FRUSTA[kind](random, config)
+        self.section = Sector.whole(self.record) if whole else Sector(*SECTIONS[kind])
+        self.given = {**frustum_arrays(self.record), "surface": random.integers(0, 4 * SOURCE, COUNT),
+                      "vertices": scene_patches(random, COUNT, self.record.origin, config.numbers)}
+        # A line, a point, and what is so small that it is seen as a point.
+        vertices, low = self.given["vertices"], 1 << config.numbers.scene_bits - 8
+        vertices[-3, 1::2], vertices[-3, 2] = vertices[-3, 0] + low, vertices[-3, 0]
+        vertices[-2] = vertices[-2, 0]
+        vertices[-1] = self.record.origin + 20 * low + [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        self.made = block("icu.patch_setup")[1].expect(self.given, config)
+        window = Window(*(self.made[name] for name in WINDOW))
+        self.window = section_clip(window, self.section, self.record)
+
+    def schedule(self, vertex_pauses="none", stalls=()):
+        """Tables, then vertices."""
+        tables = table_writes(self.record, self.config)
+        pauses = PAUSES[vertex_pauses](1)
+        vertices = [{"patch": k, "surface": int(self.given["surface"][k]), "vertex": vertex}
+                    for k in range(COUNT) for vertex in rows(self.given["vertices"][k])]
+        idle = [len(tables) + 2] + [next(pauses) * 3 for _ in vertices[1:]]
+        return Schedule(stalls={"o": list(stalls)}, items={
+            "i_table": [(0, write) for write in tables], "i": list(zip(idle, vertices, strict=True))})
+
+    def expected(self):
+        """By output."""
+        slots, made = self.config.icu.slots, self.made
+        parts = {"planes": lambda k: rows(made["planes"][k]), "turns": lambda k: turns_of(made, k),
+                 "factor": lambda k: factor_of(made, k), "exponents": lambda k: rows(made["exponents"][k])}
+        threshold = settle_threshold(made["bound"], self.config)
+        return {**{f"o_{name}": [{"slot": k % slots, "part": part(k)} for k in range(COUNT)]
+                   for name, part in parts.items()},
+                "o_patch": [{"slot": k % slots, "part": k} for k in range(COUNT) for _ in range(4)],
+                "o": [{"slot": k % slots, "window": section_window_of(self.window, k),
+                       # Nobody asks of what cannot be hit how near it is.
+                       "threshold": int(threshold[k]) if made["live"][k] else None} for k in range(COUNT)]}
+
+    def check(self, came):
+        """All outputs are golden's."""
+        for name, expected in self.expected().items():
+            assert len(came[name]) == len(expected), f"{name}: {len(came[name])} items came, not {len(expected)}"
+            for k, (item, wanted) in enumerate(zip(came[name], expected, strict=True)):
+                if wanted.get("threshold", 0) is None:
+                    item = {**item, "threshold": None}
+                assert item == wanted, f"{name}: item {k} differs"
+
+    def cases(self):
+        """What these patches are, case by case."""
+        made, vertices = self.made, self.given["vertices"]
+        window, live, record = self.window, made["live"] > 0, self.record
+        triangle = (vertices[:, 2] == vertices[:, 3]).all(axis=1)
+        oriented = made["orientation"].any(axis=1)
+        height = (vertices - record.origin) @ record.matrix[2]
+        threshold = settle_threshold(made["bound"], self.config)
+        return {
+            "quad": ~triangle & live, "triangle": triangle & live, "in two triangles": (made["split"] > 0) & live,
+            "degenerate": ~oriented, "dropped": (made["dropped"] > 0) & oriented,
+            "the source's own": (self.given["surface"] == record.source) & oriented & (made["dropped"] == 0),
+            "through the plane of the eye": live & (height.min(axis=1) < 0) & (height.max(axis=1) > 0),
+            "behind": live & (height.max(axis=1) < 0),
+            "without rays": window.rays == 0, "one ray": window.rays == 1,
+            "one piece": (window.rays > 0) & (window.wrapped_count == 0), "two pieces": window.wrapped_count > 0,
+            "all columns": made["column_count"] == record.columns,
+            "pole inside": live & (made["row_first"] == 0) & (made["column_count"] == record.columns),
+            "cut by the section": (made["column_count"] * made["row_count"] > window.rays) & (window.rays > 0),
+            "nearest threshold": live & (threshold == self.config.icu.settle.high + 1),
+            "between": live & (threshold > 1) & (threshold <= self.config.icu.settle.high)}
+
+
+@cache
+def bench_of(name):
+    config = config_of(VARIANTS[name])
+    component = Setup(config)
+    bench = ScheduleBench(component, ["i_table", "i"], [*(f"o_{part}" for part in PARTS), "o_patch", "o"],
+                          patience=component.latency + 20)
+    return config, component, bench
+
+
+def run(name, patches, **regime):
+    """All outputs are golden's; the component, and the cycles of all transfers."""
+    config, component, bench = bench_of(name)
+    frustum = frustum_payload(patches.record, patches.section, config)
+    patches.check(bench.run(patches.schedule(**regime), frustum=frustum))
+    return component, bench.cycles
+
+
+@pytest.mark.parametrize(("name", "kind", "whole"), [
+    *RUNS[:2], *(pytest.param(*other, marks=pytest.mark.nightly) for other in RUNS[2:])])
+def test_a_quad_every_four_cycles(name, kind, whole):
+    component, cycles = run(name, Patches(kind, config_of(VARIANTS[name]), whole=whole))
+    assert {b - a for a, b in pairwise(cycles["i"])} == {1}, "vertices must be taken without a gap"
+    assert {b - a for a, b in pairwise(cycles["o"])} == {4}, "windows must come without a gap"
+    assert cycles["o"][0] - cycles["i"][3] == component.latency
+
+
+def test_the_vectors_hold_every_case():
+    coverage = None
+    for name, kind, whole in RUNS:
+        cases = Patches(kind, config_of(VARIANTS[name]), whole=whole).cases()
+        coverage = coverage or Coverage(cases)
+        coverage.hit_all(cases)
+    coverage.check()
+
+
+def test_vertices_wait_while_all_slots_are_taken():
+    patches = Patches("hemisphere", config_of({}), whole=True)
+    _, cycles = run("default", patches, stalls=[700, *(k % 7 for k in range(COUNT))])
+    before = sum(cycle < cycles["o"][0] for cycle in cycles["i"])
+    assert before == 4 * patches.config.icu.slots + QUEUED, "as many as there are slots, and those that wait for one"
+
+
+def test_pauses_of_both_ends():
+    patches = Patches("screen", config_of({}), whole=True)
+    run("default", patches, vertex_pauses="random", stalls=[k * k % 11 for k in range(COUNT)])

@@ -1,0 +1,49 @@
+# amaranth: UnusedElaboratable=no
+
+from itertools import pairwise
+
+import pytest
+from amaranth.lib.data import StructLayout
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hw.lib.phases import Phases
+from tb.lib.block_bench import Vectors, check_block
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads
+
+SHAPE = StructLayout({"number": 8, "inverted": 8})
+ITEMS = [{"number": k, "inverted": ~k & 255} for k in range(60)]
+COUNTS = (2, 3, 4, 5)
+BENCHES = {count: ScheduleBench(Phases(SHAPE, count=count), ["i"], ["o"]) for count in COUNTS}
+
+
+def phases(items, count):
+    return [{"phase": phase, "item": item} for item in items for phase in range(count)]
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_each_item_is_shown_in_every_phase(count):
+    check_block(lambda config: Phases(SHAPE, count=count),
+                lambda config: Vectors(items=ITEMS, expected={"o": phases(ITEMS, count)}), interval=count,
+                variants=[{}])
+
+
+@SETTINGS
+@given(st.sampled_from(COUNTS), st.lists(st.tuples(st.integers(0, 6), payloads(SHAPE)), max_size=12))
+def test_any_pauses(count, given_items):
+    # At least as many cycles apart as there are phases.
+    items = [(idle + (count - 1 if number else 0), item) for number, (idle, item) in enumerate(given_items)]
+    came = BENCHES[count].run(Schedule(items={"i": items}, stalls={}))
+    assert came == {"o": phases([item for _, item in items], count)}
+
+
+def test_phases_follow_each_other_without_gaps():
+    bench = BENCHES[4]
+    bench.run(Schedule(items={"i": [(3, item) for item in ITEMS[:5]]}, stalls={}))
+    assert {b - a for a, b in pairwise(bench.cycles["o"])} == {1}
+    assert bench.cycles["o"][0] - bench.cycles["i"][0] == 1
+
+
+def test_init_wrong_count():
+    with pytest.raises(ValueError, match=r"^Count must be at least 2, not 1$"):
+        Phases(SHAPE, count=1)
