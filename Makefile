@@ -59,6 +59,7 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.casting
 	$(BIN)/python -m tb.bench.schedule
 	$(BIN)/python -m tb.bench.shelling
+	$(BIN)/python -m tb.bench.traversal
 	$(BIN)/python -m tb.bench.exactness
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/

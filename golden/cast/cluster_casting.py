@@ -26,8 +26,9 @@ class Stage:
         Its number; the last one is all of the sector. The cells of shell 1 belong to number 0.
     shell, window
         Which; the window as `subshell_rays` takes it, None of the last subshell and of shell 1.
-    looked_at, grid_rays, cell_steps
-        Grid rays in sector and window, those sent out, and cells that they visited.
+    looked_at, grid_rays, cell_steps, turns
+        Grid rays in sector and window, those sent out, cells that they visited, and turns in traversal, see
+        `CellTraversalUnit`.
     cells
         In the order in which they were met, as often as they were.
     opened, found
@@ -40,6 +41,7 @@ class Stage:
     looked_at: int
     grid_rays: int
     cell_steps: int
+    turns: int
     cells: np.ndarray
     opened: np.ndarray
     found: np.ndarray
@@ -105,10 +107,14 @@ class ClusterCasting:
             some = seen.any()
         if not some:
             return None
-        before = traversal.looked_at, traversal.grid_rays, traversal.steps
+        before = _work(traversal)
         cells = traversal.open(shell, seen, window, subshell=subshell, threshold=threshold)
-        looked_at, grid_rays, steps = np.subtract((traversal.looked_at, traversal.grid_rays, traversal.steps), before)
+        looked_at, grid_rays, steps, turns = np.subtract(_work(traversal), before).tolist()
         opened = self._cells.first(cells)
         found = self._patches.first(self._table.patches.read(self._table.entries(opened)))
-        return Stage(subshell=subshell, shell=shell, window=window, looked_at=int(looked_at), grid_rays=int(grid_rays),
-                     cell_steps=int(steps), cells=cells, opened=opened, found=found)
+        return Stage(subshell=subshell, shell=shell, window=window, looked_at=looked_at, grid_rays=grid_rays,
+                     cell_steps=steps, turns=turns, cells=cells, opened=opened, found=found)
+
+
+def _work(traversal):
+    return traversal.looked_at, traversal.grid_rays, traversal.steps, traversal.turns

@@ -43,9 +43,9 @@ class ShellingCounts:
         Intersection rays of its section.
     shells
         Shells until no hit could change any more.
-    looked_at, grid_rays, cell_steps
-        Grid rays of the subshells' windows, those sent out, and cells that they visited, cells that had been opened
-        before included.
+    looked_at, grid_rays, cell_steps, turns
+        Grid rays of the subshells' windows, those sent out, cells that they visited, cells that had been opened before
+        included, and turns in traversal, see `CellTraversalUnit`.
     cells, patches
         Different cells opened, and patches found in them: each is fetched once.
     in_windows, tests
@@ -59,6 +59,7 @@ class ShellingCounts:
     looked_at: int = 0
     grid_rays: int = 0
     cell_steps: int = 0
+    turns: int = 0
     cells: int = 0
     patches: int = 0
     in_windows: int = 0
@@ -219,6 +220,7 @@ class Tests:
         counts.looked_at += stage.looked_at
         counts.grid_rays += stage.grid_rays
         counts.cell_steps += stage.cell_steps
+        counts.turns += stage.turns
         counts.cells += len(stage.opened)
         counts.patches += len(stage.found)
         # A window without rays takes a cycle too.

@@ -37,8 +37,9 @@ class CellTraversalUnit:
     -------
     last_shell
         No cell has its centre beyond this shell.
-    looked_at, grid_rays, steps
-        Grid rays of what was to be opened, those sent out, and cells that they have visited.
+    looked_at, grid_rays, steps, turns
+        Grid rays of what was to be opened, those sent out, cells that they have visited, and turns in traversal:
+        outside the grid too, and one for a ray that never comes to it.
 
     Errors
     ------
@@ -51,7 +52,7 @@ class CellTraversalUnit:
         self.sector = sector or Sector.whole(record)
         self._own = self.sector.mask(record)
         self._place = table.place(record.origin)
-        self.looked_at = self.grid_rays = self.steps = 0
+        self.looked_at = self.grid_rays = self.steps = self.turns = 0
         self._memories: dict[int, RayMemory] = {}
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
         offset = corners.reshape(3, -1).T - record.origin
@@ -141,10 +142,12 @@ class CellTraversalUnit:
         begin, end = self.borders(rays.shell)
         walk = Traversal(self._place, direction, begin=begin, end=end, shape=self.table.shape)
         self.grid_rays += len(direction)
+        self.turns += len(direction) - len(walk.ray)
         cells = []
         while len(walk.ray):
             cells.append(self.table.number(walk.index[walk.inside]))
             self.steps += len(cells[-1])
+            self.turns += len(walk.ray)
             walk.advance()
         return np.concatenate(cells) if cells else np.empty(0, dtype=np.int64)
 

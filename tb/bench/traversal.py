@@ -1,0 +1,273 @@
+"""Cell traversal in golden's cycles, before and beside the RTL.
+
+``python -m tb.bench.traversal`` writes out/bench/traversal.md: what survival by settle codes costs, the busiest
+cluster's cell traversal beside the busiest cluster's intersection, and stages that overlap beside a barrier after each.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+import numpy as np
+
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.ctu.cell_traversal import Traversal
+from golden.ctu.grid_rays import INDEX_FRACTION
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors_by_code
+from golden.ctu.unit import CellTraversalUnit, global_directions
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.icu.ray_memory import RayMemory
+from golden.icu.section_clip import section_clip
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.phase import schedule
+from tb.bench.report import provenance, write_report
+from tb.golden.cast.frusta import CONFIG
+
+SCENES = ("lobby", "room1627", "cubes", "man", "phone")
+CELL, RAYS, RATIO = 0.0625, (256, 64), 64
+CLUSTERS, POINTS = (1, 2, 4, 8, 16), (3, 6, 9, 12)
+# Cycles from a cell to the first vertices of its patches, and from there to the settle map (docs/intersection-unit.md).
+MEMORY, INTERSECTION = 60, 202
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Of a ray generator: cycles per grid ray sent out, and grid rays looked at in a cycle."""
+
+    issue: int
+    looks: int
+
+    def cycles(self, work, pipelines: int) -> int:
+        """Of a stage, or of all of them: ``looked_at``, ``grid_rays`` and ``turns`` of ``work``."""
+        return max(-(-work.looked_at // self.looks), self.issue * work.grid_rays, -(-work.turns // pipelines))
+
+
+SLOW, FAST = Rates(issue=2, looks=1), Rates(issue=1, looks=4)
+# What is looked at costs nothing.
+SLOW_BLIND = Rates(issue=2, looks=1 << 30)
+
+
+def patch_cycles(work: ShellingCounts) -> int:
+    """What intersection takes."""
+    return max(work.walk_cycles, 4 * work.patches)
+
+
+class Place:
+    """A scene, and what is cast into it from its ceiling."""
+
+    def __init__(self, name: str):
+        scene = open_scene(name)
+        self.points, self._down = ceiling_points(scene)
+        self.geometry = PatchGeometry.of(scene, CONFIG.numbers, self.points)
+        self.shelling = Shelling(self.geometry, CONFIG, cell=CELL, by_code=True)
+
+    def record(self, point: int):
+        """The hemisphere of a point."""
+        return hemisphere_record(Hemisphere(*RAYS), self.geometry.coordinates, self.points[point], self._down)
+
+    def plan(self, clusters: int):
+        """The schedule from point 0."""
+        return schedule(self.record(0), self.geometry, self.shelling.table, CONFIG, clusters=clusters, ratio=RATIO)
+
+
+def survival(name: str, place: Place) -> list[str]:
+    """What codes and squares open more than distances."""
+    rows, exact = [], Shelling(place.geometry, CONFIG, cell=CELL)
+    for clusters in 1, 8:
+        sections, totals = place.plan(clusters).partition.sections, []
+        for shelling in (exact, *(Shelling(place.geometry, CONFIG.replace({"ctu.pyramid_levels": levels}), cell=CELL,
+                                           by_code=True) for levels in (1, 2))):
+            casts = [shelling.cast(place.record(point), sections) for point in POINTS]
+            totals.append(sum((one for _, counts in casts for one in counts), ShellingCounts()))
+            if shelling is exact:
+                expected = [hits for hits, _ in casts]
+            elif any(len(hits.differences(other)) for (hits, _), other in zip(casts, expected, strict=True)):
+                raise SystemExit(f"error: {name}: codes change the hits")
+        cells, sent = ([getattr(one, field) for one in totals] for field in ("cells", "grid_rays"))
+        rows.append(f"| {name} | {clusters} | {cells[0] / len(POINTS):.0f} "
+                    f"| {' | '.join(f'{100 * (more / cells[0] - 1):+.1f} %' for more in cells[1:])} "
+                    f"| {sent[0] / len(POINTS):.0f} "
+                    f"| {' | '.join(f'{100 * (more / sent[0] - 1):+.0f} %' for more in sent[1:])} "
+                    f"| {100 * (totals[1].patches / totals[0].patches - 1):+.1f} % |")
+    return rows
+
+
+def owned(place: Place, record, sections: tuple[Sector, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Grid rays and turns of each cluster if each grid ray is sent out once, by the section that it is in."""
+    memory = RayMemory(len(record), CONFIG)
+    tests, whole = place.shelling.tests(record, memory), Sector.whole(record)
+    cluster = place.shelling.cluster(record, whole)
+    owner = np.empty((record.rows, record.columns), dtype=np.int64)
+    for number, section in enumerate(sections):
+        owner[section.mask(record)] = number
+    sent, turns = np.zeros((2, len(sections)), dtype=np.int64)
+    for stage_place in cluster.schedule(None, tests.window):
+        seen = memory.inverse
+        stage = cluster.explore(*stage_place, seen)
+        if stage is None:
+            continue
+        if stage.shell > 1:
+            unit = CellTraversalUnit(record, place.shelling.table)
+            rays = unit.rays(stage.shell)
+            pyramid = SettlePyramid.of(seen.reshape(owner.shape), whole, CONFIG)
+            going = survivors_by_code(rays, pyramid, unit.threshold(stage.shell, CONFIG), whole, record)
+            row = np.clip(rays.row_position >> INDEX_FRACTION, 0, record.rows - 1)
+            of = owner[row[:, None], rays.column_position >> INDEX_FRACTION][going]
+            begin, end = unit.borders(stage.shell)
+            table = place.shelling.table
+            walk = Traversal(table.place(record.origin), global_directions(rays.direction[going], record), begin=begin,
+                             end=end, shape=table.shape)
+            sent += np.bincount(of, minlength=len(sections))
+            # A ray that never comes to the grid takes a turn too.
+            turns += np.bincount(np.delete(of, walk.ray), minlength=len(sections))
+            while len(walk.ray):
+                turns += np.bincount(of[walk.ray], minlength=len(sections))
+                walk.advance()
+        tests.run(stage, whole, ShellingCounts())
+    return sent, turns
+
+
+def shared(place: Place, record, sections: tuple[Sector, ...]) -> int:
+    """Patches that more than one section sees, counted once for each section after the first."""
+    window = place.shelling.tests(record, RayMemory(len(record), CONFIG)).patches.window
+    seen = sum((section_clip(window, section, record).rays > 0).astype(int) for section in sections)
+    return int(np.maximum(seen - 1, 0).sum())
+
+
+def balance(name: str, place: Place) -> list[str]:
+    """The busiest cell traversal beside the busiest intersection."""
+    rows = []
+    for clusters in CLUSTERS:
+        plan, pipelines = place.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
+        casts = [place.shelling.cast(place.record(point), plan.partition.sections, plan.subshells)[1]
+                 for point in POINTS]
+
+        def worst(cycles, casts=casts):
+            return np.array([max(map(cycles, counts)) for counts in casts])
+
+        icu = worst(patch_cycles)
+        turns = worst(lambda one: one.turns)
+        parts = [worst(lambda one: one.looked_at), worst(lambda one: 2 * one.grid_rays), -(-turns // pipelines), turns]
+        designs = [worst(lambda one, rates=rates, lanes=lanes: rates.cycles(one, lanes)) for rates, lanes in (
+            (SLOW_BLIND, pipelines), (SLOW, pipelines), (FAST, pipelines), (FAST, 1))]
+        sent, owned_turns = (np.mean([one.max() for one in each]) for each in zip(
+            *(owned(place, place.record(point), plan.partition.sections) for point in POINTS), strict=True))
+        told = np.mean([shared(place, place.record(point), plan.partition.sections) for point in POINTS])
+        rows.append(f"| {name} | {clusters} | {pipelines} | {icu.mean():.0f} "
+                    f"| {' | '.join(f'{part.mean():.0f}' for part in parts)} "
+                    f"| {' | '.join(_ratio(design, icu) for design in designs)} "
+                    f"| {2 * sent:.0f} | {owned_turns / pipelines:.0f} | {told:.0f} |")
+    return rows
+
+
+def _ratio(cycles, against):
+    longer = np.count_nonzero(cycles > against)
+    bold = "**" if longer else ""
+    return f"{bold}{(cycles / against).mean():.2f} ({longer}){bold}"
+
+
+class Timed:
+    """One cluster's stages in time: cell traversal at most some stages ahead of what it knows of the hits.
+
+    A barrier is a lead of 0. Survival sees the hits of the stages that are over when a stage begins.
+    """
+
+    def __init__(self, place: Place, record, *, rates: Rates, pipelines: int, lead: int):
+        self._place, self._record, self._rates, self._lanes, self._lead = place, record, rates, pipelines, lead
+        self.memory = RayMemory(len(record), CONFIG)
+        self._tests = place.shelling.tests(record, self.memory)
+        self.overlap = 0
+
+    def cycles(self, sector: Sector, subshells) -> int:
+        """From the start to the last hit of a cluster."""
+        cluster = self._place.shelling.cluster(self._record, sector)
+        # When each stage's hits are in the settle map, and which of them survival knows.
+        known, over = [(0, self.memory.inverse)], []
+        opened = tested = 0
+        before, ends = None, []
+        for stage_place in cluster.schedule(subshells, self._tests.window):
+            begin = max([opened, *over[:len(over) - self._lead][-1:]])
+            while len(known) > 1 and known[1][0] <= begin:
+                known.pop(0)
+            stage = cluster.explore(*stage_place, known[0][1])
+            if stage is None:
+                continue
+            counts = ShellingCounts()
+            self._tests.run(stage, sector, counts)
+            opened = begin + self._rates.cycles(stage, self._lanes)
+            tested = max(max(tested, begin + MEMORY) + patch_cycles(counts), opened + MEMORY)
+            # A stage that finds nothing has nothing to wait for in the intersection unit.
+            over.append(max([*over[-1:], tested + (INTERSECTION if len(stage.found) else 0)]))
+            known.append((over[-1], self.memory.inverse))
+            if before is not None and before != stage.subshell:
+                self.overlap += max(0, ends[-1] - begin)
+            before = stage.subshell
+            ends.append(over[-1])
+        return over[-1]
+
+
+def overlap(name: str, place: Place) -> list[str]:
+    """Stages that overlap beside a barrier after each."""
+    rows = []
+    for clusters in 1, 8:
+        plan, pipelines = place.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
+        for listed, subshells in (("last only", [None] * clusters), ("lists", plan.subshells)):
+            record, results = place.record(POINTS[0]), []
+            for lead in 0, 1, CONFIG.ctu.lead, 4, 8:
+                timed = Timed(place, record, rates=FAST, pipelines=pipelines, lead=lead)
+                took = [timed.cycles(sector, one) for sector, one in zip(plan.partition.sections, subshells,
+                                                                        strict=True)]
+                results.append((max(took), timed.overlap // clusters, timed.memory.inverse))
+            if any((inverse != results[0][2]).any() for _, _, inverse in results):
+                raise SystemExit(f"error: {name}: the lead changes the hits")
+            rows.append(f"| {name} | {clusters} | {listed} | {' | '.join(str(cycles) for cycles, _, _ in results)} "
+                        f"| {results[0][0] / results[2][0]:.2f} | {results[2][1]} |")
+    return rows
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/traversal.md")
+def main(scenes: tuple[str, ...], output: Path) -> None:
+    """Write the tables for SCENES (default: lobby, room1627, cubes, man, phone)."""
+    places = {name: Place(name) for name in scenes or SCENES}
+    tables = []
+    for measure in survival, balance, overlap:
+        tables.append([row for name, place in places.items() for row in measure(name, place)])
+        click.echo("\n".join(tables[-1]))
+    codes, balances, overlaps = tables
+    leads = f"barrier | lead 1 | lead {CONFIG.ctu.lead} | lead 4 | lead 8"
+    write_report(output, [
+        "# Cell traversal", "", provenance("numpy") + ".", "",
+        f"Hemispheres of {RAYS[0]} x {RAYS[1]} rays, cell {CELL}, from points 4, 7, 10 and 13 of the ceiling, sections "
+        f"and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated rates.", "",
+        "## Survival by settle codes", "",
+        f"{CONFIG.icu.settle_bits}-bit codes of squares of 4 x 4 and of 16 x 16 rays against exact inverse distances "
+        "of single rays, in barrier order; the hits are the same. Cells and grid rays per frustum.", "",
+        "| scene | clusters | cells | 4 x 4 | 16 x 16 | grid rays sent | 4 x 4 | 16 x 16 | patches found, 4 x 4 |",
+        "|---" * 9 + "|", *codes, "",
+        "## The busiest cell traversal beside the busiest intersection", "",
+        "Mean over the points. ICU: max(cycles of the window walks, 4 x patches). Looked at: grid rays in sector and "
+        "window of each shell, sent or not. Turns: cell steps, and one for a ray that begins outside the grid for "
+        "good. Then CTU : ICU for designs, and in how many of the "
+        f"{len(POINTS)} frusta the CTU takes longer (bold): *A* max(2 x sent, turns / pipelines); *B* the same, and "
+        "one grid ray looked at per cycle; *C* one sent and four looked at per cycle; *D* as C with one pipeline. At "
+        "last *one owner*: each grid ray sent by the section that it is in, the patches found forwarded to the other "
+        "sections that see them: the busiest cluster's 2 x sent and turns / pipelines, and patches forwarded.", "",
+        "| scene | clusters | pipelines | ICU | looked at | 2 x sent | turns / pipelines | turns | A | B | C | D "
+        "| owner: 2 x sent | owner: turns / pipelines | forwarded |", "|---" * 15 + "|", *balances, "",
+        "## Overlap", "",
+        f"Cycles of the busiest cluster, design C, point 4; {MEMORY} cycles from a cell to its patches and "
+        f"{INTERSECTION} from there to the settle map. A lead of n: cell traversal begins a shell of a subshell when "
+        "the hits of all but the n shells before it are known, and survival is judged by the hits known then. The hits "
+        "are the same. Subshells at once: cycles in which two are under way, per cluster, with the default lead.", "",
+        f"| scene | clusters | subshells | {leads} | barrier : lead {CONFIG.ctu.lead} | subshells at once |",
+        "|---" * 10 + "|", *overlaps])
+
+
+if __name__ == "__main__":
+    main()

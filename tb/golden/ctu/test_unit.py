@@ -1,0 +1,71 @@
+"""What the machine is given of a frustum fits the widths that it has for it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from golden.config import Config
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, NEVER, PLACE_FRACTION
+from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
+from golden.ctu.unit import CellTraversalUnit, global_directions
+from golden.errors import InputError
+from golden.fixed import signed
+from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
+from golden.memsys.cell_table import CellTable
+from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
+from golden.scene.g_coordinates import GCoordinates
+
+CONFIG = Config()
+SCENE = builtin_scene("cornell")
+COORDINATES = GCoordinates.of(SCENE, CONFIG.numbers)
+TABLE = CellTable(COORDINATES.integers(SCENE.vertices), cell=COORDINATES.cell_size(0.0625))
+
+
+def screen(fov, *, width=96, height=64):
+    middle = COORDINATES.bounds.mean(axis=0)
+    camera = Camera(eye=tuple(middle), target=tuple(middle + np.array([0.3, 1, 0.2])), fov=fov)
+    return screen_record(Screen(camera=camera, width=width, height=height), COORDINATES)
+
+
+RECORDS = {"hemisphere": lambda: hemisphere_record(Hemisphere(256, 64), COORDINATES, COORDINATES.bounds.mean(axis=0),
+                                                   (1, 2, 3)),
+           **{f"screen {fov}": lambda fov=fov: screen(fov) for fov in (0.1, 5, 53, 83, 90, 140, 170)},
+           "line": lambda: screen(60, width=200, height=1)}
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_tables_directions_and_shells_fit_their_formats(kind):
+    record = RECORDS[kind]()
+    unit = CellTraversalUnit(record, TABLE)
+    signed(INDEX_BITS - 1, PLACE_FRACTION).check(TABLE.place(record.origin), "place")
+    begins = []
+    for shell in range(2, min(unit.last_shell, 24) + 1):
+        rays = unit.rays(shell)
+        for name in "row_table", "column_table", "direction":
+            signed(1, FRACTION).check(getattr(rays, name), name)
+        signed(2, FRACTION).check(global_directions(rays.direction.reshape(-1, 3), record), "direction in G")
+        for name in "row_position", "column_position", "column_border", "column_reach":
+            signed(17, INDEX_FRACTION).check(getattr(rays, name), name)
+        assert (np.diff(rays.row_position) >= 0).all()
+        assert (np.diff(rays.column_position) >= 0).all()
+        begin, end = unit.borders(shell)
+        assert begin < 1 << BEGIN_BITS
+        assert end - begin <= NEVER
+        assert 1 <= unit.threshold(shell, CONFIG) <= CONFIG.icu.settle.high + 1
+        begins.append((begin, end))
+    assert all(end == begin for (_, end), (begin, _) in pairwise(begins))
+
+
+def test_thresholds_fall_from_shell_to_shell():
+    unit = CellTraversalUnit(RECORDS["hemisphere"](), TABLE)
+    thresholds = [unit.threshold(shell, CONFIG) for shell in range(1, unit.last_shell + 1)]
+    assert (np.diff(thresholds) <= 0).all()
+    assert thresholds[0] == CONFIG.icu.settle.high + 1
+    assert thresholds[-1] < 100
+
+
+def test_a_view_too_wide_for_the_parameters_is_refused():
+    with pytest.raises(InputError, match="take a narrower view or larger cells"):
+        CellTraversalUnit(screen(179.99), TABLE)
