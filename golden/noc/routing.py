@@ -86,8 +86,9 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
     0 if they leave it at an even position, else 1. So no packet of class 1 ever waits for class 0 in its dimension, and
     the links of each class end at the dateline. Class c of C has the channels c V/C to (c + 1) V/C - 1.
 
-    Within a class, packets are told apart by the port that they want at the next router, as far as there are channels;
-    if there are more, by their destination too. So a packet waits behind as few as can be that go elsewhere.
+    Within a class, the destinations behind a link are put in the order of the port that their packets want at the next
+    router, then of their numbers, and cut in as many parts as there are channels, of equal traffic if every node sends
+    as much to every other. So a packet waits behind as few as can be that go elsewhere, and all queues are used.
 
     Parameters
     ----------
@@ -113,10 +114,9 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
     steps = displacement(topology)
     port = _ports(topology, steps)
     lanes = virtual_channels // classes
-    channel = _lane(topology, port, lanes)
-    if classes == 2:
-        channel += lanes * _classes(topology, steps, port)
-    entry = np.stack([_spread(outputs, virtual_channels) for outputs in port])
+    group = _classes(topology, steps, port) if classes == 2 else np.zeros_like(port)
+    channel = group * lanes + _lane(topology, port, group, lanes)
+    entry = np.stack([_share(np.ones_like(outputs), outputs, virtual_channels) for outputs in port])
     routing = Routing(topology=topology, virtual_channels=virtual_channels, port=port, channel=channel, entry=entry)
     check_deadlock_free(routing)
     return routing
@@ -246,22 +246,35 @@ def _classes(topology, steps, port):
     return chosen
 
 
-def _lane(topology, port, lanes):
+def _lane(topology, port, group, lanes):
     """The channel within the class: N x N."""
-    lane = np.zeros_like(port)
+    lane, traffic = np.zeros_like(port), _traffic(topology, port)
     for link in topology.links:
-        packets = np.flatnonzero(port[link.source] == link.output)
-        lane[link.source, packets] = _spread(port[link.target, packets], lanes)
+        behind = np.flatnonzero(port[link.source] == link.output)
+        for number in np.unique(group[link.source, behind]):
+            packets = behind[group[link.source, behind] == number]
+            lane[link.source, packets] = _share(traffic[link.source, packets], port[link.target, packets], lanes)
     return lane
 
 
-def _spread(wanted, lanes):
-    """Share ``lanes`` out to packets by what they want, then by their place among those that want the same."""
-    lane = np.zeros_like(wanted)
-    kinds = np.unique(wanted)
-    for rank, kind in enumerate(kinds):
-        same = np.flatnonzero(wanted == kind)
-        lane[same] = (rank + len(kinds) * (np.arange(len(same)) % max(1, lanes // len(kinds)))) % lanes
+def _traffic(topology, port):
+    """How many nodes' packets pass or leave each node on their way to each destination: N x N."""
+    count = np.zeros_like(port)
+    at, destination = np.indices(port.shape).reshape(2, -1)
+    while len(at):
+        np.add.at(count, (at, destination), 1)
+        on = at != destination
+        at, destination = at[on], destination[on]
+        at = topology.neighbour[at, port[at, destination]]
+    return count
+
+
+def _share(traffic, wanted, lanes):
+    """Lanes of packets with so much traffic each: equal traffic in each lane, in the order of what they want."""
+    order = np.argsort(wanted, kind="stable")
+    middle = 2 * np.cumsum(traffic[order]) - traffic[order]
+    lane = np.empty_like(wanted)
+    lane[order] = middle * lanes // (2 * traffic.sum())
     return lane
 
 

@@ -126,11 +126,19 @@ def test_classes_never_go_back_within_a_dimension(name):
                 assert output != then or classes[node, destination] <= classes[after, destination]
 
 
-def test_with_a_channel_for_each_wish_packets_wait_for_others_of_the_same_wish_only():
-    routing = route(Topology("mesh", 8, 8), 4)
-    mesh = routing.topology
-    for link in mesh.links:
+@pytest.mark.parametrize("virtual_channels", [2, 4])
+def test_channels_share_uniform_traffic_in_the_order_of_the_next_port(virtual_channels):
+    routing = route(Topology("mesh", 8, 8), virtual_channels)
+    passing = np.zeros((64, 64), dtype=int)
+    for source in range(64):
+        for destination in range(64):
+            for node, _, _ in routing.way(source, destination):
+                passing[node, destination] += 1
+    for link in routing.topology.links:
         to = np.flatnonzero(routing.port[link.source] == link.output)
-        for channel in range(4):
-            same = to[routing.channel[link.source, to] == channel]
-            assert len(np.unique(routing.port[link.target, same])) <= 1
+        wanted, channel = routing.port[link.target, to], routing.channel[link.source, to]
+        order = np.lexsort((to, wanted))
+        assert (np.diff(channel[order]) >= 0).all()
+        load = np.bincount(channel, weights=passing[link.source, to], minlength=virtual_channels)
+        # A destination is not divided.
+        assert np.ptp(load) <= 2 * passing[link.source, to].max()

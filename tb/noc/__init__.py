@@ -1,0 +1,1 @@
+"""Benches of the network on chip."""
