@@ -321,7 +321,7 @@ class Memory:
     length_bits
         A request is for at most 2^b beats; 1 to 12.
     timeout_bits
-        What waits for the memory for 2^b cycles is given up; 4 to 24.
+        What waits for the memory for 2^b cycles is given up; 2 to 24.
     """
 
     address_bits: int = 40
@@ -335,7 +335,7 @@ class Memory:
         _check_power_of_two("memory", "data_bits", self.data_bits, 64, 128)
         _check_power_of_two("memory", "outstanding", self.outstanding, 1, 64)
         _check_power_of_two("memory", "burst_beats", self.burst_beats, 2, 256)
-        for name, low, high in (("address_bits", 16, 48), ("length_bits", 1, 12), ("timeout_bits", 4, 24)):
+        for name, low, high in (("address_bits", 16, 48), ("length_bits", 1, 12), ("timeout_bits", 2, 24)):
             _check_range("memory", name, getattr(self, name), low, high)
 
     @property
