@@ -21,11 +21,12 @@ from golden.noc.network import NEVER, Arrivals, Network, Packets
 from golden.noc.routing import Routing
 from golden.noc.topology import Topology
 
-__all__ = ["PATTERNS", "Measurement", "Window", "bernoulli", "hot_node", "measure", "pattern"]
+__all__ = ["PATTERNS", "SATURATED", "Measurement", "Window", "bernoulli", "bound", "hot_node", "measure", "pattern"]
 
 PATTERNS = ("uniform", "transpose", "hotspot", "neighbour")
 # The share of all packets that go to the hot node whatever their pattern.
 HOT = 0.1
+# Times the latency at low load.
 SATURATED = 3
 
 
@@ -91,6 +92,16 @@ def pattern(name: str, topology: Topology) -> np.ndarray:
     if name == "neighbour":
         return np.eye(nodes)[(row + 1) % topology.rows * topology.columns + (column + 1) % topology.columns]
     raise InputError(f"network: Pattern must be one of {', '.join(PATTERNS)}, not {name!r}")
+
+
+def bound(routing: Routing, probabilities: np.ndarray) -> float:
+    """The offered load at which the first link or node has a flit in each cycle."""
+    nodes = routing.topology.nodes
+    load = np.zeros((nodes, len(routing.topology.ports)))
+    for source, destination in np.argwhere(probabilities):
+        for node, output, _ in routing.way(source, destination):
+            load[node, output] += probabilities[source, destination]
+    return float(1 / max(1, load.max(), probabilities.sum(axis=0).max()))
 
 
 def bernoulli(probabilities: np.ndarray, *, load: float, length: int, cycles: int, seed: int) -> Packets:
