@@ -1,0 +1,120 @@
+"""Direct and set-associative placement: which line a record is in, or will be."""
+
+from itertools import combinations
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from hw.lib.generations import Generations
+from hw.lib.update_memory import UpdateMemory
+
+__all__ = ["SetPlacement"]
+
+
+class SetPlacement(wiring.Component):
+    """Line ``way sets + key mod sets``; a set forgets what it has used least recently, or has one way for each key.
+
+    A row of the memory is a set: the generation in which it was written first, and of each way the rest of its key,
+    whether there is one, and which of the other ways were used before it. In a new set the ways have been used in
+    their order, so empty ways are filled first, and in that order.
+
+    Parameters
+    ----------
+    lines, ways
+        Powers of two; 1, 2 or 4 ways.
+    key, tag
+        Shapes of a key, and of what goes along.
+    generation_bits
+        See `Generations`.
+
+    Members
+    -------
+    i_start
+        Empties all lines. The sender sees to it that no request is under way. No payload.
+    direct
+        Line = key mod lines, whatever the ways. Stays until the next start.
+    i
+        ``tag`` and ``key``. Always ready, but nothing is sent before the first start, and while one waits.
+    o
+        ``tag``, ``line``, and whether it is a ``hit``. Always ready.
+
+    Timing
+    ------
+    Latency: ``5`` cycles. One request per cycle, hit or miss; nothing stalls. A start takes ``1`` cycle, and ``lines
+    / ways`` more every 2^``generation_bits`` - 1 starts.
+
+    Errors
+    ------
+    ValueError
+        Lines or ways out of range.
+
+    Golden counterpart: `golden.memsys.set_placement.SetPlacement`.
+    """
+
+    latency = 5
+
+    def __init__(self, *, lines: int, ways: int, key, tag, generation_bits: int):
+        if ways not in (1, 2, 4):
+            raise ValueError(f"Ways must be 1, 2 or 4, not {ways!r}")
+        if not isinstance(lines, int) or lines < 2 * ways or lines & (lines - 1):
+            raise ValueError(f"Lines must be a power of two of at least {2 * ways}, not {lines!r}")
+        self._lines, self._ways, self._generation_bits = lines, ways, generation_bits
+        super().__init__({
+            "i_start": In(stream.Signature(0)), "direct": In(1),
+            "i": In(stream.Signature(StructLayout({"tag": tag, "key": key}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"tag": tag, "line": range(lines), "hit": 1}), always_ready=True))})
+        self._tag = tag
+
+    def elaborate(self, platform):
+        m = Module()
+        ways, sets = self._ways, self._lines // self._ways
+        set_bits, way_bits = sets.bit_length() - 1, ways.bit_length() - 1
+        key = Value.cast(self.i.payload.key)
+        place, forced, rest = key[:set_bits], key[set_bits:set_bits + way_bits], key[set_bits:]
+        pairs = list(combinations(range(ways), 2))
+        # hit and way are not read again: they are the answer to the access that has written the row.
+        row = StructLayout({"generation": self._generation_bits, "rest": ArrayLayout(len(rest), ways), "full": ways,
+                            "before": len(pairs), "hit": 1, "way": way_bits})
+        operand = StructLayout({"generation": self._generation_bits, "clear": 1, "rest": len(rest), "direct": 1,
+                                "forced": ways})
+
+        def change(old, operand):
+            """The set after an access."""
+            fresh = old.generation == operand.generation
+            before = Mux(fresh, old.before, ~Const(0, len(pairs)))
+            found = Cat(fresh & old.full[way] & (old.rest[way] == operand.rest)
+                        & (operand.forced[way] | ~operand.direct) for way in range(ways))
+            oldest = Cat(Cat(before[k] if way == a else ~before[k] for k, (a, b) in enumerate(pairs)
+                             if way in (a, b)).all() for way in range(ways))
+            hit = found.any()
+            takes = Mux(hit, found, Mux(operand.direct, operand.forced, oldest))
+            # In the order of the row's fields.
+            return Cat(
+                operand.generation,
+                *(Mux(takes[way], operand.rest, old.rest[way]) for way in range(ways)),
+                *(~operand.clear & (takes[way] | (fresh & old.full[way])) for way in range(ways)),
+                *(~takes[a] & (takes[b] | before[k]) for k, (a, b) in enumerate(pairs)),
+                hit, *(Cat(takes[way] for way in range(ways) if way >> bit & 1).any() for bit in range(way_bits))
+            ), Const(1)
+
+        m.submodules.generations = generations = Generations(bits=self._generation_bits, depth=sets)
+        wiring.connect(m, wiring.flipped(self.i_start), generations.i_start)
+        tag = StructLayout({"tag": self._tag, "asks": 1})
+        m.submodules.sets = memory = UpdateMemory(row, depth=sets, operand=operand, tag=tag, change=change)
+        # A block RAM has no time for a choice in front of it.
+        given, comes = Signal.like(memory.i.payload, reset_less=True), Signal()
+        made = memory.o.payload
+        m.d.sync += [
+            comes.eq(self.i.valid | generations.sweeps),
+            given.address.eq(Mux(generations.sweeps, generations.row, place)),
+            given.tag.tag.eq(self.i.payload.tag), given.tag.asks.eq(self.i.valid),
+            given.operand.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
+            given.operand.clear.eq(generations.sweeps), given.operand.rest.eq(rest),
+            given.operand.direct.eq(self.direct), given.operand.forced.eq(1 << forced)]
+        m.d.comb += [
+            memory.i.valid.eq(comes), memory.i.payload.eq(given),
+            self.o.valid.eq(memory.o.valid & made.tag.asks), self.o.payload.tag.eq(made.tag.tag),
+            self.o.payload.line.eq(Cat(made.address, made.new.way)), self.o.payload.hit.eq(made.new.hit)]
+        return m
