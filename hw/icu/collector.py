@@ -78,9 +78,10 @@ class Collector(wiring.Component):
         wiring.connect(m, queue.o, wiring.flipped(self.o))
         asked = Signal(range(room + 1))
         patch, clears = Signal(icu.patch_bits + 1), Signal(init=1)
-        count, reads = Signal(icu.patch_bits + 1), Signal()
+        # The last sum that is read.
+        end, reads = Signal(icu.patch_bits), Signal()
         asks, takes = Signal(), Signal()
-        last = patch == count - 1
+        last = patch[:-1] == end
         m.d.comb += [self.busy.eq(reads | clears | asked.any()), asks.eq(reads & (asked != room)),
                      self.i_read.ready.eq(~self.busy), self.i.ready.eq(~reads & ~clears & ~self.i_read.valid),
                      takes.eq(self.i.valid & self.i.ready)]
@@ -91,7 +92,7 @@ class Collector(wiring.Component):
         with m.If(asks & last):
             m.d.sync += [reads.eq(0), patch.eq(0)]
         with m.If(self.i_read.valid & self.i_read.ready):
-            m.d.sync += [count.eq(self.i_read.payload), reads.eq(self.i_read.payload.any())]
+            m.d.sync += [end.eq(self.i_read.payload - 1), reads.eq(self.i_read.payload.any())]
         m.d.sync += asked.eq(asked + asks - (queue.o.valid & queue.o.ready))
 
         # A hit waits two cycles for its weight.

@@ -114,11 +114,13 @@ class IntersectionUnit(wiring.Component):
         frustum, there, earlier = Signal(formats.frustum), Signal(), Signal()
         comes, enters, leaves = Signal(), Signal(), Signal()
         under_way, owed = Signal(range(2 * (TOKENS + self._config.icu.slots))), Signal(range(TOKENS + 1))
-        drained = under_way == 0
+        # A cycle after the last token, but no cycle after the first vertex.
+        drained = Signal(init=1)
+        m.d.sync += drained.eq((under_way == 0) & ~comes)
 
         # A frustum begins when both memories have.
         begins, memory_begins, settle_begins = Signal(), Signal(), Signal()
-        begun, settle_begun = Signal(), Signal()
+        begun, settle_begun, accepts = Signal(), Signal(), Signal()
         # Once the banks have changed places it is no longer the frustum's own that may be read.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
         m.d.comb += [
@@ -126,14 +128,15 @@ class IntersectionUnit(wiring.Component):
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
-            self.i_frustum.ready.eq(begins & begun & settle_begun)]
+            self.i_frustum.ready.eq(accepts)]
+        m.d.sync += accepts.eq(begins & begun & settle_begun & ~accepts)
         with m.If(memory_begins):
             m.d.sync += begun.eq(1)
         with m.If(settle_begins):
             m.d.sync += settle_begun.eq(1)
         sections = [Signal(StructLayout({"section": formats.section, "tiles_across": formats.count}))
                     for _ in range(BANKS)]
-        with m.If(self.i_frustum.ready):
+        with m.If(accepts):
             m.d.sync += [frustum.eq(self.i_frustum.payload), there.eq(1), earlier.eq(there), begun.eq(0),
                          settle_begun.eq(0)]
             for bank, kept in enumerate(sections):
@@ -149,8 +152,8 @@ class IntersectionUnit(wiring.Component):
 
         # Setup and rays.
         # The ray memory cannot update and read the same bank.
-        read_now = (self.i_read_out.valid & ~self.i_read_out.payload) | (
-            read_out.busy & (read_out.bank == memory.active))
+        asks_now, read_now = self.i_read_out.valid & ~self.i_read_out.payload, Signal()
+        m.d.sync += read_now.eq(asks_now | (read_out.busy & (read_out.bank == memory.active)))
         takes = there & ~self.i_frustum.valid & ~read_now
         # A patch of which some vertices have been taken goes on.
         goes_on, vertex = Signal(), Signal(2)
@@ -172,9 +175,12 @@ class IntersectionUnit(wiring.Component):
 
         # Write-back.
         update, answer = pipeline.o_update.payload, memory.o.payload
-        m.d.comb += [memory.i.valid.eq(pipeline.o_update.valid), pipeline.i_update.valid.eq(memory.o.valid),
-                     settle.i.valid.eq(memory.o.valid & answer.won), settle.i.payload.ray.eq(answer.ray),
-                     settle.i.payload.inverse.eq(answer.inverse)]
+        m.d.comb += [memory.i.valid.eq(pipeline.o_update.valid), pipeline.i_update.valid.eq(memory.o.valid)]
+        # The comparison of distances ends here; nobody waits for the settle map.
+        settles, settled = Signal(), Signal.like(settle.i.payload, reset_less=True)
+        m.d.sync += [settles.eq(memory.o.valid & answer.won), settled.ray.eq(answer.ray),
+                     settled.inverse.eq(answer.inverse)]
+        m.d.comb += [settle.i.valid.eq(settles), settle.i.payload.eq(settled)]
         m.d.comb += [memory.i.payload[name].eq(update[name]) for name in ("ray", "inverse", "patch", "hit")]
         m.d.comb += [pipeline.i_update.payload[name].eq(answer[name]) for name in ("ray", "inverse", "won")]
         wiring.connect(m, pipeline.o_payload, memory.i_payload)
@@ -188,7 +194,7 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
         bank = memory.active ^ self.i_read_out.payload
-        asked = there & Mux(self.i_read_out.payload, earlier, drained) & ~begins
+        asked = there & Mux(self.i_read_out.payload, earlier, drained & read_now) & ~begins
         m.d.comb += [read_out.i.valid.eq(self.i_read_out.valid & asked),
                      self.i_read_out.ready.eq(read_out.i.ready & asked), read_out.i.payload.bank.eq(bank)]
         for name in ("section", "tiles_across"):
@@ -213,6 +219,6 @@ class IntersectionUnit(wiring.Component):
         for name, count in events.items():
             counter = self.counters[name]
             m.d.sync += counter.eq(counter + count)
-            with m.If(self.i_frustum.ready):
+            with m.If(accepts):
                 m.d.sync += counter.eq(0)
         return m

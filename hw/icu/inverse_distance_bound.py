@@ -45,7 +45,7 @@ class InverseDistanceBound(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 22`` cycles, ``bits(n)`` those of
+    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 23`` cycles, ``bits(n)`` those of
     the number n. A patch every four cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.inverse_distance.bound`, `golden.icu.settle_code.settle_threshold`.
@@ -120,11 +120,9 @@ class InverseDistanceBound(wiring.Component):
         pipeline.output(self.o.payload.bound, bound)
         first, cut = scale(config)
 
-        def threshold(bound):
-            code = ((bound - first) >> cut) + 1
-            return Mux(code < 1, 1, Mux(code > icu.settle.high + 1, icu.settle.high + 1, code))
-
-        pipeline.output(self.o.payload.threshold, pipeline.register(threshold, bound))
+        code = pipeline.register(lambda bound: ((bound - first) >> cut) + 1, bound)
+        pipeline.output(self.o.payload.threshold, pipeline.register(
+            lambda code: Mux(code < 1, 1, Mux(code > icu.settle.high + 1, icu.settle.high + 1, code)), code))
         pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
         self.latency = self._phases.latency + PHASES - 1 + pipeline.latency
 

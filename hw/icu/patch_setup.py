@@ -96,7 +96,7 @@ class PatchSetup(wiring.Component):
                 or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
             raise ValueError("Latencies must be such that planes come before coordinates, a screen's window before the "
                              "plane factor, and the clipped window before the bound")
-        self.latency = factor + self._bound.latency + 1
+        self.latency = factor + self._bound.latency + 2
 
     def elaborate(self, platform):
         m = Module()
@@ -178,6 +178,11 @@ class PatchSetup(wiring.Component):
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))
         slot = bound.o.payload.slot
-        dead = own.bit_select(slot, 1) | dropped.bit_select(slot, 1)
-        feed(ready.i, bound.o, slot=slot, threshold=bound.o.payload.threshold, window=Mux(dead, 0, clipped))
+        made, comes, dead = Signal(formats.patch_window, reset_less=True), Signal(), Signal(2, reset_less=True)
+        m.d.sync += [
+            comes.eq(bound.o.valid), made.slot.eq(slot), made.threshold.eq(bound.o.payload.threshold),
+            made.window.eq(clipped), dead.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
+        m.d.comb += [ready.i.valid.eq(comes), ready.i.payload.eq(made)]
+        with m.If(dead.any()):
+            m.d.comb += ready.i.payload.window.eq(0)
         return m

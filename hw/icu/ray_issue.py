@@ -46,12 +46,16 @@ class RayIssue(wiring.Component):
         side = self._config.icu.tile_bits
         lanes = 1 << 2 * side
         now, there = Signal(self._formats.tile_rays), Signal()
-        rest = now.mask & (now.mask - 1)[:lanes]
-        ends = ~rest.any()
+        def without_lowest(mask):
+            return mask & (mask - 1)[:lanes]
+
+        # The last ray of a tile, or none, known a cycle before: it lets the next tile in.
+        rest, ends = without_lowest(now.mask), Signal()
         m.d.comb += self.i.ready.eq(~there | ends)
-        m.d.sync += now.mask.eq(rest)
+        m.d.sync += [now.mask.eq(rest), ends.eq(~without_lowest(rest).any())]
         with m.If(self.i.ready):
-            m.d.sync += [now.eq(self.i.payload), there.eq(self.i.valid)]
+            m.d.sync += [now.eq(self.i.payload), there.eq(self.i.valid),
+                         ends.eq(~without_lowest(self.i.payload.mask).any())]
 
         lowest = Signal(lanes)
         m.d.comb += lowest.eq(now.mask & ~rest)

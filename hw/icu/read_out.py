@@ -64,8 +64,8 @@ class ReadOut(wiring.Component):
         # The places of the rays that have been asked for.
         m.submodules.places = places = Queue(self._place, depth=16)
         section = command.section
-        last_column = column == (section.end_column - section.first_column - 1)[:len(column)]
-        last_row = row == (section.end_row - section.first_row - 1)[:len(row)]
+        end_column, end_row = (Signal(self._formats.index) for _ in range(2))
+        last_column, last_row = column == end_column, row == end_row
         m.d.comb += [
             self.i.ready.eq(~self.busy), self.bank.eq(command.bank),
             self.o_ask.valid.eq(asks & places.i.ready), places.i.valid.eq(asks & self.o_ask.ready),
@@ -78,7 +78,10 @@ class ReadOut(wiring.Component):
             self.o.payload.column.eq(places.o.payload.column), self.o.payload.row.eq(places.o.payload.row),
             self.o.payload.last.eq(places.o.payload.last), self.o.payload.hit.eq(self.i_hit.payload)]
         with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [command.eq(self.i.payload), self.busy.eq(1), asks.eq(1), column.eq(0), row.eq(0), base.eq(0)]
+            given = self.i.payload.section
+            m.d.sync += [command.eq(self.i.payload), self.busy.eq(1), asks.eq(1), column.eq(0), row.eq(0), base.eq(0),
+                         end_column.eq(given.end_column - given.first_column - 1),
+                         end_row.eq(given.end_row - given.first_row - 1)]
         with m.If(asks & self.o_ask.ready & places.i.ready):
             m.d.sync += column.eq(Mux(last_column, 0, column + 1))
             with m.If(last_column):

@@ -9,6 +9,7 @@ from golden.config import Config
 from hw.formats import Formats
 from hw.lib.fixed import small_product
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["WindowWalk"]
 
@@ -34,7 +35,7 @@ class WindowWalk(wiring.Component):
 
     Timing
     ------
-    Latency: ``bits(side_bits - tile_bits) + 3`` cycles from a window to its first step, ``bits(n)`` those of the number
+    Latency: ``bits(side_bits - tile_bits) + 4`` cycles from a window to its first step, ``bits(n)`` those of the number
     n. One step per cycle, also from one window to the next; stalls with ``o``.
 
     Golden counterpart: `golden.icu.window_walk.window_rays`. Source: Shen 1993, section 5.3.5.
@@ -64,7 +65,7 @@ class WindowWalk(wiring.Component):
         row_first = pipeline.input(window.row_first)
         some = pipeline.register(lambda rows, columns: rows.any() & columns.any(), pipeline.input(window.row_count),
                                  pipeline.input(window.column_count))
-        base = small_product(pipeline, pipeline.combine(lambda row: Cat(row >> side, 0).as_signed(), row_first),
+        base = small_product(pipeline, pipeline.combine(lambda row: Cat(row[side:], 0).as_signed(), row_first),
                              pipeline.constant(Cat(self.tiles_across, 0).as_signed()))
         for name, value in (
                 ("slot", pipeline.input(given.slot)), ("threshold", pipeline.input(given.threshold)),
@@ -74,19 +75,21 @@ class WindowWalk(wiring.Component):
                 ("wrapped_last", last(0, window.wrapped_count)), ("row_first", row_first),
                 ("row_last", last(window.row_first, window.row_count)), ("base", base)):
             pipeline.output(made[name], value)
-        self.latency = pipeline.latency + 2
+        self.latency = pipeline.latency + 3
 
     def elaborate(self, platform):
         m = Module()
         self._pipeline.add_to(m)
         side = self._config.icu.tile_bits
-        begins, walked = self._begins, Signal(self._window)
+        # The walk's end decides in the last moment whether the next window is taken.
+        m.submodules.next = following = SkidBuffer(self._window)
+        m.d.comb += [following.i.valid.eq(self._begins.valid), following.i.payload.eq(self._begins.payload),
+                     self._begins.ready.eq(following.i.ready)]
+        begins, walked = following.o, Signal(self._window)
         walks = Signal()
         tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
         base, second = Signal.like(walked.base), Signal()
-
-        first_of_piece = Mux(second, 0, walked.column_first)
-        last_of_piece = Mux(second, walked.wrapped_last, walked.column_last)
+        first_of_piece, last_of_piece = (Signal.like(walked.column_first) for _ in range(2))
         first_column = tile_column == first_of_piece[side:]
         last_column = tile_column == last_of_piece[side:]
         last_row = tile_row == walked.row_last[side:]
@@ -109,14 +112,17 @@ class WindowWalk(wiring.Component):
             with m.If(~last_column):
                 m.d.sync += tile_column.eq(tile_column + 1)
             with m.Elif(walked.round & ~second):
-                m.d.sync += [second.eq(1), tile_column.eq(0)]
+                m.d.sync += [second.eq(1), tile_column.eq(0), first_of_piece.eq(0),
+                             last_of_piece.eq(walked.wrapped_last)]
             with m.Else():
                 m.d.sync += [second.eq(0), tile_column.eq(walked.column_first[side:]), tile_row.eq(tile_row + 1),
-                             base.eq(base + self.tiles_across)]
+                             base.eq(base + self.tiles_across), first_of_piece.eq(walked.column_first),
+                             last_of_piece.eq(walked.column_last)]
             with m.If(ends):
                 m.d.sync += walks.eq(0)
         with m.If(begins.valid & begins.ready):
             window = begins.payload
             m.d.sync += [walks.eq(1), walked.eq(window), second.eq(0), base.eq(window.base),
-                         tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:])]
+                         tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:]),
+                         first_of_piece.eq(window.column_first), last_of_piece.eq(window.column_last)]
         return m
