@@ -4,8 +4,9 @@ from golden.icu.screening import edge_distances, inside
 from golden.stimulus import stimulus
 from golden.stimulus.icu.edge_planes import planes_of
 from hw.icu.screening import Screening
-from tb.icu.vectors import rows, turns_of
+from tb.icu.vectors import assert_all_occur, rows, turns_of
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.runner import SIMULATORS
 
 
@@ -13,11 +14,16 @@ def make(config):
     return Screening(config=config, tag=9)
 
 
-def vectors(config):
+def drawn(config):
+    """Rays and planes, their distances, whether a ray is inside and by which orientation."""
     given = stimulus("icu.intersection", count=400, seed=3, config=config).arrays
     planes = planes_of(given)
     distances = edge_distances(planes, given["ray"], config.numbers)
-    held, orientation = inside(distances, planes)
+    return given, distances, *inside(distances, planes)
+
+
+def vectors(config):
+    given, distances, held, orientation = drawn(config)
     return Vectors(
         items=[{"tag": k, "direction": rows(given["ray"][k]), "planes": rows(given["planes"][k]),
                 "turns": turns_of(given, k)} for k in range(400)],
@@ -27,6 +33,20 @@ def vectors(config):
 
 def test_every_width_and_depth():
     check_block(make, vectors)
+
+
+@pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
+def test_the_vectors_hold_every_case(changes):
+    given, distances, held, orientation = drawn(config_of(changes))
+    split, edges = given["split"] > 0, distances[:, :4]
+    first = orientation == given["orientation"][:, 0]
+    assert_all_occur({
+        "inside": held & ~split, "outside": ~held & ~split, "outside both triangles": ~held & split,
+        "in a triangle of the first orientation": held & split & first,
+        "in a triangle of the other orientation": held & split & ~first,
+        "held by +1": held & (orientation == 1), "held by -1": held & (orientation == -1),
+        "at an edge": held & ((edges == 0).sum(axis=1) == 1), "at a vertex": held & ((edges == 0).sum(axis=1) > 1),
+        "without orientation": ~given["orientation"].any(axis=1)})
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

@@ -2,8 +2,9 @@ import pytest
 
 from golden.stimulus import stimulus
 from hw.icu.uv_subdivision import UvSubdivision
-from tb.icu.vectors import rows
+from tb.icu.vectors import assert_all_occur, rows
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.runner import SIMULATORS
 
 
@@ -11,8 +12,12 @@ def make(config):
     return UvSubdivision(config=config, tag=9)
 
 
+def drawn(config):
+    return stimulus("icu.uv_subdivision", count=400, seed=3, config=config).arrays
+
+
 def vectors(config):
-    given = stimulus("icu.uv_subdivision", count=400, seed=3, config=config).arrays
+    given = drawn(config)
     aligned = rows(given["aligned"] * given["held"][:, None])
     return Vectors(
         items=[{"tag": k, "distances": aligned[k]} for k in range(400)],
@@ -21,6 +26,19 @@ def vectors(config):
 
 def test_every_width_and_depth():
     check_block(make, vectors)
+
+
+@pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
+def test_the_vectors_hold_every_case(changes):
+    config = config_of(changes)
+    given = drawn(config)
+    u, v, most = given["u"], given["v"], config.icu.uv.high
+    assert_all_occur({
+        **{f"in corner {a, b}": (u == a) & (v == b) for a in (0, most) for b in (0, most)},
+        "on an edge": ((u == 0) | (u == most)) != ((v == 0) | (v == most)),
+        "inside": (u > 0) & (u < most) & (v > 0) & (v < most),
+        **{f"held by orientation {turn}": given["held"] == turn for turn in (-1, 1)},
+        "with a distance of 0": (given["distances"] == 0).any(axis=1)})
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
