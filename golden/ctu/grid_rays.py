@@ -129,16 +129,17 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
         The grid of which they are the middle: ``2^bits`` columns (rows) over the slopes ``-half_angles`` to
         ``half_angles``.
     """
-    step = 2 * (margins.RADIUS - margins.slack(shell)) / (np.sqrt(2) * shell)
     halves = [angle * count / 2.0**bit for count, bit, angle in zip(pixels, bits, half_angles, strict=True)]
     stretch, axes = screen_stretch(halves), []
+    step = 2 * (margins.RADIUS - margins.slack(shell, stretch)) / (np.sqrt(2) * shell)
     for count, half in zip(pixels, halves, strict=True):
         scale = count / (2 * half)
-        border = margins.screen_border(shell, half)
+        border = margins.screen_border(shell, half, stretch)
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
-        position, reach = _position((slope + half) * scale), _reach(margins.screen_reach(shell, half, step) * scale)
-        border = int(_reach(margins.screen_sector_reach(shell, half, step) * scale))
+        position = _position((slope + half) * scale)
+        reach = _reach(margins.screen_reach(shell, half, step, stretch) * scale)
+        border = int(_reach(margins.screen_sector_reach(shell, half, step, stretch) * scale))
         axes.append((_table(slope / stretch), position, border, reach, *_window(position, reach, count)))
     (x, column_position, column_border, column_reach, first_column, column_count), (
         y, row_position, row_border, _, first_row, row_count) = axes

@@ -17,13 +17,14 @@ DIAGONAL = np.sqrt(3) / 2
 RADIUS = 0.5
 
 
-def slack(shell: int) -> float:
+def slack(shell: int, stretch: float = 1.0) -> float:
     """What rounding moves a hit, a grid ray or a cell border in this shell.
 
-    Directions are off by less than 2^-14 of the distance (normalised vertices, tables and matrix have 16 fraction
-    bits); start points, steps and distances by less than 2^-10 of the smallest cell.
+    Directions are off by less than 2^-13 of a grid ray's parameter, which is ``stretch`` times the distance or depth:
+    tables, matrix and direction are rounded to 16 fraction bits, at most 12 times half a unit together, and vertices
+    are normalised. Start points, steps and distances are off by less than 2^-10 of a cell.
     """
-    return 2.0**-10 + shell * 2.0**-14
+    return 2.0**-10 + shell * stretch * 2.0**-13
 
 
 def depth(shell: int) -> float:
@@ -52,20 +53,20 @@ sector_angle = angle
 sector_reach = azimuth_reach
 
 
-def screen_border(shell: int, half: float) -> float:
+def screen_border(shell: int, half: float, stretch: float) -> float:
     """How far beyond a screen's border, as a slope, the centre of a cell may lie that holds a hit on the screen.
 
     ``half`` is the slope of the border itself; the hit may be half a diagonal from the centre, and its depth too.
     """
-    return (DIAGONAL + slack(shell)) * np.sqrt(1 + half * half) / (shell - 1)
+    return (DIAGONAL + slack(shell, stretch)) * np.sqrt(1 + half * half) / (shell - 1)
 
 
-def screen_reach(shell: int, half: float, step: float) -> float:
+def screen_reach(shell: int, half: float, step: float, stretch: float) -> float:
     """How far apart the slopes of a hit in a cell and of the grid ray that opens the cell may be, in x as in y.
 
     ``step`` is the distance between grid rays.
     """
-    return (DIAGONAL + slack(shell)) * np.sqrt(1 + half * half) / (shell - 1) + step / 2
+    return (DIAGONAL + slack(shell, stretch)) * np.sqrt(1 + half * half) / (shell - 1) + step / 2
 
 
 screen_sector_reach = screen_reach

@@ -44,7 +44,8 @@ class CellTraversalUnit:
     Errors
     ------
     InputError
-        Shells are longer than a traversal's parameters: the field of view is too wide, or the cells are too small.
+        Directions are too coarse for the cells, or a traversal's parameters are too short: the field of view is too
+        wide, or the cells are too small.
     """
 
     def __init__(self, record: FrustumRecord, table: CellTable, sector: Sector | None = None):
@@ -62,7 +63,8 @@ class CellTraversalUnit:
             distance = np.sqrt((offset * offset).sum(axis=1).max())
         self.last_shell = max(1, int(np.ceil(distance / table.cell * (1 + margins.slack(1)))))
         begin, end = self.borders(self.last_shell)
-        if end - begin > NEVER or begin >> BEGIN_BITS:
+        too_coarse = margins.slack(self.last_shell, record.stretch) > margins.RADIUS / 2
+        if too_coarse or end - begin > NEVER or begin >> BEGIN_BITS:
             raise InputError(f"frustum: {self.last_shell} shells of {record.stretch:.6g} cells along the way of a grid "
                              "ray are too many; take a narrower view or larger cells")
 

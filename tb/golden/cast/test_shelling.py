@@ -168,17 +168,17 @@ def test_without_the_rays_past_a_sector_border_hits_are_lost(margin):
 
 
 def test_without_the_rays_past_a_screen_sector_border_hits_are_lost(margin):
-    margin(screen_sector_reach=lambda shell, half, step: 0.0)
+    margin(screen_sector_reach=lambda shell, half, step, stretch: 0.0)
     assert wrong(SCREENS, parts=4)
 
 
 def test_without_the_rays_past_a_screen_border_hits_are_lost(margin):
-    margin(screen_border=lambda shell, half: 0.0)
+    margin(screen_border=lambda shell, half, stretch: 0.0)
     assert wrong(SCREENS)
 
 
 def test_without_the_reach_around_pixels_hits_are_lost(margin):
-    margin(screen_reach=lambda shell, half, step: step / 2)
+    margin(screen_reach=lambda shell, half, step, stretch: step / 2)
     assert wrong(SCREENS)
 
 

@@ -43,7 +43,7 @@ def test_every_centre_in_a_slab_is_within_half_a_cell_of_a_grid_ray_at_its_own_d
     random = np.random.default_rng(shell)
     rays = screen_rays(shell, **SCREEN).direction.reshape(-1, 3)[:, :2] / 2.0**FRACTION * STRETCH
     half = np.array(SCREEN["half_angles"]) * SCREEN["pixels"] / 2.0**np.array(SCREEN["bits"])
-    edge = half + margins.screen_border(shell, half)
+    edge = half + margins.screen_border(shell, half, STRETCH)
     centre = random.uniform(-edge, edge, (1000, 2))
     distance = np.linalg.norm(centre[:, None] - rays[None], axis=2).min(axis=1)
     assert (shell * distance).max() < margins.RADIUS
@@ -81,8 +81,8 @@ def test_a_grid_ray_of_a_screen_survives_while_a_near_pixel_may_change(shell):
     pitch = 2 * np.array(SCREEN["half_angles"]) / 2.0**np.array(SCREEN["bits"])
     half = pitch * SCREEN["pixels"] / 2
     slope = rays.direction[..., :2] / 2.0**FRACTION * STRETCH
-    step = 2 * (margins.RADIUS - margins.slack(shell)) / (np.sqrt(2) * shell)
-    reach = np.array([margins.screen_reach(shell, h, step) for h in half])
+    step = 2 * (margins.RADIUS - margins.slack(shell, STRETCH)) / (np.sqrt(2) * shell)
+    reach = np.array([margins.screen_reach(shell, h, step, STRETCH) for h in half])
     random = np.random.default_rng(shell)
     for _ in range(5):
         pixel = random.integers((columns, rows))
