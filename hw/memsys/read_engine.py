@@ -115,20 +115,21 @@ class ReadEngine(wiring.Component):
         # Beats into the buffer.
         came, beat = Signal(), Signal.like(self.i_data.payload, reset_less=True)
         m.d.sync += [came.eq(self.i_data.valid), beat.eq(self.i_data.payload)]
-        m.submodules.counts = counts = Memory(shape=formats.burst_bits + 1, depth=slots, init=[],
-                                              attrs={"ram_style": "distributed"})
+        # By slot: beats that have come, and whether those were as many as there must be already.
+        so_far = StructLayout({"beats": formats.burst_bits, "full": 1})
+        m.submodules.counts = counts = Memory(shape=so_far, depth=slots, init=[], attrs={"ram_style": "distributed"})
         count_read, count_write = counts.read_port(domain="comb"), counts.write_port()
         length_read, about_read = lengths.read_port(domain="comb"), bursts.read_port(domain="comb")
-        count = Signal(formats.burst_bits + 1)
-        known, excess = Signal(), count > length_read.data
-        amiss = beat.last != (count == length_read.data)
+        count, known = Signal(so_far), Signal()
+        at_end = count.beats == length_read.data
+        amiss = (beat.last != at_end) | count.full
         write = buffer.write_port()
         m.d.comb += [
             *(port.addr.eq(beat.id) for port in (count_read, length_read, about_read, count_write)),
             count.eq(Mux(bit(fresh, beat.id), 0, count_read.data)), known.eq(bit(owed, beat.id)),
-            count_write.data.eq(count + ~excess), count_write.en.eq(came & known),
-            write.addr.eq(Cat(count[:-1], beat.id)[:len(write.addr)]), write.data.eq(beat.data),
-            write.en.eq(came & known & ~excess)]
+            count_write.data.beats.eq(count.beats + 1), count_write.data.full.eq(count.full | at_end),
+            count_write.en.eq(came & known), write.addr.eq(Cat(count.beats, beat.id)[:len(write.addr)]),
+            write.data.eq(beat.data), write.en.eq(came & known & ~count.full)]
         with m.If(came & known):
             m.d.sync += bit(fresh, beat.id).eq(0)
             with m.If(beat.last):
@@ -141,22 +142,23 @@ class ReadEngine(wiring.Component):
         # Bursts out of it.
         first_read = bursts.read_port(domain="comb")
         going, outgoing, at = first_read.data, self._outgoing, Signal(formats.burst_bits)
-        at_end = at == going.length
+        ends = at == going.length
         m.d.comb += [
             first_read.addr.eq(oldest), outgoing.valid.eq((level != 0) & (going.bad | gives_up | ~bit(owed, oldest))),
             outgoing.payload.slot.eq(oldest), outgoing.payload.beat.eq(at), outgoing.payload.tag.eq(going.tag),
-            outgoing.payload.last.eq(going.ends & at_end),
+            outgoing.payload.last.eq(going.ends & ends),
             outgoing.payload.error.eq(going.bad | gives_up | bit(wrong, oldest)),
-            leaves.eq(outgoing.valid & outgoing.ready & at_end)]
+            leaves.eq(outgoing.valid & outgoing.ready & ends)]
         with m.If(outgoing.valid & outgoing.ready):
             m.d.sync += at.eq(at + 1)
         with m.If(leaves):
             m.d.sync += [at.eq(0), oldest.eq(oldest + 1 if slots > 1 else 0)]
 
-        # What goes wrong. A time-out is told with the address of the oldest burst.
+        # What goes wrong. Beats that nobody waits for do not count as an answer. A time-out is told with the address of
+        # the oldest burst.
         waits = Signal()
         m.d.sync += waits.eq(owed.any())
-        m.d.comb += [timeout.waits.eq(waits & ~gives_up), timeout.moves.eq(came)]
+        m.d.comb += [timeout.waits.eq(waits & ~gives_up), timeout.moves.eq(came & known & ~count.full)]
         with m.If(timeout.expired):
             m.d.sync += gives_up.eq(1)
         with m.Elif(~owed.any()):

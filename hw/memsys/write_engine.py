@@ -132,7 +132,7 @@ class WriteEngine(wiring.Component):
         m.d.comb += [
             timeout.waits.eq((owed != 0) & told & ~gives_up),
             timeout.moves.eq((self.o_address.valid & self.o_address.ready) | (self.o_data.valid & self.o_data.ready)
-                             | response.valid)]
+                             | (response.valid & expected))]
         with m.If(timeout.expired):
             m.d.sync += gives_up.eq(1)
         with m.Elif((owed == 0) & (asked == 0) & (sent_left == 0) & ~self.o_data.valid & ~self.o_address.valid):
