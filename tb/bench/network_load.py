@@ -33,8 +33,8 @@ FINE = 9
 
 # BookSim 2, commit 28f43299: mesh, dimension order, 8-flit buffers, two-stage routers with speculative switch
 # allocation (routing_delay 0, vc_alloc_delay 1, sw_alloc_delay 1, st_final_delay 1, speculative 1), one-cycle links,
-# sample period 2000, 3 periods of warm-up. By side, flits, pattern and channels: latency at low load, saturation (largest load with
-# less than 3 x that), flits accepted at an offered 1.0.
+# sample period 2000, 3 periods of warm-up. By side, flits, pattern and channels: latency at low load, saturation (the
+# largest load with less than 3 x that), flits accepted at an offered 1.0.
 BOOKSIM = {
     (4, 1, "uniform"): {1: (12.5, 0.660, 0.681), 2: (12.5, 0.749, 0.768), 4: (12.5, 0.768, 0.775)},
     (4, 1, "transpose"): {1: (12.4, 0.331, 0.625), 2: (12.4, 0.331, 0.625), 4: (12.4, 0.327, 0.625)},
