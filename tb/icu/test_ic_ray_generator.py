@@ -16,9 +16,16 @@ from hw.icu.settle_map import SettleMap
 from tb.icu.frustum_load import tiles
 from tb.icu.vectors import section_window_of
 from tb.lib.configurations import config_of
+from tb.lib.coverage import Coverage
 from tb.lib.payload import pack
 
-WINDOWS = 100
+WINDOWS = 60
+# Of sections.
+BOUNDS = [(0, None, 0, None), (0, 20, 3, 9), (11, 43, 2, None)]
+CASES = ("window without rays", "window of one ray", "window in two pieces", "ray skipped", "tile skipped",
+         "last tile without a ray that may improve", "window without a ray that may improve",
+         "whole window may improve", "ray of the largest code that may improve", "code just below the threshold",
+         "code at the threshold")
 
 
 class Generator(wiring.Component):
@@ -47,6 +54,7 @@ class Walk:
         first, end, top, bottom = bounds
         self.section = section = Sector(first, end or record.columns, top, bottom or record.rows)
         given = draw_windows(random, record, WINDOWS)
+        given.column_count[8:24] = given.row_count[8:24] = 1
         if choose is not None:
             given = choose(given)
         self.windows, self.across = section_clip(given, section, record), tiles(section, config)[0]
@@ -54,21 +62,41 @@ class Walk:
                                     np.arange(section.end_row - section.first_row))
         self.places = ray_address(columns.ravel(), rows.ravel(), self.across, config.icu)
         self.inverse = np.zeros(config.icu.rays, dtype=np.int64)
-        settled = self.places[random.random(len(self.places)) < 0.6]
-        self.inverse[settled] = random.integers(1 << 22, 3 << 22, len(settled))
+        # Every other tile has no ray without a hit, and there the hits are near.
+        full = (self.places >> 2 * tile_bits) % 2 == 0
+        settled = (random.random(len(self.places)) < 0.6) | full
+        near = np.where(full, (5 << 21) + random.integers(1 << 21, size=len(full)),
+                        random.integers(1 << 22, 3 << 22, len(full)))
+        self.inverse[self.places[settled]] = near[settled]
+        settled = self.places[settled]
         self.settled = random.permutation(settled).tolist()
         self.threshold = random.integers(1, config.icu.settle.high + 2, WINDOWS)
-        self.threshold[:WINDOWS // 3] = config.icu.settle.high + 1
+        self.threshold[::3] = config.icu.settle.high + 1
+        self.threshold[1::6] = random.integers(1, 8, len(self.threshold[1::6]))
         self.random = random
+        self.coverage = Coverage(CASES)
 
     def expected(self):
         """The rays in order, and how many of each window there are."""
         code, rays, live = settle_code(self.inverse, self.config), [], np.zeros(WINDOWS, dtype=int)
+        side = 2 * self.config.icu.tile_bits
         for which in range(WINDOWS):
             columns, rows = window_rays(self.windows, which, self.config.icu)
             place = ray_address(columns, rows, self.across, self.config.icu)
             may = code[place] < self.threshold[which]
             live[which] = may.sum()
+            tile = place >> side
+            some = np.isin(tile, tile[may])
+            self.coverage.hit_all({
+                "window without rays": len(place) == 0, "window of one ray": len(place) == 1,
+                "window in two pieces": self.windows.wrapped_count[which] > 0,
+                "ray skipped": ~may, "tile skipped": ~some & (tile != tile[-1:]),
+                "last tile without a ray that may improve": len(place) > 0 and not some[-1],
+                "window without a ray that may improve": len(place) > 0 and not may.any(),
+                "whole window may improve": len(place) > 0 and may.all(),
+                "ray of the largest code that may improve": may & (code[place] == self.config.icu.settle.high),
+                "code just below the threshold": code[place] == self.threshold[which] - 1,
+                "code at the threshold": code[place] == self.threshold[which]})
             rays += [(which % 64, int(ray), int(column) + self.section.first_column, int(row) + self.section.first_row)
                      for ray, column, row in zip(place[may], columns[may], rows[may], strict=True)]
         return rays, live
@@ -127,7 +155,7 @@ class Walk:
 
 
 @pytest.mark.parametrize("tile_bits", [1, 2, 3])
-@pytest.mark.parametrize("bounds", [(0, None, 0, None), (0, 20, 3, 9), (11, 43, 2, None)], ids=str)
+@pytest.mark.parametrize("bounds", BOUNDS, ids=str)
 def test_the_rays_that_may_improve_are_issued_in_order_and_in_time(tile_bits, bounds):
     walk = Walk(tile_bits=tile_bits, bounds=bounds, seed=4)
     issued, visited, cycles = walk.run()
@@ -136,6 +164,16 @@ def test_the_rays_that_may_improve_are_issued_in_order_and_in_time(tile_bits, bo
     assert visited == walk.windows.rays.sum()
     # One cycle more per window where its last tile has no ray.
     assert live.sum() <= cycles <= walk_cycles(walk.windows, live, walk.config.icu).sum() + WINDOWS
+
+
+@pytest.mark.parametrize("tile_bits", [1, 2, 3])
+def test_the_walks_hold_every_case(tile_bits):
+    coverage = Coverage(CASES)
+    for bounds in BOUNDS:
+        walk = Walk(tile_bits=tile_bits, bounds=bounds, seed=4)
+        walk.coverage = coverage
+        walk.expected()
+    coverage.check()
 
 
 def test_windows_of_one_ray_are_issued_in_consecutive_cycles():
