@@ -9,9 +9,24 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats, TableKind
 from hw.lib.fixed import round_shift
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import Pipeline, Staged
 
-__all__ = ["RayDirection"]
+__all__ = ["RayDirection", "direction"]
+
+
+def direction(pipeline: Pipeline, column: Staged, row: Staged, is_screen, config: Config) -> tuple[Staged, ...]:
+    """x, y, z of entries (`Formats.direction_pair`) of a column table and a row table, see `RayDirection`."""
+    numbers = config.numbers
+    first, second = (pipeline.combine(lambda pair, k=k: pair[k], row) for k in range(2))
+    around = [pipeline.combine(lambda pair, k=k: pair[k], column) for k in range(2)]
+    across = [pipeline.register(lambda value: round_shift(value, numbers.direction_fraction), pipeline.product(
+        first, value, registers=config.icu.product_registers)) for value in around]
+
+    def chosen(screen, hemisphere):
+        return pipeline.register(lambda a, b: Mux(is_screen, a, b).as_signed(), screen, hemisphere)
+
+    one = pipeline.constant(Const(1 << numbers.direction_fraction, numbers.direction.width).as_signed())
+    return chosen(around[0], across[0]), chosen(first, across[1]), chosen(one, second)
 
 
 class RayDirection(wiring.Component):
@@ -43,7 +58,7 @@ class RayDirection(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats, numbers = Formats(config), config.numbers
+        formats = Formats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "column": formats.index, "row": formats.index}),
                                      always_ready=True)),
@@ -57,16 +72,7 @@ class RayDirection(wiring.Component):
         column, row = (pipeline.delay(pipeline.read(self._tables[kind].read_port(), pipeline.input(index)), 1)
                        for kind, index in ((TableKind.COLUMN, self.i.payload.column),
                                            (TableKind.ROW, self.i.payload.row)))
-        first, second = (pipeline.combine(lambda pair, k=k: pair[k], row) for k in range(2))
-        around = [pipeline.combine(lambda pair, k=k: pair[k], column) for k in range(2)]
-        across = [pipeline.register(lambda value: round_shift(value, numbers.direction_fraction), pipeline.product(
-            first, value, registers=config.icu.product_registers)) for value in around]
-
-        def chosen(screen, hemisphere):
-            return pipeline.register(lambda a, b: Mux(self.is_screen, a, b).as_signed(), screen, hemisphere)
-
-        one = pipeline.constant(Const(1 << numbers.direction_fraction, numbers.direction.width).as_signed())
-        for axis, value in enumerate((chosen(around[0], across[0]), chosen(first, across[1]), chosen(one, second))):
+        for axis, value in enumerate(direction(pipeline, column, row, self.is_screen, config)):
             pipeline.output(self.o.payload.direction[axis], value)
         pipeline.output(self.o.payload.tag, pipeline.input(self.i.payload.tag))
         self.latency = pipeline.latency

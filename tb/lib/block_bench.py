@@ -115,6 +115,9 @@ def _run(component, given, interval, generator, items_per_result):
     async def drive(ctx):
         for port, value in given.ports.items():
             ctx.set(getattr(component, port), value)
+        for output in (getattr(component, name) for name in came):
+            if not output.signature.always_ready:
+                ctx.set(output.ready, 1)
         for write in given.tables:
             ctx.set(component.i_table.payload, write)
             ctx.set(component.i_table.valid, 1)

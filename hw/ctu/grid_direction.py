@@ -1,0 +1,67 @@
+"""Grid direction: of a grid ray's row and column in G."""
+
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.icu.ray_direction import direction
+from hw.lib.fixed import round_shift, total
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["GridDirection"]
+
+
+class GridDirection(wiring.Component):
+    """``to_global d``, rounded once, of the direction d that `RayDirection` makes of the same tables' entries.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes along.
+
+    Members
+    -------
+    i
+        ``tag``, ``column`` and ``row`` (`Formats.direction_pair`), entries of the shell's tables.
+    o
+        ``tag`` and ``direction`` (`Formats.grid_direction`, G).
+    is_screen, to_global
+        The frustum's; the same while rays are under way.
+
+    Timing
+    ------
+    Latency: ``2 * product_registers + 5`` cycles. One ray per cycle; stands while the ray at the end waits.
+
+    Golden counterpart: `golden.ctu.unit.global_directions` of `golden.ctu.grid_rays.GridRays.direction`. Source: Shen
+    1993, section 5.3.4.4.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        formats, numbers = Formats(config), config.numbers
+        pair = formats.direction_pair
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"tag": tag, "column": pair, "row": pair}))),
+            "o": Out(stream.Signature(StructLayout({
+                "tag": tag, "direction": ArrayLayout(formats.grid_direction, 3)}))),
+            "is_screen": In(1), "to_global": In(ArrayLayout(formats.direction_vector, 3))})
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        given = self.i.payload
+        local = direction(pipeline, pipeline.input(given.column), pipeline.input(given.row), self.is_screen, config)
+        for axis in range(3):
+            turned = total(pipeline, [
+                pipeline.product(local[k], pipeline.constant(self.to_global[axis][k]),
+                                 registers=config.icu.product_registers) for k in range(3)])
+            pipeline.output(self.o.payload.direction[axis], pipeline.register(
+                lambda value: round_shift(value, numbers.direction_fraction), turned))
+        pipeline.output(self.o.payload.tag, pipeline.input(given.tag))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m
