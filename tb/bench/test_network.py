@@ -1,0 +1,60 @@
+"""What the network's benchmarks make of their measurements."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from golden.noc.topology import Topology
+from golden.schedule.assignment import simple
+from golden.schedule.sections import cut_sections
+from tb.bench.chart import Line, write_chart
+from tb.bench.network import Traffic, assignments, by_place, distances, mean
+from tb.bench.network_load import Curve
+from tb.noc.traffic import Measurement
+
+
+@pytest.mark.parametrize("clusters", [1, 2, 4, 8, 16, 32, 64])
+def test_sections_side_by_side_are_nodes_side_by_side(clusters):
+    topology = Topology.of("torus", clusters)
+    sections = cut_sections(np.ones((64, 256)), clusters=clusters).sections
+    columns, rows = topology.coordinates[by_place(clusters)].T
+    assert [section.first_column for section in sections] == (columns * 256 // topology.columns).tolist()
+    assert [section.first_row for section in sections] == (rows * 64 // topology.rows).tolist()
+
+
+def test_links_are_counted_for_requests_to_others():
+    between = np.zeros((4, 4), dtype=int)
+    between[0] = 100, 3, 0, 5
+    traffic = Traffic(between, 7, between)
+    counts = distances(traffic, Topology("ring", 4, 1), simple(4))
+    assert counts[:3].tolist() == [0, 8, 0]
+    assert distances(traffic, Topology("mesh", 4, 1), simple(4))[:4].tolist() == [0, 3, 0, 5]
+    assert mean(distances(traffic, Topology("mesh", 4, 1), simple(4))) == 18 / 8
+    assert traffic.remote.sum() == 8
+    for processor in assignments(traffic, Topology.of("mesh", 4)).values():
+        assert sorted(processor) == [0, 1, 2, 3]
+
+
+def curve(*latencies):
+    found = [Measurement(offered=0, accepted=0, latency=latency, worst=0) for latency in latencies]
+    return Curve(loads=np.array([0.01, 0.01, 0.2, 0.4, 0.6]), found=found, bound=1)
+
+
+def test_saturation_is_the_last_load_before_the_first_that_takes_three_times_as_long():
+    assert curve(10, 12, 15, 32.9, 33.1).saturation == 0.4
+    assert curve(10, 12, np.inf, 20, 20).saturation == 0.01
+    assert curve(10, 12, 13, 14, 15).saturation == 0.6
+
+
+def test_charts_are_drawn_as_far_as_there_are_points(tmp_path):
+    path = tmp_path / "chart.svg"
+    write_chart(path, [Line(name="a < b", x=np.array([0, 1, 2]), y=np.array([1, 2, np.inf]), ends_at=1)],
+                title="t", x_name="x", y_name="y", y_top=4)
+    space = "{http://www.w3.org/2000/svg}"
+    drawing = ET.parse(path).getroot()
+    line, = drawing.iter(f"{space}polyline")
+    (x0, y0), (x1, y1) = ([float(value) for value in point.split(",")] for point in line.get("points").split())
+    assert x1 > x0
+    assert y1 < y0
+    assert {"a < b", "t", "x", "y"} <= {text.text for text in drawing.iter(f"{space}text")}
