@@ -6,11 +6,21 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from golden.config import Config
+from golden.noc.routing import route
+from golden.noc.topology import Topology
+from hw.noc.router import Router
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
 
 __all__ = ["UNITS", "Row", "measure", "table"]
 
-# The units of each block that are measured alone, and what they are made with beside the configuration.
+
+def _router(*, bits, channels):
+    """Of a node in the midst of a mesh, with queues of eight flits."""
+    return lambda config: Router(routing=route(Topology("mesh", 8, 8), channels), node=27, bits=bits, depth=8)
+
+
+# The units of each block that are measured alone: what they are made with beside the configuration, if they have the
+# name of their class, or else how they are made.
 TAG = {"tag": 1}
 UNITS = {
     "icu": {
@@ -20,6 +30,8 @@ UNITS = {
         "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
         "RayMemory": TAG, "ReadOut": {}, "Collector": {},
     },
+    "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
+            for bits in (32, 72) for channels in (1, 2, 4)},
 }
 
 
@@ -36,8 +48,11 @@ class Row:
 def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool) -> Row:
     """Synthesise one of `UNITS`, and place and route it if ``route``."""
     def make():
+        arguments = UNITS[block][unit]
+        if callable(arguments):
+            return arguments(config)
         module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
-        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **UNITS[block][unit])
+        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
 
     folder = folder / unit
     component = make()

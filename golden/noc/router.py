@@ -9,7 +9,9 @@ from golden.errors import InputError
 from golden.noc.routing import Routing
 from golden.noc.topology import NOWHERE
 
-__all__ = ["Flits", "Routers", "Wires"]
+__all__ = ["ARBITRATIONS", "Flits", "Routers", "Wires"]
+
+ARBITRATIONS = ("round-robin", "age")
 
 _NONE = np.empty(0, dtype=np.int64)
 # Of no packet.
@@ -54,9 +56,10 @@ class Wires:
 class Routers:
     """All routers of one network, or of several equal ones side by side.
 
-    A router has a queue for each virtual channel of each input port. In each cycle each output port takes one flit: of
-    the queues whose first flit is to leave there, whose packet holds the next channel or finds it free, and for which
-    the next queue has room, the next one after the queue that went last. All queues of an input port may go at once.
+    A router has a queue for each virtual channel of each input port. In each cycle each output port takes one flit of a
+    queue that may go: its first flit is to leave there, its packet holds the next channel or finds it free, and the
+    next queue has room. Of several the next one after the queue that went last goes, or that which could have gone in
+    most cycles before without a break, the first of equals. All queues of an input port may go at once.
     A packet holds the channel from its first flit to its last one.
 
     A flit that is on the wire to a router in cycle t is in its queue in t + 1, where it may be granted; in t + 2 it
@@ -77,6 +80,8 @@ class Routers:
         Places of a queue.
     messages
         Kinds of messages, which never wait for each other.
+    arbitration
+        One of `ARBITRATIONS`: in turn, or the longest waiting first.
     copies
         Networks; the nodes of copy c begin at c times their number. Destinations count within a copy.
     alone
@@ -90,8 +95,10 @@ class Routers:
     Source: Shen 1993, section 5.2.3.
     """
 
-    def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1, copies: int = 1,
-                 alone: int | None = None):
+    def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1,
+                 arbitration: str = "round-robin", copies: int = 1, alone: int | None = None):
+        if arbitration not in ARBITRATIONS:
+            raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
         for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
                 raise InputError(f"network: {name} must be at least 1, not {value!r}")
@@ -126,12 +133,16 @@ class Routers:
         self._head, self._level = (np.zeros(count, dtype=np.int64) for _ in range(2))
         self._credits = np.full(count, buffer_flits, dtype=np.int64)
         self._holder = np.full(count, _FREE, dtype=np.int64)
+        self._in_turn = arbitration == "round-robin"
         self._went = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
+        # Cycles in which each queue might have gone, up to now.
+        self._waited = np.zeros(count, dtype=np.int64)
         # What was granted two cycles ago and one cycle ago.
         self._granted = deque([(_NONE, _NONE)] * 2)
         self._returned = _NONE
-        self._all = np.arange(count)
-        self._place = self._all % self._queues_of_node
+        # Flits that were sent, to links and to nodes; cycles in which a port had some to send and could not.
+        self.sent = self.stalls = 0
+        self._place = np.arange(count) % self._queues_of_node
 
     @property
     def level(self) -> np.ndarray:
@@ -182,22 +193,29 @@ class Routers:
 
     def _grant(self, flits):
         """The queues that are left, and to which queues which flits go."""
-        first = self._flit[self._all, self._head]
-        target = self._goes_to[self._all, self._head]
-        may = (self._level > 0) & (self._credits[target] > 0)
-        may &= self._holder[target] == np.where(flits.first[first], _FREE, self._all) if len(flits.first) else False
-        asks = np.flatnonzero(may)
-        port, place = target[asks] // self.channels, self._place[asks]
-        # How many others go before.
-        turn = np.full((len(self._went), self._queues_of_node), self._queues_of_node)
-        turn[port, place] = (place - self._went[port] - 1) % self._queues_of_node
-        chosen = turn.argmin(axis=1)
-        ports = np.flatnonzero(turn[np.arange(len(turn)), chosen] < self._queues_of_node)
-        chosen = chosen[ports]
-        queues = ports // self.ports * self._queues_of_node + chosen
+        busy = np.flatnonzero(self._level)
+        first, target = self._flit[busy, self._head[busy]], self._goes_to[busy, self._head[busy]]
+        may = self._credits[target] > 0
+        may &= self._holder[target] == np.where(flits.first[first], _FREE, busy)
+        wanted = target // self.channels
+        asks, port, place = busy[may], wanted[may], self._place[busy[may]]
+        # The smallest goes first.
+        if self._in_turn:
+            turn = (place - self._went[port] - 1) % self._queues_of_node
+        else:
+            turn = place - self._queues_of_node * self._waited[asks]
+            waited = self._waited[asks] + 1
+            self._waited[:] = 0
+            self._waited[asks] = waited
+        order = np.lexsort((turn, port))
+        chosen = order[np.flatnonzero(np.diff(port[order], prepend=NOWHERE))]
+        ports, queues = port[chosen], asks[chosen]
 
-        self._went[ports] = chosen
-        gone, targets = first[queues], target[queues]
+        self.sent += len(ports)
+        self.stalls += np.count_nonzero(np.bincount(wanted)) - len(ports)
+        self._went[ports] = place[chosen]
+        self._waited[queues] = 0
+        gone, targets = first[may][chosen], target[may][chosen]
         self._head[queues] = (self._head[queues] + 1) % self.buffer_flits
         self._level[queues] -= 1
         self._credits[targets] -= 1

@@ -1,12 +1,11 @@
 """Arbiter: several streams to one, in a fair order."""
 
-from itertools import combinations
-
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Signal
 from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.round_robin import RoundRobin
 
 __all__ = ["Arbiter", "ArbiterPolicy"]
@@ -21,6 +20,11 @@ class ArbiterPolicy(enum.Enum):
 
     ROUND_ROBIN = 0
     LONGEST_WAITING = 1
+
+    @property
+    def rule(self) -> type[RoundRobin] | type[LongestWaiting]:
+        """The component that knows whose turn it is."""
+        return RoundRobin if self is ArbiterPolicy.ROUND_ROBIN else LongestWaiting
 
 
 class Arbiter(wiring.Component):
@@ -71,11 +75,12 @@ class Arbiter(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        asks, goes, moves = Signal(self._count), Signal(self._count), Signal()
+        asks, moves = Signal(self._count), Signal()
         shown = Signal.like(self.o.payload, reset_less=True)
-        first = self._add_round_robin if self._policy is ArbiterPolicy.ROUND_ROBIN else self._add_longest_waiting
+        m.submodules.turns = turns = self._policy.rule(count=self._count)
+        goes = turns.first & moves.replicate(self._count)
         m.d.comb += [moves.eq(self.o.ready | ~self.o.valid), self.o.payload.eq(shown),
-                     goes.eq(first(m, asks, goes) & moves.replicate(self._count))]
+                     turns.asks.eq(asks), turns.goes.eq(moves & asks.any())]
         with m.If(moves):
             m.d.sync += self.o.valid.eq(asks.any())
         for k, source in enumerate(self.i):
@@ -83,26 +88,3 @@ class Arbiter(wiring.Component):
             with m.If(goes[k]):
                 m.d.sync += [shown.source.eq(k), shown.item.eq(source.payload)]
         return m
-
-    def _add_round_robin(self, m, asks, goes):
-        m.submodules.turns = turns = RoundRobin(count=self._count)
-        m.d.comb += [turns.asks.eq(asks), turns.goes.eq(goes.any())]
-        return turns.first
-
-    def _add_longest_waiting(self, m, asks, goes):
-        """The input in front of which nobody else is: a bit per pair remembers who of the two came first."""
-        waits, behind = Signal(self._count), [[] for _ in range(self._count)]
-        m.d.sync += waits.eq(asks & ~goes)
-        for a, b in combinations(range(self._count), 2):
-            a_was_first, a_is_first = Signal(name=f"was_first_{a}_{b}"), Signal(name=f"is_first_{a}_{b}")
-            m.d.comb += a_is_first.eq(Mux(waits[a] & waits[b], a_was_first, waits[a] | ~waits[b]))
-            m.d.sync += a_was_first.eq(a_is_first)
-            behind[a].append(asks[b] & ~a_is_first)
-            behind[b].append(asks[a] & a_is_first)
-        first = Signal(self._count)
-        for k, others in enumerate(behind):
-            m.d.comb += first[k].eq(asks[k])
-            for other in others:
-                with m.If(other):
-                    m.d.comb += first[k].eq(0)
-        return first

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.noc.routing import Routing, check_deadlock_free
 from golden.noc.topology import LOCAL
+from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.flit import link
 from hw.noc.router import Router
 
@@ -19,7 +20,7 @@ class Network(wiring.Component):
     ----------
     routing
         Topology and routes.
-    bits, depth, messages
+    bits, depth, messages, policy
         Of the routers.
 
     Members
@@ -47,11 +48,11 @@ class Network(wiring.Component):
     Golden counterpart: `golden.noc.network`. Source: Shen 1993, section 5.2.3.
     """
 
-    def __init__(self, *, routing: Routing, bits: int, depth: int, messages: int = 1):
+    def __init__(self, *, routing: Routing, bits: int, depth: int, messages: int = 1,
+                 policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         check_deadlock_free(routing)
         self._routing = routing
-        self._routers = [Router(routing=routing, node=node, bits=bits, depth=depth, messages=messages)
-                         for node in range(routing.topology.nodes)]
+        self._router = {"routing": routing, "bits": bits, "depth": depth, "messages": messages, "policy": policy}
         channels, nodes = messages * routing.virtual_channels, routing.topology.nodes
         links = stream.Signature(link(bits, channels), always_ready=True)
         super().__init__({
@@ -61,7 +62,7 @@ class Network(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        routers = self._routers
+        routers = [Router(node=node, **self._router) for node in range(self._routing.topology.nodes)]
         moves, stalls = [], []
         for node, router in enumerate(routers):
             m.submodules[f"router_{node}"] = router

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.round_robin import RoundRobin
+from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.flit import link
 
 __all__ = ["OutputPort"]
@@ -28,6 +28,8 @@ class OutputPort(wiring.Component):
         Queues that send here, at least 1.
     depth
         Places of the queues behind the channels.
+    policy
+        Whose turn it is; only who may go counts as waiting.
 
     Members
     -------
@@ -50,7 +52,9 @@ class OutputPort(wiring.Component):
     Latency: ``2`` cycles from ``fronts`` to ``o``. One flit per cycle.
     """
 
-    def __init__(self, *, bits: int, channels: int, sources: int, depth: int):
+    def __init__(self, *, bits: int, channels: int, sources: int, depth: int,
+                 policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
+        self._policy = policy
         self._bits, self._channels, self._sources, self._depth = bits, channels, sources, depth
         front = StructLayout({"valid": 1, "first": 1, "last": 1, "channel": range(channels)})
         super().__init__({
@@ -61,7 +65,7 @@ class OutputPort(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.turns = turns = RoundRobin(count=self._sources)
+        m.submodules.turns = turns = self._policy.rule(count=self._sources)
         free, room = Signal(self._channels, init=-1), Signal(self._channels)
         goes = turns.first
         for k, front in enumerate(self.fronts):

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.noc.reach import reach
 from golden.noc.routing import Routing
+from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.flit import link
 from hw.noc.input_queue import InputQueue
 from hw.noc.output_port import OutputPort
@@ -33,6 +34,8 @@ class Router(wiring.Component):
         Flits in a queue, at least 1.
     messages
         Kinds of messages, which never wait for each other; each has channels of its own.
+    policy
+        Which of the flits that may leave at a port goes first.
 
     Members
     -------
@@ -57,7 +60,8 @@ class Router(wiring.Component):
     Golden counterpart: `golden.noc.router`. Source: Shen 1993, section 5.2.3.
     """
 
-    def __init__(self, *, routing: Routing, node: int, bits: int, depth: int, messages: int = 1):
+    def __init__(self, *, routing: Routing, node: int, bits: int, depth: int, messages: int = 1,
+                 policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         nodes = routing.topology.nodes
         if not isinstance(node, int) or not 0 <= node < nodes:
             raise ValueError(f"Node must be from 0 to {nodes - 1}, not {node!r}")
@@ -67,7 +71,8 @@ class Router(wiring.Component):
             raise ValueError(f"Bits must be at least those of a node's number, not {bits!r}")
         if not isinstance(depth, int) or depth < 1:
             raise ValueError(f"Depth must be at least 1, not {depth!r}")
-        self._routing, self._node, self._bits, self._depth, self._messages = routing, node, bits, depth, messages
+        self._routing, self._node, self._bits, self._depth = routing, node, bits, depth
+        self._messages, self._policy = messages, policy
         self._channels = messages * routing.virtual_channels
         ports = len(routing.topology.ports)
         links = stream.Signature(link(bits, self._channels), always_ready=True)
@@ -85,7 +90,8 @@ class Router(wiring.Component):
             if not sources:
                 continue
             m.submodules[f"output_{name}"] = output = OutputPort(
-                bits=self._bits, channels=self._channels, sources=len(sources), depth=self._depth)
+                bits=self._bits, channels=self._channels, sources=len(sources), depth=self._depth,
+                policy=self._policy)
             wiring.connect(m, output.o, wiring.flipped(self.o[port]))
             m.d.comb += output.i_credit.eq(self.i_credit[port])
             m.d.sync += [self.moves[port].eq(output.takes.any()), self.stalls[port].eq(output.stalls)]
@@ -93,11 +99,11 @@ class Router(wiring.Component):
                 front = output.fronts[k]
                 m.d.comb += [front.first.eq(queue.front.first), front.last.eq(queue.front.last),
                              output.data[k].eq(queue.data)]
-                with m.Switch(queue.front.way):
-                    for number, (its_port, channel) in enumerate(ways):
-                        with m.Case(number):
-                            m.d.comb += [front.valid.eq(queue.front.valid if its_port == port else 0),
-                                         front.channel.eq(channel)]
+                # One bit per way: a comparison with a way of no bits would be lost in synthesis.
+                for number, (its_port, channel) in enumerate(ways):
+                    if its_port == port:
+                        with m.If((queue.front.way == number) if len(ways) > 1 else 1):
+                            m.d.comb += [front.valid.eq(queue.front.valid), front.channel.eq(channel)]
                 with m.If(output.takes[k]):
                     m.d.comb += queue.takes.eq(1)
         return m

@@ -1,0 +1,157 @@
+"""Every packet arrives once, whole, where it is to go, and in order."""
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.noc.delay import zero_load_latency
+from golden.noc.network import NEVER, Network, Packets
+from golden.noc.router import ARBITRATIONS, Routers
+from golden.noc.routing import classes_needed, route
+from golden.noc.topology import TOPOLOGIES, Topology
+from tb.noc.packets import packets, pauses
+from tb.noc.traffic import PATTERNS
+
+SHAPES = [(2, 1), (3, 3), (4, 2), (4, 4), (5, 3), (8, 8)]
+
+
+def networks(name):
+    """All shapes that a topology can have, with one and two channels per class."""
+    for number, (columns, rows) in enumerate(SHAPES):
+        if name == "hypercube" and columns * rows & columns * rows - 1:
+            continue
+        topology = Topology(name, columns, rows)
+        yield number, route(topology, classes_needed(topology) * (1 + number % 2))
+
+
+def starts(given):
+    """The number of each packet's first flit."""
+    return np.cumsum(given.length) - given.length
+
+
+def check(routing, given, arrivals, messages):
+    """All flits have arrived, packets of a kind one after the other, and of any two nodes in order."""
+    assert (arrivals.taken != NEVER).all()
+    assert np.array_equal(arrivals.packet, np.repeat(np.arange(len(given)), given.length))
+    hops = routing.hops[given.source, given.destination][arrivals.packet]
+    assert (arrivals.left - arrivals.entered >= 3 * hops + 3).all()
+    assert (arrivals.taken > arrivals.left).all()
+    # At each node and for each kind: the order in which flits come out.
+    row = given.destination * messages + given.message
+    order = np.lexsort((arrivals.left, row[arrivals.packet]))
+    of, at = arrivals.packet[order], row[arrivals.packet[order]]
+    assert (np.diff(arrivals.left[order])[np.diff(at) == 0] > 0).all(), "one flit of a kind per cycle"
+    flit = order - starts(given)[of]
+    begins = np.append(True, np.diff(of) != 0)
+    assert begins.sum() == len(given), "a packet's flits come one after the other"
+    assert np.array_equal(flit == 0, begins)
+    assert (np.diff(flit)[~begins[1:]] == 1).all()
+    # Packets of the same nodes and kind, in the order in which they come out.
+    packet = of[begins]
+    pair = row[packet] * len(routing.port) + given.source[packet]
+    together = np.argsort(pair, kind="stable")
+    same = np.diff(pair[together]) == 0
+    assert (np.diff(arrivals.entered[starts(given)[packet[together]]])[same] > 0).all(), "packets stay in order"
+
+
+def run(name, flits, seed, load):
+    for number, routing in networks(name):
+        messages = 1 + number % 2
+        for place, pattern in enumerate(PATTERNS):
+            generator = np.random.default_rng([seed, number, place])
+            topology = routing.topology
+            given = packets(generator, topology, pattern, flits=flits, load=load, messages=messages)
+            network = Network(routing, buffer_flits=(8, 1, 3)[number % 3], messages=messages,
+                              arbitration=ARBITRATIONS[(number + place) % 2])
+            arrivals = network.run(given, cycles=200 * flits, sink_pauses=pauses(generator, topology.nodes, 0.2),
+                                   source_pauses=pauses(generator, topology.nodes, 0.1))
+            check(routing, given, arrivals, messages)
+            assert network.routers.sent == (1 + routing.hops[given.source, given.destination]) @ given.length
+            assert network.routers.level.sum() == 0
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_every_packet_arrives_once_whole_and_in_order(name):
+    run(name, flits=900, seed=1, load=0.5)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("load", [0.1, 0.9])
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_a_million_flits_arrive(name, load):
+    run(name, flits=5000, seed=2, load=load)
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_a_packet_alone_takes_what_the_law_says(name):
+    for _, routing in networks(name):
+        nodes = routing.topology.nodes
+        source = np.arange(nodes)
+        destination = (source * 5 + 3) % nodes
+        # A packet at a time.
+        length = 1 + source % 4
+        given = Packets(source=source, destination=destination, length=length, made=60 * source,
+                        message=np.zeros_like(source))
+        arrivals = Network(routing, buffer_flits=5).run(given, cycles=100 * nodes)
+        last = np.cumsum(length) - 1
+        # From the cycle before it is on the first wire.
+        latency = arrivals.left[last] - given.made + 1
+        assert np.array_equal(latency, zero_load_latency(routing.hops[source, destination], length))
+
+
+def test_five_places_are_enough_for_a_flit_in_every_cycle():
+    routing = route(Topology("mesh", 4, 1), 1)
+    given = Packets(source=np.array([0]), destination=np.array([3]), length=np.array([100]), made=np.array([0]),
+                    message=np.array([0]))
+    took = {}
+    for places in 4, 5:
+        arrivals = Network(routing, buffer_flits=places).run(given, cycles=1000)
+        took[places] = arrivals.left[-1] - arrivals.left[0]
+    assert took[5] == 99
+    assert took[4] > 99
+
+
+def test_kinds_of_messages_have_channels_of_their_own():
+    routing = route(Topology("mesh", 2, 2), 1)
+    generator = np.random.default_rng(3)
+    given = packets(generator, routing.topology, "uniform", flits=400, load=0.9, longest=3, messages=2)
+    network = Network(routing, buffer_flits=2, messages=2)
+    assert network.routers.channels == 2
+    arrivals = network.run(given, cycles=20_000)
+    check(routing, given, arrivals, 2)
+    assert set(arrivals.channel[given.message[arrivals.packet] == 1]) == {1}
+
+
+def test_copies_of_a_network_know_nothing_of_each_other():
+    routing = route(Topology("torus", 3, 3), 2)
+    one = packets(np.random.default_rng(4), routing.topology, "uniform", flits=300, load=0.6)
+    both = Packets(source=np.concatenate([one.source, one.source + 9]),
+                   **{name: np.tile(getattr(one, name), 2) for name in ("destination", "length", "made", "message")})
+    alone = Network(routing, buffer_flits=4).run(one, cycles=10_000)
+    together = Network(routing, buffer_flits=4, copies=2).run(both, cycles=10_000)
+    assert np.array_equal(together.left, np.tile(alone.left, 2))
+
+
+def test_age_goes_before_turn():
+    """Both arbitrations let the same flits through, in another order."""
+    routing = route(Topology("mesh", 4, 4), 1)
+    given = packets(np.random.default_rng(5), routing.topology, "hotspot", flits=2000, load=0.7, longest=1)
+    left = [Network(routing, buffer_flits=4, arbitration=name).run(given, cycles=10_000).left for name in ARBITRATIONS]
+    assert (left[0] != left[1]).any()
+    worst = [(times - given.made).max() for times in left]
+    assert worst[1] < 2 * worst[0]
+
+
+@pytest.mark.parametrize(("wrong", "message"), [
+    ({"buffer_flits": 0}, "Buffer flits must be at least 1, not 0"), ({"messages": 0}, "Messages must be at least 1"),
+    ({"arbitration": "first"}, "Arbitration must be one of round-robin, age, not 'first'")])
+def test_parameters_out_of_range_are_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
+        Routers(route(Topology("mesh", 2, 1), 1), **{"buffer_flits": 2, **wrong})
+
+
+def test_packets_to_nowhere_are_refused():
+    nowhere = Packets(source=np.array([0]), destination=np.array([2]), length=np.array([1]), made=np.array([0]),
+                      message=np.array([0]))
+    with pytest.raises(InputError, match="Packets must have a source, a destination"):
+        Network(route(Topology("mesh", 2, 1), 1), buffer_flits=2).run(nowhere, cycles=10)

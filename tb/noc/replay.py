@@ -1,0 +1,146 @@
+"""Routers and networks against the model: all wires, cycle by cycle."""
+
+import json
+from itertools import islice
+from pathlib import Path
+
+import cocotb
+import numpy as np
+from amaranth.hdl import Cat, Module, Mux, Value
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from cocotb.triggers import FallingEdge
+
+from golden.noc.network import NEVER, Arrivals, Packets
+from tb.lib.clocking import reset, start
+from tb.lib.runner import BUILD, options, simulate
+
+__all__ = ["Script", "Words", "replay", "script"]
+
+
+class Words(wiring.Component):
+    """A component with links, its wires in two words: simulators are asked once per cycle.
+
+    Members
+    -------
+    i
+        Per link ``valid``, the payload, and the credits that come back.
+    o
+        The same of the other direction; the payload is 0 while there is none.
+    """
+
+    def __init__(self, dut):
+        self._dut = dut
+        self._bits = 1 + len(Value.cast(dut.i[0].payload)) + len(dut.i_credit[0])
+        super().__init__({"i": In(self._bits * len(dut.i)), "o": Out(self._bits * len(dut.i))})
+
+    def elaborate(self, platform):
+        """Wires only."""
+        m = Module()
+        m.submodules.dut = dut = self._dut
+        out = []
+        for k in range(len(dut.i)):
+            m.d.comb += Cat(dut.i[k].valid, Value.cast(dut.i[k].payload), dut.i_credit[k]).eq(
+                self.i.word_select(k, self._bits))
+            sent = Value.cast(dut.o[k].payload)
+            out.append(Cat(dut.o[k].valid, Mux(dut.o[k].valid, sent, 0), dut.o_credit[k]))
+        m.d.comb += self.o.eq(Cat(out))
+        return m
+
+
+class Script:
+    """What is on the wires of links in each cycle.
+
+    Parameters
+    ----------
+    bits
+        Of the data of a flit.
+    channels
+        Of a link.
+    cycles
+        How many.
+    """
+
+    def __init__(self, *, bits: int, channels: int, cycles: int):
+        self._bits = bits
+        self._channel_bits = (channels - 1).bit_length()
+        self._credits_at = 1 + bits + 2 + self._channel_bits
+        self._width = self._credits_at + channels
+        self.words = [0] * cycles
+
+    def flit(self, cycle: int, link: int, data: int, first: bool, last: bool, channel: int) -> None:
+        """A flit is on a link."""
+        word = 1 | (data | int(first) << self._bits | int(last) << self._bits + 1
+                    | channel << self._bits + 2) << 1
+        self.words[cycle] |= word << link * self._width
+
+    def flits_only(self, links: int) -> int:
+        """The bits of a word beside the credits."""
+        return sum((1 << self._credits_at) - 1 << link * self._width for link in range(links))
+
+    def credit(self, cycle: int, link: int, channel: int) -> None:
+        """A place is given back."""
+        self.words[cycle] |= 1 << link * self._width + self._credits_at + channel
+
+
+def script(generator: np.random.Generator, packets: Packets, arrivals: Arrivals, *, nodes: int, bits: int,
+           channels: int) -> dict:
+    """What a network is given, and what it must answer, with random data."""
+    start = np.cumsum(packets.length) - packets.length
+    of = arrivals.packet
+    number = np.arange(len(of)) - start[of]
+    assert (arrivals.taken != NEVER).all(), "the model must have taken all flits"
+    cycles = int(arrivals.taken.max()) + 8
+    given, wanted = (Script(bits=bits, channels=channels, cycles=cycles) for _ in range(2))
+    address = max(1, (nodes - 1).bit_length())
+    for flit, (packet, place) in enumerate(zip(of.tolist(), number.tolist(), strict=True)):
+        first, last = place == 0, place == packets.length[packet] - 1
+        data = int.from_bytes(generator.bytes((bits + 7) // 8)) & (1 << bits) - 1
+        source, destination = int(packets.source[packet]), int(packets.destination[packet])
+        if first:
+            data = data >> address << address | destination
+        given.flit(int(arrivals.entered[flit]), source, data, first, last, int(arrivals.entry[flit]))
+        wanted.flit(int(arrivals.left[flit]), destination, data, first, last, int(arrivals.channel[flit]))
+        given.credit(int(arrivals.taken[flit]), destination, int(arrivals.channel[flit]))
+    return {"given": given.words, "wanted": wanted.words, "mask": wanted.flits_only(nodes)}
+
+
+def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None:
+    """All scripts, one after the other, each after a reset in the midst of the one before.
+
+    Parameters
+    ----------
+    scripts
+        ``given`` and ``wanted``, a word per cycle, and ``mask``, the bits of the latter that are looked at.
+    """
+    path = (BUILD / "vectors" / f"{name}-{simulator}.json").resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps([{part: [hex(word) for word in words] if isinstance(words, list) else hex(words)
+                                 for part, words in one.items()} for one in scripts]))
+    simulate(Words(component), "tb.noc.replay", ("as_the_model_says",), simulator=simulator,
+             name=f"{name}-{simulator}", script=str(path))
+
+
+@cocotb.test()
+async def as_the_model_says(dut):
+    """Every wire has the model's value in every cycle; also after a reset in flight."""
+    scripts = json.loads(Path(options()["script"]).read_text())
+    dut.i.value = 0
+    await start(dut, cycles=sum(len(one["given"]) for one in scripts) * 2 + 1000)
+    edge = FallingEdge(dut.clk)
+    for number, one in enumerate(scripts):
+        given = [int(word, 16) for word in one["given"]]
+        wanted = [int(word, 16) for word in one["wanted"]]
+        looked_at = int(one["mask"], 16)
+        # A part of it first, then a reset, then all of it.
+        for cycles in (len(given) // 3, len(given)):
+            await reset(dut)
+            await edge
+            for cycle, (word, expected) in enumerate(islice(zip(given, wanted, strict=True), cycles)):
+                came = dut.o.value
+                assert came.is_resolvable, f"script {number}: cycle {cycle} has unknown wires"
+                came = int(came) & looked_at
+                assert came == expected, f"script {number}, cycle {cycle}: {came ^ expected:x} differs"
+                dut.i.value = word
+                await edge
+            dut.i.value = 0

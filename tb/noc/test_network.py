@@ -1,0 +1,133 @@
+# amaranth: UnusedElaboratable=no
+
+import os
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.errors import InputError
+from golden.noc.delay import zero_load_latency
+from golden.noc.network import Network as Model
+from golden.noc.routing import Routing, route
+from golden.noc.topology import Topology
+from hw.lib.arbiter import ArbiterPolicy
+from hw.noc.network import Network
+from tb.lib.runner import SIMULATORS
+from tb.lib.timing import documented_latency
+from tb.noc.packets import packets, pauses
+from tb.noc.replay import Words, replay, script
+from tb.noc.traffic import PATTERNS
+
+POLICIES = {"round-robin": ArbiterPolicy.ROUND_ROBIN, "age": ArbiterPolicy.LONGEST_WAITING}
+
+
+def seeded(*more):
+    return np.random.default_rng([int(os.environ.get("SEED", "1")), *more])
+
+
+def scripts_of(routing, count, *, flits, messages, bits, depth, arbitration, load=0.4):
+    """Runs of the model with all patterns in turn."""
+    nodes, found = routing.topology.nodes, []
+    for number in range(count):
+        generator = seeded(number, flits, nodes)
+        pattern = PATTERNS[number % len(PATTERNS)]
+        given = packets(generator, routing.topology, pattern, flits=flits, load=load, messages=messages)
+        arrivals = Model(routing, buffer_flits=depth, messages=messages, arbitration=arbitration).run(
+            given, cycles=100_000, source_pauses=pauses(generator, nodes, 0.1),
+            sink_pauses=pauses(generator, nodes, 0.2))
+        found.append(script(generator, given, arrivals, nodes=nodes, bits=bits,
+                            channels=messages * routing.virtual_channels))
+    return found
+
+
+def check(name, columns, rows, channels, messages, bits, depth, arbitration, *, simulator, flits, count=4):
+    routing = route(Topology(name, columns, rows), channels)
+    network = Network(routing=routing, bits=bits, depth=depth, messages=messages, policy=POLICIES[arbitration])
+    replay(network, scripts_of(routing, count, flits=flits, messages=messages, bits=bits, depth=depth,
+                               arbitration=arbitration),
+           simulator=simulator, name=f"network-{name}-{columns}x{rows}-{channels}-{messages}-{bits}")
+
+
+# Topology, columns, rows, channels, kinds of messages, bits of a flit, places of a queue, arbitration.
+SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age"), ("torus", 3, 2, 2, 1, 16, 5, "round-robin")]
+LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin"), ("mesh", 4, 4, 4, 1, 72, 8, "round-robin"),
+         ("mesh", 5, 3, 2, 2, 32, 3, "age"), ("torus", 4, 4, 2, 1, 32, 8, "age"),
+         ("torus", 4, 4, 4, 1, 32, 8, "round-robin"), ("ring", 8, 1, 2, 2, 32, 8, "round-robin"),
+         ("illiac", 4, 4, 2, 1, 32, 8, "round-robin"), ("hypercube", 4, 4, 1, 2, 32, 8, "age"),
+         ("mesh", 8, 8, 1, 1, 32, 8, "round-robin")]
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+@pytest.mark.parametrize("network", SMALL, ids=str)
+def test_every_flit_in_its_cycle(network, simulator):
+    check(*network, simulator=simulator, flits=300)
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize("network", LARGE, ids=str)
+def test_every_flit_of_long_runs_in_its_cycle(network):
+    check(*network, simulator="verilator", flits=30_000)
+
+
+def test_a_packet_alone_takes_what_the_law_says_and_is_counted():
+    routing = route(Topology("mesh", 3, 1), 1)
+    network = Network(routing=routing, bits=8, depth=2)
+    simulator = Simulator(network)
+    simulator.add_clock(1e-8)
+    seen = []
+
+    async def send(ctx):
+        """Two flits from node 0 to node 2."""
+        for number, data in enumerate((0b101110, 0)):
+            ctx.set(network.i[0].payload.flit, {"data": data, "first": number == 0, "last": number == 1})
+            ctx.set(network.i[0].valid, 1)
+            await ctx.tick()
+        ctx.set(network.i[0].valid, 0)
+        await ctx.tick().repeat(20)
+        assert ctx.get(network.flits) == 2 * 3
+        assert ctx.get(network.stalls) == 0
+
+    async def watch(ctx):
+        for cycle in range(22):
+            if ctx.get(network.o[2].valid):
+                seen.append((cycle, ctx.get(network.o[2].payload.flit.data)))
+            await ctx.tick()
+
+    simulator.add_testbench(send)
+    simulator.add_testbench(watch)
+    simulator.run()
+    latency = documented_latency(Network, PRESETS["tiny"], hops=2)
+    assert seen == [(latency, 0b101110), (latency + 1, 0)]
+    # The law counts both ends: from the cycle before the first wire.
+    assert latency + 1 == zero_load_latency(2)
+
+
+def test_counters_are_those_of_the_model():
+    routing = route(Topology("mesh", 2, 2), 1)
+    network, model = Network(routing=routing, bits=8, depth=2), Model(routing, buffer_flits=2)
+    given = packets(seeded(9), routing.topology, "hotspot", flits=200, load=0.8)
+    arrivals = model.run(given, cycles=5000)
+    words = script(seeded(10), given, arrivals, nodes=4, bits=8, channels=1)["given"]
+    harness = Words(network)
+    simulator = Simulator(harness)
+    simulator.add_clock(1e-8)
+
+    async def drive(ctx):
+        for word in words:
+            ctx.set(harness.i, word)
+            await ctx.tick()
+        assert ctx.get(network.flits) == model.routers.sent
+        assert ctx.get(network.stalls) == model.routers.stalls > 0
+
+    simulator.add_testbench(drive)
+    simulator.run()
+
+
+def test_init_refuses_channels_that_could_wait_for_each_other():
+    good = route(Topology("ring", 4, 1), 2)
+    routing = Routing(topology=good.topology, virtual_channels=2, port=good.port, channel=np.zeros_like(good.channel),
+                      entry=good.entry)
+    with pytest.raises(InputError, match=r"can deadlock: .* -> .* -> "):
+        Network(routing=routing, bits=16, depth=4)
