@@ -490,8 +490,10 @@ class Config:
 
 # tiny: simulates in seconds. small: fits a small FPGA. paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
-    "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13)),
-    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13)),
+    "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
+                   noc=Noc(columns=2, rows=1, virtual_channels=1)),
+    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13),
+                    noc=Noc(columns=2, rows=2, virtual_channels=1)),
     "paper": Config(),
-    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20)),
+    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20), noc=Noc(topology="torus", columns=4, rows=4)),
 }
