@@ -54,13 +54,15 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters; tables in out/bench/
+bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network; tables in out/bench/
 	@echo "== measuring into $(OUT)/bench/"
 	$(BIN)/python -m tb.bench.casting
 	$(BIN)/python -m tb.bench.schedule
 	$(BIN)/python -m tb.bench.shelling
 	$(BIN)/python -m tb.bench.traversal
 	$(BIN)/python -m tb.bench.exactness
+	$(BIN)/python -m tb.bench.network
+	$(BIN)/python -m tb.bench.network_load
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	$(BIN)/python -m hw report icu --preset small
