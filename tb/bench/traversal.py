@@ -298,7 +298,8 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "sent, turns / pipelines); *B* the same, and one grid ray looked at per cycle; *C* one sent and four looked at "
         "per cycle; *D* one sent and eight looked at; *E* as D with one pipeline.",
         "* One owner: each grid ray is sent by the section that it is in, and the patches found are forwarded to the "
-        "other sections that see them: the busiest cluster's 2 x sent and turns / pipelines, and patches forwarded.", "",
+        "other sections that see them: the busiest cluster's 2 x sent and turns / pipelines, and patches forwarded.",
+        "",
         "| scene | clusters | pipelines | ICU | looked at | 2 x sent | turns / pipelines | turns | A | B | C | D | E "
         "| owner: 2 x sent | owner: turns / pipelines | forwarded |", "|---" * 16 + "|", *balances, "",
         "## Overlap", "",
