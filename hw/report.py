@@ -8,6 +8,7 @@ from pathlib import Path
 from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
 
@@ -29,6 +30,10 @@ UNITS = {
         "PatchSlots": TAG, "IcRayGenerator": {}, "WindowWalk": {}, "RayIssue": {}, "SettleMap": TAG,
         "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
         "RayMemory": TAG, "ReadOut": {}, "Collector": {},
+    },
+    "memsys": {
+        # A location per grid ray of a shell.
+        "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
     },
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
             for bits in (32, 72) for channels in (1, 2, 4)},

@@ -1,0 +1,341 @@
+"""The I-structure: each read is answered once, with the data that was written first in its version.
+
+One location is proved at a time, among any number of others, whose rows may say anything: with an abstract store, of
+which no more is known than what test_deferred_store.py proves of the store for owners who use it as they should; and it
+is proved that the location does.
+"""
+
+from types import SimpleNamespace
+
+import pytest
+from amaranth.hdl import Assert, Assume, Cat, Const, Cover, Elaboratable, Fragment, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+import hw.memsys.istructure
+from hw.memsys.istructure import IStructure
+from tb.formal.around import connect_ports
+from tb.formal.prove import prove
+from tb.formal.stream_rules import add_rules
+from tb.formal.twin import Twin
+
+# Cycles from a write to its refusal.
+REFUSAL = 4
+# Room for a sweep and for writes under way.
+CLOSING = 6
+
+
+class WrittenOnce(wiring.Component):
+    """Any one location, and any one read of it at a time, told by its tag, which is 1.
+
+    ``place`` is the location's number in the first cycle after a reset.
+
+    Parameters
+    ----------
+    dut
+        The component.
+    depth, deferred
+        Its size; without ``deferred`` nothing is said about how long anything takes.
+    """
+
+    def __init__(self, dut, *, depth, deferred=None):
+        self._dut, self._depth, self._deferred = dut, depth, deferred
+        super().__init__({**dict(dut.signature.members.items()), "place": In(range(depth))})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = self._dut
+        place, chosen = Signal(range(self._depth)), Signal()
+        m.d.sync += chosen.eq(1)
+        with m.If(~chosen):
+            m.d.sync += place.eq(self.place)
+        connect_ports(m, self, dut)
+        if hasattr(dut, "place"):
+            m.d.comb += dut.place.eq(place)
+        for given in (self.i_start, self.i_read, self.i_write):
+            add_rules(m, given, Assume)
+        add_rules(m, self.o_read, Assert)
+        asked, answer = dut.i_read.payload, dut.o_read.payload
+        starts, reads, writes, gives = (port.valid & port.ready for port in (
+            dut.i_start, dut.i_read, dut.i_write, dut.o_read))
+
+        m.d.comb += [Assume(self.place < self._depth), Assume(asked.address < self._depth),
+                     Assume(dut.i_write.payload.address < self._depth)]
+
+        # The location.
+        begun, written, data, refuses = Signal(), Signal(), Signal(), Signal(REFUSAL)
+        here = writes & (dut.i_write.payload.address == place)
+        with m.If(here & ~written):
+            m.d.sync += [written.eq(1), data.eq(dut.i_write.payload.data)]
+        with m.If(starts):
+            m.d.sync += written.eq(0)
+        m.d.sync += [refuses.eq((refuses << 1) | (here & written)), begun.eq(begun | starts)]
+        m.d.comb += [Assert((dut.o_refused.valid & (dut.o_refused.payload == place)) == refuses[-1]),
+                     Assert(begun | ~(reads | writes))]
+        with m.If(begun & ~dut.i_start.valid):
+            m.d.comb += Assert(dut.i_write.ready)
+
+        # The read: it is due when its location is written, and then it comes once, with the data.
+        mine = reads & asked.tag
+        out, due, owed = Signal(), Signal(), Signal()
+        m.d.comb += Assume(~mine | (~out & (asked.address == place)))
+        with m.If(mine):
+            m.d.sync += out.eq(1)
+        with m.If((out | mine) & ~due & (written | here)):
+            m.d.sync += [due.eq(1), owed.eq(data)]
+            with m.If(~written):
+                m.d.sync += owed.eq(dut.i_write.payload.data)
+        with m.If(dut.o_read.valid & answer.tag):
+            m.d.comb += [Assert(out), Assert(due), Assert(answer.data == owed)]
+        with m.If(gives & answer.tag):
+            m.d.sync += [out.eq(0), due.eq(0)]
+        with m.If(starts):
+            m.d.comb += Assert(~out | due)
+        self._cover(m, starts, here, gives & answer.tag, owed)
+        if self._deferred is not None:
+            self._bound(m, out, due, starts, reads, gives, begun)
+        return m
+
+    def _cover(self, m, starts, here, answered, owed):
+        """Answers with 1: of a read that waited, in the second version, and where the store was full."""
+        waited, again = Signal(), Signal()
+        m.d.sync += [waited.eq(waited | (self._dut.waiting == (self._deferred or 1))),
+                     again.eq(again | (starts & waited))]
+        m.d.comb += [Cover(answered & owed & waited), Cover(answered & owed & again)]
+
+    def _bound(self, m, out, due, starts, reads, gives, begun):
+        """Bounds, in cycles in which answers can leave: of a read that is due while there is room for those before it
+        or once it waits itself; of an offered read while there is room; of a start when no reads are inside.
+        """
+        dut = self._dut
+        inside, waits = Signal(range(self._deferred + 12)), Signal()
+        m.d.sync += inside.eq(inside + reads - gives)
+        m.d.comb += Assert(inside <= self._deferred + 6)
+        # All that are inside wait, so this one does.
+        all_wait = out & ~due & (inside == dut.waiting)
+        m.d.sync += waits.eq((waits | all_wait) & ~(gives & dut.o_read.payload.tag))
+        room = dut.waiting != self._deferred
+        for name, counts, idles, bound in (
+                ("answer", due & dut.o_read.ready & (room | waits), ~due, self._deferred + 11),
+                ("offer", dut.o_read.ready & room, ~(begun & dut.i_read.valid & ~dut.i_read.ready) | dut.i_start.valid,
+                 self._deferred + 6),
+                ("start", inside == 0, ~dut.i_start.valid | starts, self._depth + CLOSING)):
+            late = Signal(range(bound + 2), name=f"late_{name}")
+            with m.If(idles):
+                m.d.sync += late.eq(0)
+            with m.Elif(counts & (late != bound + 1)):
+                m.d.sync += late.eq(late + 1)
+            m.d.comb += Assert(late <= bound)
+
+
+class Row(Elaboratable):
+    """Instead of a memory: the row of the place; others say anything, and so does one that is being written."""
+
+    def __init__(self, *, shape, depth, init, attrs):
+        self.place, self._shape, self._depth, self._reads = Signal(range(depth)), shape, depth, []
+        self._write = self._port()
+        self._write.en = Signal()
+
+    def _port(self):
+        port = SimpleNamespace()
+        port.addr, port.data = Signal(range(self._depth)), Signal(self._shape)
+        return port
+
+    def write_port(self):
+        return self._write
+
+    def read_port(self, *, domain):
+        port = self._port()
+        port.noise = Signal.like(port.data)
+        self._reads.append(port)
+        return port
+
+    @property
+    def noise(self):
+        """All that is said instead of a row."""
+        return Cat(port.noise for port in self._reads)
+
+    @property
+    def version(self):
+        """What is written into the row."""
+        return self._write.data.version
+
+    @property
+    def written(self):
+        """The row of the place is written."""
+        return self._write.en & (self._write.addr == self.place)
+
+    def elaborate(self, platform):
+        m = Module()
+        row = Signal(self._shape, reset_less=True)
+        with m.If(self.written):
+            m.d.sync += row.eq(self._write.data)
+        for port in self._reads:
+            m.d.comb += port.data.eq(port.noise)
+            with m.If((port.addr == self.place) & ~self.written):
+                m.d.comb += port.data.eq(row)
+        return m
+
+
+class AbstractStore(wiring.Component):
+    """All that a store may do, as far as one read can tell. A chain is a stamp, another one with each item, perhaps.
+
+    ``moods``: whether there is room, another read leaves, it is the last one, this one leaves; the next stamp.
+    ``adds``, ``frees``: the chain is the place's.
+    """
+
+    def __init__(self, shape, *, depth, tag):
+        self.chain = StructLayout({"some": 1, "stamp": 1})
+        items = StructLayout({"tag": tag, "data": shape})
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"tag": tag, "chain": self.chain}))), "longer": Out(self.chain),
+            "i_release": In(stream.Signature(StructLayout({"chain": self.chain, "data": shape}), always_ready=True)),
+            "o": Out(stream.Signature(items)), "waiting": Out(1),
+            "moods": In(5), "adds": In(1), "frees": In(1), "lives": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        room, other_leaves, last_leaves, leaves, stamp = self.moods
+        others, waits, due, owed, moves = Signal(), Signal(), Signal(), Signal(), Signal()
+        lives, last = self.lives, Signal()
+        mine, takes = self.i.payload.tag, self.i.valid & self.i.ready
+        m.d.comb += [self.i.ready.eq(room), self.longer.some.eq(1), self.longer.stamp.eq(stamp),
+                     self.waiting.eq(others | waits | due | lives), moves.eq(self.o.ready | ~self.o.valid)]
+        with m.If(takes & mine):
+            m.d.sync += waits.eq(1)
+        with m.If(self.frees & waits):
+            m.d.sync += [waits.eq(0), due.eq(1), owed.eq(self.i_release.payload.data)]
+        with m.If(moves):
+            m.d.sync += [self.o.valid.eq(others & other_leaves), self.o.payload.tag.eq(0)]
+            with m.If(due & leaves):
+                m.d.sync += [due.eq(0), self.o.valid.eq(1), self.o.payload.tag.eq(1), self.o.payload.data.eq(owed)]
+            with m.Elif(other_leaves & last_leaves):
+                m.d.sync += others.eq(0)
+        with m.If(takes & ~mine):
+            m.d.sync += others.eq(1)
+
+        # The place uses the store as it should: with the chain's last stamp, and not when it is released.
+        given, released = self.i.payload.chain, self.i_release.payload.chain
+        m.d.comb += Assert(~(self.adds & self.frees))
+        with m.If(self.adds):
+            m.d.sync += [lives.eq(1), last.eq(stamp)]
+            m.d.comb += [Assert(takes), Assert(given.some == lives), Assert(~lives | (given.stamp == last))]
+        with m.If(self.frees):
+            m.d.sync += lives.eq(0)
+            m.d.comb += [Assert(lives), Assert(released.stamp == last)]
+        m.d.comb += Assert(lives | ~waits)
+        return m
+
+
+class OnePlace(wiring.Component):
+    """An I-structure of which only one location is real.
+
+    ``place`` stays, ``noise`` and ``moods`` may be anything.
+    """
+
+    def __init__(self, monkeypatch, *, depth, version_bits, kind=IStructure):
+        self._depth, self._rows = depth, []
+
+        def make_row(**options):
+            self._rows.append(Row(**options))
+            return self._rows[-1]
+
+        self._store = AbstractStore(1, depth=1, tag=1)
+        monkeypatch.setattr(hw.memsys.istructure, "DeferredStore", lambda *_, **__: self._store)
+        monkeypatch.setattr(hw.memsys.istructure, "Memory", make_row)
+        self._dut = kind(1, depth=depth, version_bits=version_bits, deferred=1, tag=1)
+        super().__init__({**dict(self._dut.signature.members.items()), "place": In(range(depth)),
+                          "noise": In(4 * version_bits + 5), "moods": In(5)})
+
+    def elaborate(self, platform):
+        m = Module()
+        # Its rows exist when it has been elaborated.
+        m.submodules.dut = Fragment.get(self._dut, platform)
+        connect_ports(m, self, self._dut)
+        values, _, chains = self._rows
+        for row in self._rows:
+            m.d.comb += row.place.eq(self.place)
+        store, noise = self._store, Cat(row.noise for row in self._rows)
+        assert len(noise) == len(self.noise)
+        m.d.comb += [noise.eq(self.noise), store.moods.eq(self.moods)]
+        takes = store.i.valid & store.i.ready
+        m.d.comb += [store.adds.eq(chains.written & takes), store.frees.eq(values.written & store.i_release.valid)]
+
+        # Who waits before the write is released by it, and nobody waits after it.
+        done = Signal()
+        with m.If(values.written & (values.version != 0)):
+            m.d.sync += done.eq(1)
+            m.d.comb += [Assert(~done), Assert(store.frees == store.lives)]
+        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.sync += done.eq(0)
+        m.d.comb += Assert(~(store.adds & done))
+        return m
+
+
+def make(depth=2, deferred=2, version_bits=1):
+    return WrittenOnce(IStructure(1, depth=depth, version_bits=version_bits, deferred=deferred, tag=1), depth=depth,
+                       deferred=deferred)
+
+
+def make_place(monkeypatch, *, depth=2, version_bits=1, kind=IStructure):
+    return WrittenOnce(OnePlace(monkeypatch, depth=depth, version_bits=version_bits, kind=kind), depth=depth)
+
+
+def blind(access, to):
+    """An I-structure in which an access does not notice what another one does to its location."""
+    class Blind(IStructure):
+        def _meet(self, one, other):
+            names = one.as_value().name, other.as_value().name
+            return Const(0) if names == (access, to) else super()._meet(one, other)
+
+    return Blind
+
+
+PAIRS = [(f"{kind}_{stage}", effect) for kind in ("read", "write") for stage in (1, 2, 3)
+         for effect in ("write_4", "read_4")] + [("read_3", "write_3"), ("read_4", "write_3")]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("depth", "version_bits"), [(2, 1), (4, 1), (2, 2)])
+def test_one_place_among_others(monkeypatch, depth, version_bits):
+    assert prove(make_place(monkeypatch, depth=depth, version_bits=version_bits))
+
+
+def test_one_place_in_the_first_cycles(monkeypatch):
+    assert prove(make_place(monkeypatch, depth=4, version_bits=2), mode="bmc", depth=14, engine="abc bmc3")
+
+
+def test_reaches_the_second_version(monkeypatch):
+    assert prove(make_place(monkeypatch), mode="cover", depth=24)
+
+
+@pytest.mark.parametrize(("access", "to"), PAIRS)
+def test_an_access_that_does_not_notice(monkeypatch, access, to):
+    assert not prove(make_place(monkeypatch, kind=blind(access, to)), mode="bmc", depth=16, engine="abc bmc3")
+
+
+FAULTS = {
+    "answers before the write": {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)},
+    "answers twice": {"o_read__valid": lambda dut: dut.o_read.valid | dut.o_refused.valid},
+    "loses an answer": {"i_read__ready": lambda dut: dut.i_read.ready | (dut.waiting == 2)},
+    "gives other data": {"o_read__payload": lambda dut: dut.o_read.payload.as_value() ^ ((dut.waiting == 2) << 1)},
+    "writes twice": {"o_refused__valid": lambda dut: dut.o_refused.valid & (dut.waiting == 0)},
+    "stops writes when full": {"i_write__ready": lambda dut: dut.i_write.ready & (dut.waiting != 2)},
+    "begins while reads wait": {"i_start__ready": lambda dut: dut.i_start.ready | (dut.waiting == 1)},
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_broken_twin(fault):
+    twin = Twin(IStructure(1, depth=2, version_bits=1, deferred=2, tag=1), FAULTS[fault])
+    assert not prove(WrittenOnce(twin, depth=2, deferred=2), mode="bmc", depth=16, engine="abc bmc3")
+
+
+@pytest.mark.parametrize(("depth", "deferred", "cycles"), [(2, 2, 14), (4, 4, 12)])
+def test_with_the_store(depth, deferred, cycles):
+    assert prove(make(depth, deferred), mode="bmc", depth=cycles, engine="abc bmc3")
+
+
+def test_reaches_a_full_store():
+    assert prove(make(), mode="cover", depth=30)
