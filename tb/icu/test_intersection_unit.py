@@ -13,10 +13,11 @@ from golden.icu.section_clip import section_clip
 from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
-from hw.icu.intersection_unit import IntersectionUnit
+from hw.icu.intersection_unit import TOKENS, IntersectionUnit
 from tb.bench.viewpoints import hard_records
 from tb.golden.soups import soup
-from tb.icu.unit_bench import UnitBench, section_hits
+from tb.icu.unit_bench import section_hits
+from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
@@ -76,7 +77,7 @@ class Frusta:
 
 def bench_of(dut, **pauses):
     given = options()
-    return UnitBench(dut, config_of(given["changes"], given["preset"]), **pauses)
+    return CoveredBench(dut, config_of(given["changes"], given["preset"]), **pauses)
 
 
 @cocotb.test()
@@ -262,6 +263,48 @@ async def codes_are_floors(dut):
 
 
 @cocotb.test()
+async def windows_of_one_ray(dut):
+    """One after the other on the same ray, nearer and farther ones mixed: updates in consecutive cycles."""
+    await start(dut, cycles=100_000)
+    bench = bench_of(dut)
+    frusta = Frusta(dut, bench, scene="soup 3")
+    for record in frusta.records:
+        windows = section_clip(PatchSetup(record, bench.config).patches(frusta.geometry).window, Sector.whole(record),
+                               record)
+        single = np.flatnonzero(windows.rays == 1)
+        await frusta.check(record, np.concatenate([np.repeat(single, 6), np.arange(len(frusta.geometry))]), sums=False)
+
+
+@cocotb.test()
+async def back_pressure_reaches_the_vertices(dut):
+    """While no token is taken, tokens, windows and slots fill up, and then vertices wait; nothing is lost."""
+    await start(dut, cycles=100_000)
+    held = [True]
+    bench = bench_of(dut, done_pauses=iter(lambda: held[0], None))
+    slots = bench.config.icu.slots
+    frusta = Frusta(dut, bench, scene="soup 4")
+    record, count = frusta.records[0], len(frusta.geometry)
+    windows = section_clip(PatchSetup(record, bench.config).patches(frusta.geometry).window, Sector.whole(record),
+                           record)
+    small = np.resize(np.flatnonzero(window_tiles(windows, bench.config.icu) <= 2), 2 * (TOKENS + slots))
+    await bench.begin(record, Sector.whole(record))
+    taken = Monitor(dut, "i_vertex")
+    cast = cocotb.start_soon(bench.cast(frusta.geometry, np.concatenate([np.arange(count), small])))
+    before = -1
+    while before < len(taken.items):
+        before = len(taken.items)
+        # Longer than any window.
+        await cocotb.triggers.ClockCycles(dut.clk, 1200)
+    assert not cast.done()
+    assert before // 4 >= TOKENS + slots, "as many patches must come as there is room for"
+    COVERAGE.hit_all({"tokens wait": bool(int(dut.o_done__valid.value)),
+                      "as many patches under way as slots": before // 4 >= slots})
+    held[0] = False
+    await cast
+    await frusta.hits_of(record, Sector.whole(record))
+
+
+@cocotb.test()
 async def whole_frusta(dut):
     """Frusta of a large scene in both orders, and how busy the rays keep the pipeline."""
     given = options()
@@ -277,8 +320,17 @@ async def whole_frusta(dut):
             assert busy >= given["busy"], f"a ray is tested in {busy:.3f} of all cycles"
 
 
+@cocotb.test()
+async def every_case_occurred(dut):
+    """The frusta of the coroutines before had all that there is to be tried."""
+    await start(dut, cycles=100)
+    dut._log.info("%s", COVERAGE.counts)
+    COVERAGE.check()
+
+
 QUICK = ("orders", "hard_patches", "sections", "every_pair_of_pauses", "reset_in_flight",
-         "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum", "rates", "codes_are_floors")
+         "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum", "rates", "codes_are_floors",
+         "windows_of_one_ray", "back_pressure_reaches_the_vertices", "every_case_occurred")
 
 
 def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):
