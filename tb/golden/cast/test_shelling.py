@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from golden.cast.fixed_hits import read_out
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling, ShellingCounts
 from golden.ctu import grid_rays, margins
+from golden.ctu.sector import Sector
 from golden.frustum import Hemisphere, Screen, frame
 from golden.frustum.record import hemisphere_record, screen_record
 from golden.icu.patch_setup import PatchSetup
+from golden.icu.ray_memory import RayMemory
 from golden.memsys.cell_table import CellTable
 from golden.scene.builtin import builtin_scene
 from golden.scene.g_coordinates import GCoordinates
@@ -140,6 +143,26 @@ def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make, first):
                 assert coded.cells >= exact.cells
                 assert coded.grid_rays >= exact.grid_rays
                 more += coded.grid_rays > exact.grid_rays
+    assert more
+
+
+def test_survival_by_old_codes_opens_more_cells_and_the_hits_are_the_same():
+    random, more = np.random.default_rng(9), 0
+    for frustum in [*map(random_frustum, range(12)), *map(speckled_frustum, range(12))]:
+        expected, (plain,) = frustum.shelling(by_code=True)
+        shelling = Shelling(frustum.geometry, CONFIG, cell=frustum.cell, by_code=True)
+        memory, counts = RayMemory(len(frustum.record), CONFIG), ShellingCounts()
+        tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
+        cluster, seen = shelling.cluster(frustum.record, whole), [memory.inverse]
+        for place in cluster.schedule(None, tests.window):
+            stage = cluster.explore(*place, seen[max(0, len(seen) - 1 - random.integers(4))])
+            if stage is not None:
+                tests.run(stage, whole, counts)
+            seen.append(memory.inverse)
+        hits = read_out(memory, frustum.record, tests.patches, CONFIG)
+        assert len(hits.differences(expected)) == 0, frustum.seed
+        assert counts.cells >= plain.cells
+        more += counts.cells > plain.cells
     assert more
 
 
