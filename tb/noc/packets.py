@@ -16,9 +16,8 @@ def packets(generator: np.random.Generator, topology: Topology, pattern: str, *,
     count = max(1, round(flits / mean))
     cycles = max(1, round(count * mean / load / topology.nodes))
     source = generator.integers(0, topology.nodes, count)
-    probabilities = np.cumsum(traffic.pattern(pattern, topology), axis=1)[source]
-    destination = (generator.random((count, 1)) * probabilities[:, -1:] >= probabilities).sum(axis=1)
-    return Packets(source=source, destination=np.minimum(destination, topology.nodes - 1),
+    return Packets(source=source,
+                   destination=traffic.destinations(generator, traffic.pattern(pattern, topology), source),
                    length=generator.integers(1, longest + 1, count), made=np.sort(generator.integers(0, cycles, count)),
                    message=generator.integers(0, messages, count))
 

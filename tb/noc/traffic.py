@@ -21,7 +21,8 @@ from golden.noc.network import NEVER, Arrivals, Network, Packets
 from golden.noc.routing import Routing
 from golden.noc.topology import Topology
 
-__all__ = ["PATTERNS", "SATURATED", "Measurement", "Window", "bernoulli", "bound", "hot_node", "measure", "pattern"]
+__all__ = ["PATTERNS", "SATURATED", "Measurement", "Window", "bernoulli", "bound", "destinations", "hot_node",
+           "measure", "pattern"]
 
 PATTERNS = ("uniform", "transpose", "hotspot", "neighbour")
 # The share of all packets that go to the hot node whatever their pattern.
@@ -104,6 +105,13 @@ def bound(routing: Routing, probabilities: np.ndarray) -> float:
     return float(1 / max(1, load.max(), probabilities.sum(axis=0).max()))
 
 
+def destinations(random: np.random.Generator, probabilities: np.ndarray, source: np.ndarray) -> np.ndarray:
+    """Where each packet of the sources goes: the first node up to which the probabilities sum to more than a number."""
+    below = np.cumsum(probabilities, axis=1)[source]
+    chosen = (random.random((len(source), 1)) * below[:, -1:] >= below).sum(axis=1)
+    return np.minimum(chosen, len(probabilities) - 1)
+
+
 def bernoulli(probabilities: np.ndarray, *, load: float, length: int, cycles: int, seed: int) -> Packets:
     """Packets of ``length`` flits, made by each node in each cycle with probability ``load`` / ``length``.
 
@@ -115,11 +123,8 @@ def bernoulli(probabilities: np.ndarray, *, load: float, length: int, cycles: in
     random = np.random.default_rng(seed)
     nodes = len(probabilities)
     made, source = np.nonzero(random.random((cycles, nodes)) < load / length)
-    # The first node up to which the probabilities sum to more than a number at random.
-    below = np.cumsum(probabilities, axis=1)[source]
-    destination = np.minimum((random.random(len(source))[:, None] * below[:, -1:] >= below).sum(axis=1), nodes - 1)
-    return Packets(source=source, destination=destination, length=np.full(len(source), length), made=made,
-                   message=np.zeros(len(source), dtype=np.int64))
+    return Packets(source=source, destination=destinations(random, probabilities, source),
+                   length=np.full(len(source), length), made=made, message=np.zeros(len(source), dtype=np.int64))
 
 
 def measure(routing: Routing, probabilities: np.ndarray, *, loads, length: int, buffer_flits: int, window: Window,
