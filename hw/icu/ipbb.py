@@ -37,7 +37,7 @@ class Ipbb(wiring.Component):
 
     Timing
     ------
-    Latency: ``(bits(side_bits) + 1) // 2 + 9`` cycles, ``bits(n)`` those of the number n. A patch per cycle; nothing
+    Latency: ``(bits(side_bits) + 1) // 2 + 10`` cycles, ``bits(n)`` those of the number n. A patch per cycle; nothing
     stalls.
 
     Golden counterpart: `golden.icu.ipbb.ImagePlaneWindows`.
@@ -102,7 +102,7 @@ class Ipbb(wiring.Component):
             count = pipeline.register(lambda first, last: last - first + 1, first, last)
             some.append(pipeline.combine(lambda count: count > 0, count))
             places += [(name + "_first", first), (name + "_count", count)]
-        some = pipeline.combine(lambda *conditions: Cat(conditions).all(), *some)
+        some = pipeline.register(lambda *conditions: Cat(conditions).all(), *some)
         for name, value in places:
             pipeline.output(window[name], pipeline.register(lambda some, value: Mux(some, value, 0), some, value))
         pipeline.output(self.o.payload.slot, pipeline.input(seen.slot))

@@ -51,7 +51,7 @@ class RayMemory(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles from ``i`` to ``o``, ``6`` from ``i_read`` to ``o_read``. One update and one read per cycle;
+    Latency: ``5`` cycles from ``i`` to ``o``, ``7`` from ``i_read`` to ``o_read``. One update and one read per cycle;
     updates never stall.
 
     Golden counterpart: `golden.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
@@ -89,7 +89,7 @@ class RayMemory(wiring.Component):
             return operand.row, operand.clear | (operand.hit & nearer)
 
         # Reads: what is asked for waits in the queue's place until it comes.
-        room = 8
+        room = 16
         m.submodules.found = found = Queue(formats.hit, depth=room)
         asked, takes = Signal(range(room + 1)), Signal()
         wiring.connect(m, found.o, wiring.flipped(self.o_read))
@@ -147,11 +147,14 @@ class RayMemory(wiring.Component):
                 m.d.comb += [self.o.valid.eq(1), self.o.payload.tag.eq(made.tag.update),
                              self.o.payload.ray.eq(made.address), self.o.payload.won.eq(made.written),
                              self.o.payload.inverse.eq(made.new.inverse)]
-            some = (made.old.generation == generations.generation) & (made.old.inverse != 0)
-            with m.If(rows.o.valid & made.tag.reads):
+            some, answers = Signal(), Signal()
+            hit = Signal.like(found.i.payload, reset_less=True)
+            m.d.sync += [
+                answers.eq(rows.o.valid & made.tag.reads),
+                some.eq((made.old.generation == generations.generation) & (made.old.inverse != 0)),
+                hit.inverse.eq(made.old.inverse), hit.patch.eq(~made.old.complement), hit.u.eq(uv.u), hit.v.eq(uv.v)]
+            with m.If(answers):
                 m.d.comb += found.i.valid.eq(1)
                 with m.If(some):
-                    m.d.comb += [found.i.payload.inverse.eq(made.old.inverse),
-                                 found.i.payload.patch.eq(~made.old.complement),
-                                 found.i.payload.u.eq(uv.u), found.i.payload.v.eq(uv.v)]
+                    m.d.comb += found.i.payload.eq(hit)
         return m

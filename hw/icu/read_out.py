@@ -35,7 +35,7 @@ class ReadOut(wiring.Component):
 
     Timing
     ------
-    Latency: ``7`` cycles to the first hit, of which 6 are the ray memory's. One ray per cycle; stalls with ``o``.
+    Latency: ``8`` cycles to the first hit, of which 7 are the ray memory's. One ray per cycle; stalls with ``o``.
 
     Golden counterpart: `golden.cast.fixed_hits.read_out`.
     """

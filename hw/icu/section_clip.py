@@ -31,7 +31,7 @@ class SectionClip(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles. A window per cycle; nothing stalls.
+    Latency: ``6`` cycles. A window per cycle; nothing stalls.
 
     Golden counterpart: `golden.icu.section_clip.section_clip`.
     """
@@ -77,8 +77,8 @@ class SectionClip(wiring.Component):
         bottom = step(lambda bottom, down: Mux(bottom < down, bottom, down), bottom, down)
         rows = step(lambda top, bottom: bottom - top, top, bottom)
 
-        some = pipeline.combine(lambda rows, front, wrapped: (rows > 0) & ((front > 0) | (wrapped > 0)),
-                                rows, front, wrapped)
+        some = pipeline.register(lambda rows, front, wrapped: (rows > 0) & ((front > 0) | (wrapped > 0)),
+                                 rows, front, wrapped)
 
         def output(target, function, *operands):
             pipeline.output(target, step(lambda some, *values: Mux(some, function(*values), 0), some, *operands))
