@@ -58,8 +58,8 @@ class Routers:
 
     A router has a queue for each virtual channel of each input port. In each cycle each output port takes one flit of a
     queue that may go: its first flit is to leave there, its packet holds the next channel or finds it free, and the
-    next queue has room. Of several the next one after the queue that went last goes, or that which could have gone in
-    most cycles before without a break, the first of equals. All queues of an input port may go at once.
+    next queue has room. Of several the next one after the queue that went last goes, or that whose flit has been its
+    first for most cycles, the first of equals. All queues of an input port may go at once.
     A packet holds the channel from its first flit to its last one.
 
     A flit that is on the wire to a router in cycle t is in its queue in t + 1, where it may be granted; in t + 2 it
@@ -135,7 +135,7 @@ class Routers:
         self._holder = np.full(count, _FREE, dtype=np.int64)
         self._in_turn = arbitration == "round-robin"
         self._went = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
-        # Cycles in which each queue might have gone, up to now.
+        # Cycles for which each queue's first flit has been that.
         self._waited = np.zeros(count, dtype=np.int64)
         # What was granted two cycles ago and one cycle ago.
         self._granted = deque([(_NONE, _NONE)] * 2)
@@ -204,9 +204,7 @@ class Routers:
             turn = (place - self._went[port] - 1) % self._queues_of_node
         else:
             turn = place - self._queues_of_node * self._waited[asks]
-            waited = self._waited[asks] + 1
-            self._waited[:] = 0
-            self._waited[asks] = waited
+            self._waited[busy] += 1
         order = np.lexsort((turn, port))
         chosen = order[np.flatnonzero(np.diff(port[order], prepend=NOWHERE))]
         ports, queues = port[chosen], asks[chosen]

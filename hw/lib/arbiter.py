@@ -80,7 +80,7 @@ class Arbiter(wiring.Component):
         m.submodules.turns = turns = self._policy.rule(count=self._count)
         goes = turns.first & moves.replicate(self._count)
         m.d.comb += [moves.eq(self.o.ready | ~self.o.valid), self.o.payload.eq(shown),
-                     turns.asks.eq(asks), turns.goes.eq(moves & asks.any())]
+                     turns.wants.eq(asks), turns.asks.eq(asks), turns.goes.eq(moves & asks.any())]
         with m.If(moves):
             m.d.sync += self.o.valid.eq(asks.any())
         for k, source in enumerate(self.i):

@@ -10,8 +10,7 @@ __all__ = ["LongestWaiting"]
 
 
 class LongestWaiting(wiring.Component):
-    """Of those that ask the one that has asked longest without a break; of those that began in the same cycle the
-    lowest.
+    """Of those that may go the one that has waited longest; of those that began in the same cycle the lowest.
 
     Parameters
     ----------
@@ -20,7 +19,7 @@ class LongestWaiting(wiring.Component):
 
     Members
     -------
-    asks, first, goes
+    wants, asks, first, goes
         As those of `hw.lib.round_robin.RoundRobin`.
 
     Timing
@@ -39,13 +38,13 @@ class LongestWaiting(wiring.Component):
         if not isinstance(count, int) or count < 1:
             raise ValueError(f"Count must be at least 1, not {count!r}")
         self._count = count
-        super().__init__({"asks": In(count), "first": Out(count), "goes": In(1)})
+        super().__init__({"wants": In(count), "asks": In(count), "first": Out(count), "goes": In(1)})
         self.latency = 0
 
     def elaborate(self, platform):
         m = Module()
         waits, before = Signal(self._count), [[] for _ in range(self._count)]
-        m.d.sync += waits.eq(self.asks & ~Mux(self.goes, self.first, 0))
+        m.d.sync += waits.eq(self.wants & ~Mux(self.goes, self.first, 0))
         # A bit per pair remembers who of the two came first.
         for a, b in combinations(range(self._count), 2):
             a_was_first, a_is_first = Signal(name=f"was_first_{a}_{b}"), Signal(name=f"is_first_{a}_{b}")

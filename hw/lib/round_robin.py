@@ -17,8 +17,10 @@ class RoundRobin(wiring.Component):
 
     Members
     -------
+    wants
+        Those that wait, whether they may go or not. They keep their turn; this rule need not look at them.
     asks
-        Those that ask.
+        Those of them that may go.
     first
         The one whose turn it is, or none if none asks.
     goes
@@ -38,7 +40,7 @@ class RoundRobin(wiring.Component):
         if not isinstance(count, int) or count < 1:
             raise ValueError(f"Count must be at least 1, not {count!r}")
         self._count = count
-        super().__init__({"asks": In(count), "first": Out(count), "goes": In(1)})
+        super().__init__({"wants": In(count), "asks": In(count), "first": Out(count), "goes": In(1)})
         self.latency = 0
 
     def elaborate(self, platform):

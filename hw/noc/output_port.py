@@ -29,7 +29,7 @@ class OutputPort(wiring.Component):
     depth
         Places of the queues behind the channels.
     policy
-        Whose turn it is; only who may go counts as waiting.
+        Whose turn it is; a flit waits from the cycle on in which it is its queue's first one.
 
     Members
     -------
@@ -71,9 +71,9 @@ class OutputPort(wiring.Component):
         for k, front in enumerate(self.fronts):
             can = [(front.channel == channel) & room[channel] & (free[channel] | ~front.first)
                    for channel in range(self._channels)]
-            m.d.comb += turns.asks[k].eq(front.valid & Cat(can).any())
+            m.d.comb += [turns.wants[k].eq(front.valid), turns.asks[k].eq(front.valid & Cat(can).any())]
         m.d.comb += [turns.goes.eq(turns.asks.any()), self.takes.eq(goes),
-                     self.stalls.eq(Cat(front.valid for front in self.fronts).any() & ~turns.goes)]
+                     self.stalls.eq(turns.wants.any() & ~turns.goes)]
 
         for channel in range(self._channels):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")

@@ -126,7 +126,7 @@ def test_counters_are_those_of_the_model():
 
 
 def test_init_refuses_channels_that_could_wait_for_each_other():
-    good = route(Topology("ring", 4, 1), 2)
+    good = route(Topology("ring", 8, 1), 2)
     routing = Routing(topology=good.topology, virtual_channels=2, port=good.port, channel=np.zeros_like(good.channel),
                       entry=good.entry)
     with pytest.raises(InputError, match=r"can deadlock: .* -> .* -> "):

@@ -1,0 +1,16 @@
+"""Check bits of flits."""
+
+from amaranth.hdl import Cat, Value
+
+from golden.noc.packing import CHECK_BITS, check
+
+__all__ = ["check_of"]
+
+
+def check_of(method: str, value: Value) -> Value:
+    """The check bits of a value, `golden.noc.packing.check`: each is the sum of some of its bits, modulo 2."""
+    value = Value.cast(value)
+    # The sum is linear: what each bit alone changes is all there is to know.
+    alone = [check(method, 1 << place, len(value)) for place in range(len(value))]
+    return Cat(Cat(value[place] for place, its in enumerate(alone) if its >> bit & 1).xor()
+               for bit in range(CHECK_BITS[method]))

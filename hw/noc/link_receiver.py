@@ -1,0 +1,55 @@
+"""Link receiver: flits of a router to its node."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hw.lib.queue import Queue
+from hw.noc.flit import flit, link
+
+__all__ = ["LinkReceiver"]
+
+
+class LinkReceiver(wiring.Component):
+    """Keeps flits of each kind of message in a queue of its own, and gives places back.
+
+    Packets of a kind come whole on the kind's first channel, so that its other channels have no queue here.
+
+    Parameters
+    ----------
+    bits, channels, messages, depth
+        As those of `hw.noc.link_sender.LinkSender`; ``depth`` of the queues here.
+
+    Members
+    -------
+    i, o_credit
+        The link, and places that are free again.
+    o
+        A stream of flits per kind.
+
+    Timing
+    ------
+    Latency: ``1`` cycle. One flit per cycle.
+
+    Golden counterpart: the sinks of `golden.noc.network.Network`.
+    """
+
+    def __init__(self, *, bits: int, channels: int, messages: int, depth: int):
+        self._bits, self._channels, self._messages, self._depth = bits, channels, messages, depth
+        super().__init__({
+            "i": In(stream.Signature(link(bits, channels * messages), always_ready=True)),
+            "o_credit": Out(channels * messages), "o": Out(stream.Signature(flit(bits))).array(messages)})
+        self.latency = 1
+
+    def elaborate(self, platform):
+        m = Module()
+        given_back = Signal(self._channels * self._messages)
+        m.d.comb += self.o_credit.eq(given_back)
+        for kind, output in enumerate(self.o):
+            channel = kind * self._channels
+            m.submodules[f"queue_{kind}"] = queue = Queue(flit(self._bits), depth=self._depth)
+            wiring.connect(m, queue.o, wiring.flipped(output))
+            m.d.comb += [queue.i.payload.eq(self.i.payload.flit),
+                         queue.i.valid.eq(self.i.valid & (self.i.payload.channel == channel))]
+            m.d.sync += given_back[channel].eq(output.valid & output.ready)
+        return m

@@ -1,0 +1,164 @@
+"""Network interface: patch requests and replies of a cluster, and the packets that carry them."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.noc.packing import CHECK_BITS, VERTICES
+from golden.noc.routing import Routing
+from hw.formats import Formats
+from hw.lib.credit_gate import CreditGate
+from hw.lib.queue import Queue
+from hw.noc.flit import link
+from hw.noc.link_receiver import LinkReceiver
+from hw.noc.link_sender import LinkSender
+from hw.noc.network_fault import NetworkFault
+from hw.noc.packer import Packer
+from hw.noc.unpacker import Unpacker
+
+__all__ = ["NetworkInterface", "interface_members"]
+
+
+def interface_members(config: Config, nodes: int) -> dict:
+    """What an interface shows its cluster."""
+    formats = Formats(config)
+    address = (nodes - 1).bit_length()
+    asked = stream.Signature(StructLayout({"node": address, "patch": formats.patch}))
+    answered = stream.Signature(StructLayout({"node": address, "vertex": formats.patch_vertex}))
+    return {"i_request": In(asked), "o_request": Out(asked), "i_reply": In(answered),
+            "o_reply": Out(stream.Signature(formats.patch_vertex)), "fault": Out(NetworkFault)}
+
+
+class NetworkInterface(wiring.Component):
+    """Asks other clusters for patches and answers their requests.
+
+    A request is a packet of one flit and a reply one of five, if a vertex fits into a flit. A request leaves only when
+    there is room for its whole reply, so replies are always taken from the network, whatever the cluster does: requests
+    may wait for replies, replies wait for nobody. Replies of a cluster come in the order of the requests to it.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    routing
+        Of both networks, or of both kinds of messages in one.
+    node
+        Which cluster it is.
+    outstanding
+        Requests that may be on their way, at least 1.
+
+    Members
+    -------
+    i_request
+        ``node`` to ask, and ``patch``.
+    o_reply
+        Vertices of what was asked for (`Formats.patch_vertex`), four of a patch one after the other.
+    o_request
+        ``node`` that asks, and ``patch``.
+    i_reply
+        ``node`` that has asked, and ``vertex`` (`Formats.patch_vertex`): four one after the other with the same node
+        and patch. Replies to one node come in the order of its requests.
+    o, i_credit, i, o_credit
+        Links to the routers and from them, with credits: requests first, then replies; one link of both if the networks
+        are virtual.
+    fault
+        The first thing that went wrong since reset. What was wrong has come out nevertheless.
+
+    Timing
+    ------
+    Latency: ``1`` cycle from ``i_request`` to the link, ``1`` from the link to ``o_request``, ``2`` from the link of a
+    vertex' last flit to ``o_reply``. One flit per cycle and link.
+
+    Golden counterpart: `golden.noc.packing`. Source: Shen 1993, section 5.2.3.
+    """
+
+    def __init__(self, *, config: Config, routing: Routing, node: int, outstanding: int = 4):
+        if not isinstance(outstanding, int) or outstanding < 1:
+            raise ValueError(f"Outstanding must be at least 1, not {outstanding!r}")
+        if not isinstance(node, int) or not 0 <= node < routing.topology.nodes:
+            raise ValueError(f"Node must be from 0 to {routing.topology.nodes - 1}, not {node!r}")
+        self._config, self._routing, self._node, self._outstanding = config, routing, node, outstanding
+        self._formats, noc = Formats(config), config.noc
+        address = (routing.topology.nodes - 1).bit_length()
+        self._asked = StructLayout({"node": address, "patch": self._formats.patch})
+        self._request_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch})
+        self._reply_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch,
+                                           "surface": self._formats.surface})
+        self._bits = noc.flit_bits + CHECK_BITS[noc.check]
+        self._links, self._messages = (1, 2) if noc.networks == "virtual" else (2, 1)
+        channels = self._messages * routing.virtual_channels
+        links = stream.Signature(link(self._bits, channels), always_ready=True)
+        super().__init__({
+            **interface_members(config, routing.topology.nodes),
+            "i": In(links).array(self._links), "o": Out(links).array(self._links),
+            "i_credit": In(channels).array(self._links), "o_credit": Out(channels).array(self._links)})
+
+    def elaborate(self, platform):
+        m = Module()
+        outgoing, incoming = self._add_links(m)
+        noc = self._config.noc
+        check = {"bits": noc.flit_bits, "method": noc.check}
+        vertex = self._formats.scene_vector
+
+        # Requests that go out, each with room for the reply.
+        m.submodules.gate = gate = CreditGate(self._asked, credits=self._outstanding)
+        m.submodules.request_packer = packer = Packer(self._request_header, 0, bodies=0, **check)
+        wiring.connect(m, wiring.flipped(self.i_request), gate.i)
+        wiring.connect(m, packer.o, outgoing[0])
+        header = packer.i.payload.header
+        m.d.comb += [packer.i.valid.eq(gate.o.valid), gate.o.ready.eq(packer.i.ready),
+                     header.destination.eq(gate.o.payload.node), header.source.eq(self._node),
+                     header.patch.eq(gate.o.payload.patch)]
+
+        # Replies that come in.
+        m.submodules.reply_unpacker = replies = Unpacker(
+            self._reply_header, vertex, bodies=VERTICES, node=self._node, **check)
+        m.submodules.replies = room = Queue(self._formats.patch_vertex, depth=VERTICES * self._outstanding)
+        wiring.connect(m, incoming[1], replies.i)
+        wiring.connect(m, room.o, wiring.flipped(self.o_reply))
+        left = Signal(range(VERTICES))
+        taken = self.o_reply.valid & self.o_reply.ready
+        with m.If(taken):
+            m.d.sync += left.eq(left + 1)
+        m.d.comb += [
+            room.i.valid.eq(replies.o.valid), replies.o.ready.eq(room.i.ready),
+            room.i.payload.patch.eq(replies.o.payload.header.patch),
+            room.i.payload.surface.eq(replies.o.payload.header.surface),
+            room.i.payload.vertex.eq(replies.o.payload.body), gate.i_return.valid.eq(taken & (left == VERTICES - 1))]
+
+        # Requests that come in, and replies that go out.
+        m.submodules.request_unpacker = requests = Unpacker(self._request_header, 0, bodies=0, node=self._node, **check)
+        m.submodules.reply_packer = packer = Packer(self._reply_header, vertex, bodies=VERTICES, **check)
+        wiring.connect(m, incoming[0], requests.i)
+        wiring.connect(m, packer.o, outgoing[1])
+        header, asked, answer = packer.i.payload.header, requests.o.payload.header, self.i_reply.payload
+        m.d.comb += [
+            self.o_request.valid.eq(requests.o.valid), requests.o.ready.eq(self.o_request.ready),
+            self.o_request.payload.node.eq(asked.source), self.o_request.payload.patch.eq(asked.patch),
+            packer.i.valid.eq(self.i_reply.valid), self.i_reply.ready.eq(packer.i.ready),
+            header.destination.eq(answer.node), header.source.eq(self._node), header.patch.eq(answer.vertex.patch),
+            header.surface.eq(answer.vertex.surface), packer.i.payload.body.eq(answer.vertex.vertex)]
+
+        with m.If(self.fault == NetworkFault.NONE):
+            with m.If(requests.fault != NetworkFault.NONE):
+                m.d.sync += self.fault.eq(requests.fault)
+            with m.Else():
+                m.d.sync += self.fault.eq(replies.fault)
+        return m
+
+    def _add_links(self, m):
+        """Streams of flits out and in, of requests and of replies."""
+        outgoing, incoming = [], []
+        routing, depth = self._routing, self._config.noc.buffer_flits
+        shared = {"bits": self._bits, "channels": routing.virtual_channels, "messages": self._messages, "depth": depth}
+        for number in range(self._links):
+            m.submodules[f"sender_{number}"] = sender = LinkSender(entry=routing.entry[self._node].tolist(), **shared)
+            m.submodules[f"receiver_{number}"] = receiver = LinkReceiver(**shared)
+            wiring.connect(m, sender.o, wiring.flipped(self.o[number]))
+            wiring.connect(m, wiring.flipped(self.i[number]), receiver.i)
+            m.d.comb += [sender.i_credit.eq(self.i_credit[number]), self.o_credit[number].eq(receiver.o_credit)]
+            outgoing += list(sender.i)
+            incoming += list(receiver.o)
+        return outgoing, incoming

@@ -1,0 +1,80 @@
+"""Patch network: an interface for each cluster, and what lies between them."""
+
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import Out
+
+from golden.config import Config
+from golden.noc.packing import CHECK_BITS
+from golden.noc.routing import route
+from hw.lib.arbiter import ArbiterPolicy
+from hw.noc.network import Network
+from hw.noc.network_interface import NetworkInterface, interface_members
+
+__all__ = ["PatchNetwork"]
+
+_POLICIES = {"round-robin": ArbiterPolicy.ROUND_ROBIN, "age": ArbiterPolicy.LONGEST_WAITING}
+
+
+class PatchNetwork(wiring.Component):
+    """Requests for patches from each cluster to each other one, and the replies: two networks, or one with channels of
+    its own for each kind.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    outstanding
+        See `NetworkInterface`.
+
+    Members
+    -------
+    i_request, o_reply, o_request, i_reply, fault
+        Per cluster, see `NetworkInterface`.
+    flits, stalls
+        See `Network`; of both.
+
+    Timing
+    ------
+    Latency: ``3 * hops + 5`` cycles from ``i_request`` to ``o_request`` when nothing else is under way.
+
+    Errors
+    ------
+    InputError
+        Channels could wait for each other in a circle.
+    """
+
+    def __init__(self, *, config: Config, outstanding: int = 4):
+        self._config = config
+        self._routing = route(config.noc.network(), config.noc.virtual_channels)
+        self._outstanding = outstanding
+        nodes = self._routing.topology.nodes
+        members = interface_members(config, nodes)
+        super().__init__({**{name: member.array(nodes) for name, member in members.items()},
+                          "flits": Out(32), "stalls": Out(32)})
+
+    def elaborate(self, platform):
+        m = Module()
+        noc, routing = self._config.noc, self._routing
+        separate = noc.networks == "physical"
+        networks = [Network(routing=routing, bits=noc.flit_bits + CHECK_BITS[noc.check], depth=noc.buffer_flits,
+                            messages=1 if separate else 2, policy=_POLICIES[noc.arbitration])
+                    for _ in range(2 if separate else 1)]
+        for number, network in enumerate(networks):
+            m.submodules[f"network_{number}"] = network
+        m.d.comb += [self.flits.eq(sum(network.flits for network in networks)),
+                     self.stalls.eq(sum(network.stalls for network in networks))]
+        for node in range(routing.topology.nodes):
+            m.submodules[f"interface_{node}"] = interface = NetworkInterface(
+                config=self._config, routing=routing, node=node, outstanding=self._outstanding)
+            wiring.connect(m, wiring.flipped(self.i_request[node]), interface.i_request)
+            wiring.connect(m, wiring.flipped(self.i_reply[node]), interface.i_reply)
+            wiring.connect(m, interface.o_request, wiring.flipped(self.o_request[node]))
+            wiring.connect(m, interface.o_reply, wiring.flipped(self.o_reply[node]))
+            m.d.comb += self.fault[node].eq(interface.fault)
+            for number, network in enumerate(networks):
+                wiring.connect(m, interface.o[number], network.i[node])
+                wiring.connect(m, network.o[node], interface.i[number])
+                m.d.comb += [interface.i_credit[number].eq(network.o_credit[node]),
+                             network.i_credit[node].eq(interface.o_credit[number])]
+        return m

@@ -1,0 +1,90 @@
+"""Unpacker: packets of flits to items."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal, Value
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from hw.noc.flit import flit
+from hw.noc.flit_check import check_of
+from hw.noc.network_fault import NetworkFault
+from hw.noc.packer import parts_of
+
+__all__ = ["Unpacker"]
+
+
+class Unpacker(wiring.Component):
+    """The inverse of `hw.noc.packer.Packer`. What is wrong is reported, and cannot stop it: a flit that should be a
+    packet's first one and is not is dropped, one that should not be and is begins a packet.
+
+    Parameters
+    ----------
+    header, body, bodies, bits, method
+        As the packer's; a header begins with ``destination``.
+    node
+        Where it is.
+
+    Members
+    -------
+    i
+        Flits.
+    o
+        ``header`` and ``body``, an item per body, or one of a packet without.
+    fault
+        Of the flit that was taken in the cycle before.
+
+    Timing
+    ------
+    Latency: ``0`` cycles from an item's last flit. One flit per cycle; stalls with ``o``.
+    """
+
+    def __init__(self, header: StructLayout, body, *, bodies: int, bits: int, method: str, node: int):
+        self._bodies, self._bits, self._method, self._node = bodies, bits, method, node
+        self._item = StructLayout({"header": header, "body": body})
+        self._plain = flit(bits)
+        super().__init__({
+            "i": In(stream.Signature(flit(bits + len(check_of(method, Signal(self._plain)))))),
+            "o": Out(stream.Signature(self._item)), "fault": Out(NetworkFault)})
+        self.latency = 0
+
+    def elaborate(self, platform):
+        m = Module()
+        kept = Signal(self._item, reset_less=True)
+        whole = Signal(self._item)
+        headers = parts_of(Value.cast(kept.header), self._bits)
+        bodies = parts_of(Value.cast(kept.body), self._bits) if self._bodies else []
+        shown = (parts_of(Value.cast(whole.header), self._bits)
+                 + (parts_of(Value.cast(whole.body), self._bits) if self._bodies else []))
+        last = len(headers) + len(bodies) * self._bodies - 1
+        number, part = Signal(range(last + 1)), Signal(range(len(shown)))
+        # A packet begins wherever it says so.
+        now, place = Signal.like(number), Signal.like(part)
+        came = self.i.payload
+        plain = Signal(self._plain)
+        m.d.comb += [
+            plain.eq(Cat(came.data[:self._bits], came.first, came.last)),
+            now.eq(Mux(came.first, 0, number)), place.eq(Mux(came.first, 0, part)), whole.eq(kept)]
+        with m.Switch(place):
+            for which, (old, new) in enumerate(zip(headers + bodies, shown, strict=True)):
+                with m.Case(which):
+                    m.d.comb += new.eq(plain.data)
+                    with m.If(self.i.valid & self.i.ready):
+                        m.d.sync += old.eq(plain.data)
+        dropped = ~came.first & (number == 0)
+        ends = place == len(shown) - 1
+        gives = ends & ~dropped
+        m.d.comb += [self.o.payload.eq(whole), self.o.valid.eq(self.i.valid & gives),
+                     self.i.ready.eq(self.o.ready | ~gives)]
+
+        m.d.sync += self.fault.eq(NetworkFault.NONE)
+        with m.If(self.i.valid & self.i.ready):
+            with m.If(~dropped):
+                m.d.sync += [number.eq(Mux(now == last, 0, now + 1)),
+                             part.eq(Mux(now == last, 0, Mux(ends, len(headers), place + 1)))]
+            with m.If(came.data[self._bits:] != check_of(self._method, plain)):
+                m.d.sync += self.fault.eq(NetworkFault.CHECK)
+            with m.Elif((came.first != (number == 0)) | (came.last != (now == last))):
+                m.d.sync += self.fault.eq(NetworkFault.ORDER)
+            with m.Elif((now == len(headers) - 1) & (whole.header.destination != self._node)):
+                m.d.sync += self.fault.eq(NetworkFault.ADDRESS)
+        return m

@@ -1,0 +1,174 @@
+# amaranth: UnusedElaboratable=no
+
+import pytest
+from amaranth.hdl import Assert, Assume, Cover, Module, Signal
+from amaranth.lib import wiring
+
+from golden.noc.routing import route
+from golden.noc.topology import Topology
+from hw.lib.arbiter import ArbiterPolicy
+from hw.lib.round_robin import RoundRobin
+from hw.noc import router as module
+from hw.noc.input_queue import InputQueue
+from hw.noc.router import Router
+from tb.formal.around import connect_ports
+from tb.formal.prove import prove
+from tb.formal.twin import Twin
+
+DEPTH = 2
+# A node with one link, and one between two others.
+NETWORKS = {"end": (2, 0, 2), "midst": (3, 1, 1)}
+# Cycles without a flit from a queue that has some, with neighbours that give a place back at once.
+PATIENCE = {"end": 5, "midst": 6}
+
+
+def make(where, depth=DEPTH, cls=Router, **options):
+    columns, node, messages = NETWORKS[where]
+    return cls(routing=route(Topology("mesh", columns, 1), 1), node=node, bits=2, depth=depth, messages=messages,
+               **options)
+
+
+class RouterCredits(wiring.Component):
+    """Whatever comes in, in packets and within its credits, goes out once, in packets and within the credits."""
+
+    def __init__(self, dut, patience=None):
+        self._dut, self._patience = dut, patience
+        super().__init__(dut.signature)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = self._dut
+        connect_ports(m, self, dut)
+        sent, given_back = [], []
+        for port in range(len(dut.i)):
+            for channel in range(len(dut.i_credit[port])):
+                comes = self._flit(dut.i[port], channel)
+                self._whole(m, comes, dut.i[port].payload.flit, Assume, f"in_{port}_{channel}")
+                inside = self._count(m, comes, dut.o_credit[port][channel], f"in_{port}_{channel}")
+                m.d.comb += [Assume(inside <= DEPTH), Assert(~((inside == 0) & dut.o_credit[port][channel]))]
+                if self._patience:
+                    self._waits(m, inside, dut.o_credit[port][channel], f"{port}_{channel}")
+
+                goes = self._flit(dut.o[port], channel)
+                self._whole(m, goes, dut.o[port].payload.flit, Assert, f"out_{port}_{channel}")
+                outside = self._count(m, goes, dut.i_credit[port][channel], f"out_{port}_{channel}")
+                m.d.comb += [Assert(outside <= DEPTH), Cover((outside == DEPTH) & (inside == DEPTH)),
+                             Assume(~((outside == 0) & dut.i_credit[port][channel]))]
+                if self._patience:
+                    m.d.comb += Assume((outside == 0) | dut.i_credit[port][channel])
+                sent.append(goes)
+                given_back.append(dut.o_credit[port][channel])
+        # Each place that was given back in the cycle before is a flit that is sent now.
+        before = Signal(range(len(sent) + 1))
+        m.d.sync += before.eq(sum(given_back))
+        m.d.comb += Assert(sum(sent) == before)
+        return m
+
+    @staticmethod
+    def _flit(link, channel):
+        return link.valid & (link.payload.channel == channel)
+
+    @staticmethod
+    def _count(m, more, less, name):
+        """Flits that have not been given back a place."""
+        count = Signal(range(DEPTH + 3), name=f"count_{name}")
+        m.d.sync += count.eq(count + more - less)
+        return count
+
+    @staticmethod
+    def _whole(m, comes, flit, rule, name):
+        """A packet's first flit comes when none is being sent."""
+        within = Signal(name=f"within_{name}")
+        with m.If(comes):
+            m.d.sync += within.eq(~flit.last)
+            m.d.comb += rule(flit.first == ~within)
+
+    def _waits(self, m, inside, credit, name):
+        """No queue waits for long; packets of one flit, so that nobody waits for the rest of another's."""
+        waits = Signal(range(self._patience + 2), name=f"waits_{name}")
+        with m.If((inside == 0) | credit):
+            m.d.sync += waits.eq(0)
+        with m.Else():
+            m.d.sync += waits.eq(waits + (waits <= self._patience))
+        m.d.comb += Assert(waits <= self._patience)
+
+
+class RouterProgress(RouterCredits):
+    """Every flit goes on within so many cycles, if the neighbours take theirs."""
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        for link in self._dut.i:
+            m.d.comb += Assume(link.payload.flit.last)
+        return m
+
+
+class _LastAlways(InputQueue):
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        m.d.comb += self.front.last.eq(1)
+        return m
+
+
+class _LowestFirst(RoundRobin):
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += self.first.eq(self.asks & ~(self.asks - 1))
+        return m
+
+
+def bounded(bench, depth):
+    return prove(bench, mode="bmc", depth=depth, engine="abc bmc3")
+
+
+def test_no_place_is_lost_and_none_is_used_twice():
+    assert bounded(RouterCredits(make("midst")), 10)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("policy", list(ArbiterPolicy))
+@pytest.mark.parametrize("where", NETWORKS)
+def test_no_place_is_lost_and_none_is_used_twice_for_longer(where, policy):
+    assert bounded(RouterCredits(make(where, policy=policy)), 14)
+
+
+def test_reaches_full_queues():
+    assert prove(RouterCredits(make("midst")), mode="cover", depth=12)
+
+
+@pytest.mark.parametrize("policy", list(ArbiterPolicy))
+def test_every_flit_goes_on(policy):
+    assert bounded(RouterProgress(make("midst", policy=policy), PATIENCE["midst"]), 16)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("policy", list(ArbiterPolicy))
+@pytest.mark.parametrize("where", NETWORKS)
+def test_every_flit_goes_on_for_longer(where, policy):
+    assert bounded(RouterProgress(make(where, policy=policy), PATIENCE[where]), 22)
+
+
+@pytest.mark.parametrize("where", NETWORKS)
+def test_the_bound_is_reached(where):
+    assert not bounded(RouterProgress(make(where), PATIENCE[where] - 1), 16)
+
+
+def test_places_too_many():
+    assert not bounded(RouterCredits(make("midst", depth=2 * DEPTH)), 12)
+
+
+@pytest.mark.parametrize("fault", [
+    {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}, {"o_credit__1": lambda dut: dut.o_credit[1][0:0]},
+    {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[0].payload.flit.first}])
+def test_a_flit_or_a_place_that_is_lost(fault):
+    assert not bounded(RouterCredits(Twin(make("midst"), fault)), 12)
+
+
+def test_packets_in_each_other(monkeypatch):
+    monkeypatch.setattr(module, "InputQueue", _LastAlways)
+    assert not bounded(RouterCredits(make("midst")), 12)
+
+
+def test_an_input_that_is_never_its_turn(monkeypatch):
+    monkeypatch.setattr(ArbiterPolicy, "rule", _LowestFirst)
+    assert not bounded(RouterProgress(make("midst"), PATIENCE["midst"]), 12)
