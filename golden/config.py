@@ -11,6 +11,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.fixed import Format, signed, unsigned
+from golden.noc.router import ARBITRATIONS
 from golden.noc.routing import classes_needed
 from golden.noc.topology import TOPOLOGIES, Topology
 
@@ -385,7 +386,7 @@ class Noc:
         for name, low, high in (("columns", 1, 64), ("rows", 1, 64), ("virtual_channels", 1, 8),
                                 ("buffer_flits", 2, 64), ("flit_bits", 16, 256)):
             _check_range("noc", name, getattr(self, name), low, high)
-        for name, choices in (("arbitration", ("round-robin", "age")), ("networks", ("physical", "virtual")),
+        for name, choices in (("arbitration", ARBITRATIONS), ("networks", ("physical", "virtual")),
                               ("check", ("none", "parity", "crc"))):
             _check_choice("noc", name, getattr(self, name), choices)
         if self.nodes > 64:
