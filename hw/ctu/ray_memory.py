@@ -26,7 +26,7 @@ class _Kind(enum.Enum, shape=2):
 
 
 class RayMemory(wiring.Component):
-    """A request for a shell that is not newer than the slot's version is passed over. Otherwise a present ray leaves and
+    """A request for a shell that is not newer than the slot's version is passed over. Else a present ray leaves and
     takes the shell as its version; for one that is away the request waits.
 
     Requests that wait for a slot are a chain, the oldest first. When the ray comes back it is held until the first of
@@ -62,7 +62,7 @@ class RayMemory(wiring.Component):
 
     Timing
     ------
-    Latency: ``6`` cycles from ``i`` to ``o``, ``13`` from ``i_return`` to the ray that leaves again. One request or
+    Latency: ``7`` cycles from ``i`` to ``o``, ``15`` from ``i_return`` to the ray that leaves again. One request or
     return per cycle, returns first, then those that waited. Requests stall with ``o``, and while ``deferred`` of them
     wait or are being looked at; returns never stall.
 
@@ -87,7 +87,7 @@ class RayMemory(wiring.Component):
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "i_return": In(stream.Signature(range(slots), always_ready=True)), "o": Out(stream.Signature(request)),
             "waiting": Out(range(deferred + 1))})
-        self.latency = 6
+        self.latency = 7
 
     def elaborate(self, platform):
         m = Module()
@@ -126,8 +126,13 @@ class RayMemory(wiring.Component):
         tried = StructLayout({"slot": range(self._slots), "place": place})
         m.submodules.tries, m.submodules.leaving = tries, leaving = Queue(tried, depth=self._deferred), Queue(
             self.o.payload.shape(), depth=ROOM)
-        done, made = rows.o.valid, rows.o.payload
-        kind, old, now = made.tag.access.kind, made.old, judge(made.old, made.tag.access)
+        made, done = Signal.like(rows.o.payload, reset_less=True), Signal()
+        found = judge(rows.o.payload.old, rows.o.payload.tag.access)
+        now = SimpleNamespace(**{name: Signal(name=f"now_{name}", reset_less=True)
+                                 for name in ("waits", "alone", "ends", "leaves", "defers")})
+        m.d.sync += [done.eq(rows.o.valid), made.eq(rows.o.payload),
+                     *(flag.eq(getattr(found, name)) for name, flag in vars(now).items())]
+        kind, old = made.tag.access.kind, made.old
         returned, requested, retried = (done & (kind == one) for one in (_Kind.RETURN, _Kind.REQUEST, _Kind.RETRY))
         passed_over = retried & now.ends & ~now.leaves
         m.d.comb += [
@@ -177,7 +182,7 @@ class RayMemory(wiring.Component):
 
         # Who is next: returns, then tries, then requests. Whoever may leave has room where it leaves.
         given, comes, room, under_way = Signal.like(rows.i.payload, reset_less=True), Signal(), Signal(
-            range(ROOM + 1), init=ROOM), Signal(5)
+            range(ROOM + 1), init=ROOM), Signal(6)
         begun, idle = Signal(), Signal()
         m.d.comb += [
             rows.i.valid.eq(comes), rows.i.payload.eq(given),
