@@ -52,6 +52,10 @@ class Coverage:
         for name, where in cases.items():
             self.hit(name, where)
 
+    def has(self, names: Iterable[str]) -> bool:
+        """Whether all of these cases have occurred."""
+        return all(self.counts[name] for name in names)
+
     @property
     def missing(self) -> list[str]:
         """Cases that have not occurred."""

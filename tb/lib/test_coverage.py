@@ -24,6 +24,8 @@ def test_arrays_count_as_often_as_they_are_true():
     coverage.hit_all({"odd": numbers % 2 == 1, "even": numbers % 2 == 0, "large": numbers > 9})
     assert coverage.counts == {"odd": 3, "even": 4, "large": 0}
     assert coverage.missing == ["large"]
+    assert coverage.has(["odd", "even"])
+    assert not coverage.has(["odd", "large"])
 
 
 def test_a_case_that_nobody_named():
