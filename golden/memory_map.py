@@ -164,6 +164,8 @@ REGIONS = (
         Field("rows", "u4", "how many"),
         Field("first_column", "u4", "in grid_columns"),
         Field("columns", "u4", "how many"),
+        Field("first_ray", "u4", "grid rays of the shells before it, those of shell 2 on"),
+        Field("reserved", "u4", "0"),
     )),
     Region("grid_rows", "frustum", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: slope over the stretch, and 0", 2),
@@ -433,7 +435,8 @@ def _shell_regions(record, table, config):
             "shells": _records("shells", len(shells), begin=borders[:, 0], end=borders[:, 1],
                                threshold=[unit.threshold(shell, config) for shell in shells],
                                row_border=[one.row_border for one in rays], first_row=_starts(rows), rows=rows,
-                               first_column=_starts(columns), columns=columns),
+                               first_column=_starts(columns), columns=columns,
+                               first_ray=_starts(np.multiply(rows, columns))),
             "grid_rows": _records("grid_rows", sum(rows), table=tables[0], position=joined("row_position"),
                                   first_near=joined("first_row"), near=joined("row_count"),
                                   column_reach=joined("column_reach"), column_border=joined("column_border")),

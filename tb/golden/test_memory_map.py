@@ -130,6 +130,8 @@ def test_grid_rays_can_be_made_from_the_tables_alone(scene, back):
         some = (count > 0) & (count < scene.record.columns)
         assert np.array_equal((first % scene.record.columns)[some], rays.first_column[some])
         assert (shell["begin"], shell["end"]) == unit.borders(number + 2)
+        assert shell["threshold"] == unit.threshold(number + 2, CONFIG)
+        assert shell["first_ray"] == sum(earlier["rows"] * earlier["columns"] for earlier in back["shells"][:number])
 
 
 def test_ray_directions_can_be_made_from_the_tables_alone(scene, back):
