@@ -19,7 +19,8 @@ DEPTH = 2
 # A node with one link, and one between two others.
 NETWORKS = {"end": (2, 0, 2), "midst": (3, 1, 1)}
 # Cycles without a flit from a queue that has some, with neighbours that give a place back at once.
-PATIENCE = {"end": 5, "midst": 6}
+IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
+PATIENCE = {("end", IN_TURN): 5, ("midst", IN_TURN): 6, ("end", BY_AGE): 7, ("midst", BY_AGE): 7}
 
 
 def make(where, depth=DEPTH, cls=Router, **options):
@@ -138,19 +139,19 @@ def test_reaches_full_queues():
 
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
 def test_every_flit_goes_on(policy):
-    assert bounded(RouterProgress(make("midst", policy=policy), PATIENCE["midst"]), 16)
+    assert bounded(RouterProgress(make("midst", policy=policy), PATIENCE["midst", policy]), 16)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
 @pytest.mark.parametrize("where", NETWORKS)
 def test_every_flit_goes_on_for_longer(where, policy):
-    assert bounded(RouterProgress(make(where, policy=policy), PATIENCE[where]), 22)
+    assert bounded(RouterProgress(make(where, policy=policy), PATIENCE[where, policy]), 22)
 
 
 @pytest.mark.parametrize("where", NETWORKS)
 def test_the_bound_is_reached(where):
-    assert not bounded(RouterProgress(make(where), PATIENCE[where] - 1), 16)
+    assert not bounded(RouterProgress(make(where), PATIENCE[where, IN_TURN] - 1), 16)
 
 
 def test_places_too_many():
@@ -171,4 +172,4 @@ def test_packets_in_each_other(monkeypatch):
 
 def test_an_input_that_is_never_its_turn(monkeypatch):
     monkeypatch.setattr(ArbiterPolicy, "rule", _LowestFirst)
-    assert not bounded(RouterProgress(make("midst"), PATIENCE["midst"]), 12)
+    assert not bounded(RouterProgress(make("midst"), PATIENCE["midst", IN_TURN]), 12)
