@@ -1,0 +1,202 @@
+# amaranth: UnusedElaboratable=no
+"""The interface alone, against golden's packets; what is corrupted on the way is reported."""
+
+import random
+from functools import partial
+
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.noc.packing import CHECK_BITS, check, reply_flits, request_flits
+from golden.noc.routing import route
+from hw.noc.network_fault import NetworkFault
+from hw.noc.network_interface import NetworkInterface
+
+NODE = 1
+VARIANTS = [{"noc.flit_bits": 72, "noc.check": "parity", "noc.networks": "physical", "noc.virtual_channels": 1},
+            {"noc.flit_bits": 32, "noc.check": "crc", "noc.networks": "virtual", "noc.virtual_channels": 2},
+            {"noc.flit_bits": 20, "noc.check": "none", "noc.networks": "physical", "noc.virtual_channels": 2}]
+
+
+class Bench:
+    """An interface whose router takes all flits and gives its places back."""
+
+    def __init__(self, changes, seed=1, outstanding=3):
+        self.config = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "noc.buffer_flits": 4, **changes})
+        self.routing = route(self.config.noc.network(), self.config.noc.virtual_channels)
+        self.dut = NetworkInterface(config=self.config, routing=self.routing, node=NODE, outstanding=outstanding)
+        self.random = random.Random(seed)
+        self.sent = {0: [], 1: []}
+        self.asked, self.answered, self.times = [], [], {}
+        self.fault = None
+
+    @property
+    def virtual(self):
+        return self.config.noc.networks == "virtual"
+
+    def run(self, cycles, *, requests=(), replies=(), flits=((), ()), slow=False):
+        """``flits``: of requests and of replies that the network brings."""
+        dut, simulator = self.dut, Simulator(self.dut)
+        simulator.add_clock(1e-8)
+        channels = self.config.noc.virtual_channels
+
+        async def give(ctx, stream, items):
+            for item in items:
+                ctx.set(stream.payload, item)
+                ctx.set(stream.valid, 1)
+                # Not `until`: it cannot be left unfinished, and the run may end first.
+                taken = False
+                while not taken:
+                    _, _, taken = await ctx.tick().sample(stream.ready)
+                ctx.set(stream.valid, 0)
+                if slow:
+                    await ctx.tick().repeat(self.random.choice((1, 1, 3)))
+
+        async def take(ctx, stream, items, read):
+            while True:
+                ctx.set(stream.ready, not slow or self.random.random() < 0.3)
+                _, _, valid, payload, ready = await ctx.tick().sample(stream.valid, stream.payload, stream.ready)
+                if valid and ready:
+                    items.append(read(payload))
+
+        async def router(ctx, link):
+            """Takes flits and gives places back in the cycle after; brings flits while there are places."""
+            kinds = (0, 1) if self.virtual else (link,)
+            places = dict.fromkeys(kinds, self.config.noc.buffer_flits)
+            waiting = {kind: list(flits[kind]) for kind in kinds}
+            while True:
+                able = [kind for kind in kinds if waiting[kind] and places[kind]]
+                ctx.set(dut.i[link].valid, bool(able))
+                if able:
+                    kind = self.random.choice(able)
+                    places[kind] -= 1
+                    data, first, last = waiting[kind].pop(0)
+                    ctx.set(dut.i[link].payload, {"flit": {"data": data, "first": first, "last": last},
+                                                  "channel": kind * channels if self.virtual else 0})
+                _, _, valid, payload, credit = await ctx.tick().sample(
+                    dut.o[link].valid, dut.o[link].payload, dut.o_credit[link])
+                ctx.set(dut.i_credit[link], 1 << payload.channel if valid else 0)
+                if valid:
+                    kind = payload.channel // channels if self.virtual else link
+                    self.sent[kind].append(((payload.flit.data, bool(payload.flit.first), bool(payload.flit.last)),
+                                            payload.channel % channels))
+                for kind in kinds:
+                    places[kind] += credit >> (kind * channels if self.virtual else 0) & 1
+
+        async def end(ctx):
+            await ctx.tick().repeat(cycles)
+            self.fault = ctx.get(dut.fault)
+
+        for bench in (partial(give, stream=dut.i_request, items=requests),
+                      partial(give, stream=dut.i_reply, items=replies),
+                      partial(take, stream=dut.o_request, items=self.asked,
+                              read=lambda item: (item.node, item.patch)),
+                      partial(take, stream=dut.o_reply, items=self.answered,
+                              read=lambda item: (item.patch, item.surface, tuple(item.vertex))),
+                      *(partial(router, link=number) for number in range(len(dut.i)))):
+            simulator.add_testbench(bench, background=True)
+        simulator.add_testbench(end)
+        simulator.run()
+        return self
+
+
+def patches(config, generator, count):
+    scene = config.numbers.scene
+    return [(generator.randrange(4), generator.randrange(1 << config.icu.patch_bits), generator.randrange(-9, 1 << 20),
+             [tuple(generator.randrange(scene.high + 1) for _ in range(3)) for _ in range(4)]) for _ in range(count)]
+
+
+def answers(given):
+    return [(patch, surface, vertex) for _, patch, surface, vertices in given for vertex in vertices]
+
+
+@pytest.mark.parametrize("slow", [False, True])
+@pytest.mark.parametrize("changes", VARIANTS)
+def test_packets_are_those_of_golden(changes, slow):
+    bench = Bench(changes, outstanding=100)
+    config, ask = bench.config, [(2, 5), (0, 4095), (3, 0), (1, 77)]
+    given = patches(config, bench.random, 3)
+    come = patches(config, bench.random, 3)
+    inward = {"destination": NODE}
+    bench.run(
+        300 if slow else 120, slow=slow, requests=[{"node": node, "patch": patch} for node, patch in ask],
+        replies=[{"node": node, "vertex": {"patch": patch, "surface": surface, "vertex": list(vertex)}}
+                 for node, patch, surface, vertices in given for vertex in vertices],
+        flits=([flit for node, patch in ask for flit in request_flits(config, source=node, patch=patch, **inward)],
+               [flit for node, patch, surface, vertices in come for flit in reply_flits(
+                   config, source=node, patch=patch, surface=surface, vertices=vertices, **inward)]))
+    entry = bench.routing.entry[NODE]
+    assert bench.sent[0] == [(flit, entry[node]) for node, patch in ask
+                             for flit in request_flits(config, source=NODE, destination=node, patch=patch)]
+    assert bench.sent[1] == [(flit, entry[node]) for node, patch, surface, vertices in given for flit in reply_flits(
+        config, source=NODE, destination=node, patch=patch, surface=surface, vertices=vertices)]
+    assert bench.asked == ask
+    assert bench.answered == answers(come)
+    assert bench.fault == NetworkFault.NONE
+
+
+def test_no_more_requests_than_there_is_room_for():
+    bench = Bench(VARIANTS[0], outstanding=2)
+    asks = [{"node": 0, "patch": number} for number in range(6)]
+    bench.run(60, requests=asks)
+    assert len(bench.sent[0]) == 2
+    bench = Bench(VARIANTS[0], outstanding=2)
+    come = patches(bench.config, bench.random, 3)
+    bench.run(120, requests=asks, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
+        bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
+    assert len(bench.sent[0]) == 5
+
+
+def broken(flits, how, config):
+    """A packet with a fault."""
+    (data, first, last), *rest = flits
+    if how == "bit":
+        return [(data ^ 1 << config.noc.flit_bits - 1, first, last), *rest]
+    if how == "check":
+        return [(data ^ 1 << config.noc.flit_bits, first, last), *rest]
+    if how == "short":
+        return rest
+    return flits
+
+
+@pytest.mark.parametrize(("how", "fault"), [("bit", NetworkFault.CHECK), ("check", NetworkFault.CHECK),
+                                            ("short", NetworkFault.ORDER), ("address", NetworkFault.ADDRESS)])
+@pytest.mark.parametrize("changes", VARIANTS[:2])
+def test_what_is_wrong_is_reported_and_stops_nobody(changes, how, fault):
+    bench = Bench(changes, outstanding=100)
+    config = bench.config
+    first, second = patches(config, bench.random, 2)
+
+    def packet(item, destination=NODE):
+        node, patch, surface, vertices = item
+        return reply_flits(config, source=node, destination=destination, patch=patch, surface=surface,
+                           vertices=vertices)
+
+    wrong = broken(packet(first, NODE + 1 if how == "address" else NODE), how, config)
+    bench.run(120, flits=((), [*wrong, *packet(second)]))
+    assert bench.fault == fault
+    # The packet after it comes as it is.
+    assert bench.answered[-4:] == answers([second])
+
+
+@pytest.mark.parametrize("method", ["parity", "crc"])
+def test_check_bits_tell_every_single_bit(method):
+    generator = random.Random(3)
+    value = generator.getrandbits(74)
+    known = check(method, value, 74)
+    assert all(check(method, value ^ 1 << place, 74) != known for place in range(74))
+    assert known < 1 << CHECK_BITS[method]
+
+
+def test_crc_is_that_of_the_catalogue():
+    """CRC-8 of the nine characters 1 to 9, begun with 0."""
+    assert check("crc", int.from_bytes(b"123456789"), 72) == 0xF4
+
+
+@pytest.mark.parametrize(("wrong", "message"), [({"node": 4}, "Node must be from 0 to 3, not 4"),
+                                                ({"outstanding": 0}, "Outstanding must be at least 1, not 0")])
+def test_init_wrong(wrong, message):
+    bench = Bench(VARIANTS[0])
+    with pytest.raises(ValueError, match=message):
+        NetworkInterface(**{"config": bench.config, "routing": bench.routing, "node": 0, **wrong})
