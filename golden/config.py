@@ -241,6 +241,12 @@ class Ctu:
     pyramid_levels
         Survival is judged by squares of rays, 2^(``icu.tile_bits`` times this) each way; 1 to 3. Smaller squares are
         more of them, larger ones send out more grid rays in vain.
+    subshell_bits
+        A cluster's list has at most 2^b subshells; 4 to 14.
+    shell_bits
+        Shells have numbers below 2^b; 3 to 10.
+    grid_row_bits, grid_column_bits
+        The grid rays of all shells together have at most 2^b rows and 2^b columns; 6 to 18.
     """
 
     pipelines: int = 0
@@ -248,9 +254,15 @@ class Ctu:
     lead: int = 2
     deferred: int = 32
     pyramid_levels: int = 1
+    subshell_bits: int = 10
+    shell_bits: int = 6
+    grid_row_bits: int = 11
+    grid_column_bits: int = 13
 
     def __post_init__(self):
-        for name, low, high in (("pipelines", 0, 4), ("lead", 0, 15), ("pyramid_levels", 1, 3)):
+        for name, low, high in (("pipelines", 0, 4), ("lead", 0, 15), ("pyramid_levels", 1, 3),
+                                ("subshell_bits", 4, 14), ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
+                                ("grid_column_bits", 6, 18)):
             _check_range("ctu", name, getattr(self, name), low, high)
         for name, low, high in (("ray_slots", 8, 64), ("deferred", 4, 256)):
             _check_power_of_two("ctu", name, getattr(self, name), low, high)
@@ -284,6 +296,20 @@ class Memsys:
         Bits of the tags that make a cache empty at once: every 2^b - 1 times its tags are cleared; 1 to 8.
     cache_fetches
         Lines that a cache fetches at the same time; a power of two, 1 to 16.
+    scene_cells
+        Cells that a scene may have; a power of two, 64 to 2^20. The cell filter has a bit for each.
+    own_cells, own_entries
+        Records of a cluster's cell address table and entries of its patch address table; powers of two, 16 to 2^20,
+        ``own_cells`` at most ``scene_cells``. Other cells are asked of the bus.
+    own_patches
+        Patches of a cluster's resident set; a power of two, 16 to 8192.
+    filter_generation_bits
+        Bits of the tags that empty the filters at once: every 2^b - 1 frusta they are cleared; 1 to 8.
+    reply_ids
+        Patch ids of a reply to a request for a cell, and of a line of the cell cache; a power of two, 2 to 16. Longer
+        lists come in parts.
+    bus_requests
+        Requests for cells, and for patches, that a cluster may have on the bus; a power of two, 1 to 16.
     """
 
     cache_policy: str = "lru"
@@ -294,14 +320,27 @@ class Memsys:
     lfu_count_bits: int = 6
     cache_generation_bits: int = 4
     cache_fetches: int = 8
+    scene_cells: int = 1 << 16
+    own_cells: int = 1 << 12
+    own_entries: int = 1 << 14
+    own_patches: int = 512
+    filter_generation_bits: int = 4
+    reply_ids: int = 8
+    bus_requests: int = 4
 
     def __post_init__(self):
         _check_choice("memsys", "cache_policy", self.cache_policy, ("direct", "lru", "lfu"))
         for name, low, high in (("cell_lines", 8, 4096), ("patch_lines", 8, 4096), ("cache_ways", 2, 4),
-                                ("lfu_lines", 2, 64), ("cache_fetches", 1, 16)):
+                                ("lfu_lines", 2, 64), ("cache_fetches", 1, 16), ("scene_cells", 64, 1 << 20),
+                                ("own_cells", 16, 1 << 20), ("own_entries", 16, 1 << 20), ("own_patches", 16, 8192),
+                                ("reply_ids", 2, 16), ("bus_requests", 1, 16)):
             _check_power_of_two("memsys", name, getattr(self, name), low, high)
-        for name, low, high in (("lfu_count_bits", 2, 8), ("cache_generation_bits", 1, 8)):
+        for name, low, high in (("lfu_count_bits", 2, 8), ("cache_generation_bits", 1, 8),
+                                ("filter_generation_bits", 1, 8)):
             _check_range("memsys", name, getattr(self, name), low, high)
+        if self.own_cells > self.scene_cells:
+            raise InputError("configuration: Own cells (memsys.own_cells) must be at most memsys.scene_cells "
+                             f"({self.scene_cells}), not {self.own_cells!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -492,9 +531,12 @@ class Config:
 # tiny: simulates in seconds. small: fits a small FPGA. paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
+                   memsys=Memsys(scene_cells=1 << 12, own_patches=256),
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
-    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13),
+    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13), memsys=Memsys(scene_cells=1 << 14),
                     noc=Noc(columns=2, rows=2, virtual_channels=1)),
-    "paper": Config(),
-    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20), noc=Noc(topology="torus", columns=4, rows=4)),
+    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024)),
+    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
+                    memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096),
+                    noc=Noc(topology="torus", columns=4, rows=4)),
 }

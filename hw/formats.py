@@ -9,9 +9,10 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
 from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, PLACE_FRACTION, RECIPROCAL_BITS
+from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.fixed import Format
 
-__all__ = ["Formats", "TableKind", "shape"]
+__all__ = ["Formats", "GridTableKind", "TableKind", "shape"]
 
 # Bits of a weight of a ray: those of `golden.frustum.Hemisphere.polar_weights`, and a few for few columns.
 WEIGHT_BITS = 42
@@ -28,6 +29,18 @@ class TableKind(enum.Enum, shape=2):
     ROW = 1
     SLACK = 2
     WEIGHT = 3
+
+
+class GridTableKind(enum.Enum, shape=2):
+    """The tables of the grid rays.
+
+    SHELL: `Formats.grid_shell` by the number of the shell. ROW and COLUMN: `Formats.grid_row` and
+    `Formats.grid_column`, those of shell 2 first, then those of shell 3, and so on.
+    """
+
+    SHELL = 0
+    ROW = 1
+    COLUMN = 2
 
 
 def shape(format: Format) -> Shape:
@@ -97,6 +110,18 @@ class Formats:
         # Of a grid ray: from its shell's beginning on, and at which its shell begins.
         self.parameter = unsigned(PARAMETER_BITS)
         self.begin = unsigned(BEGIN_BITS)
+
+        # A shell; a stage (a shell of a subshell) modulo so many; a grid ray's number among those of all shells.
+        self.shell = unsigned(config.ctu.shell_bits)
+        self.stage = unsigned(4)
+        self.grid_number = unsigned(20)
+        # Places in the tables of all shells' rows and columns, and how many of them one shell has.
+        self.grid_row_place = unsigned(config.ctu.grid_row_bits)
+        self.grid_column_place = unsigned(config.ctu.grid_column_bits)
+        self.grid_side = unsigned(12)
+        # Among the rays, in units of 2^-INDEX_FRACTION; and how far from there.
+        self.position = signed(18 + INDEX_FRACTION)
+        self.reach = unsigned(17 + INDEX_FRACTION)
 
         self.scene_vector = ArrayLayout(self.scene, 3)
         self.direction_vector = ArrayLayout(self.direction, 3)
@@ -246,3 +271,53 @@ class Formats:
         return StructLayout({"index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3,
                              "next": ArrayLayout(self.parameter, 3), "between": ArrayLayout(self.parameter, 3),
                              "length": self.parameter, "inside": 1, "away": 1})
+
+    @property
+    def subshell(self) -> StructLayout:
+        """A listed subshell: the window of a patch, through all shells up to ``shell``; or the ``last`` one, which is
+        all of the sector to the last shell and has no patch.
+        """
+        return StructLayout({"patch": self.patch, "shell": self.shell, "last": 1})
+
+    @property
+    def subshell_window(self) -> StructLayout:
+        """A subshell with its window, which says nothing of the ``last`` one."""
+        return StructLayout({"window": self.window, "shell": self.shell, "last": 1})
+
+    @property
+    def grid_request(self) -> StructLayout:
+        """A grid ray that a subshell asks for in a shell, its row and column as places in the tables; or no ray
+        (``is_ray`` 0), only to say that its stage is over (``last``) or the frustum (``final``).
+
+        ``stage`` counts the stages from the frustum's first one on.
+        """
+        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
+                             "row": self.grid_row_place, "column": self.grid_column_place, "is_ray": 1, "last": 1,
+                             "final": 1})
+
+    @property
+    def grid_shell(self) -> StructLayout:
+        """Of a shell: see `golden.memory_map`, ``shells``; ``length`` is end - begin."""
+        return StructLayout({"begin": self.begin, "length": self.parameter, "threshold": self.threshold,
+                             "row_border": self.reach, "first_row": self.grid_row_place, "rows": self.grid_side,
+                             "first_column": self.grid_column_place, "columns": self.grid_side,
+                             "first_ray": self.grid_number})
+
+    @property
+    def grid_row(self) -> StructLayout:
+        """Of a row of grid rays: see `golden.memory_map`, ``grid_rows``."""
+        return StructLayout({"table": self.direction_pair, "position": self.position, "first_near": self.count,
+                             "near": self.count, "column_reach": self.reach, "column_border": self.reach})
+
+    @property
+    def grid_column(self) -> StructLayout:
+        """Of a column of grid rays: see `golden.memory_map`, ``grid_columns``."""
+        return StructLayout({"table": self.direction_pair, "position": self.position})
+
+    @property
+    def grid_table_write(self) -> StructLayout:
+        """An entry of one of the grid rays' tables; ``data`` is the kind's record."""
+        return StructLayout({"kind": GridTableKind,
+                             "index": max(self.shell.width, self.grid_row_place.width, self.grid_column_place.width),
+                             "data": max(Shape.cast(record).width for record in (self.grid_shell, self.grid_row,
+                                                                                  self.grid_column))})
