@@ -16,6 +16,9 @@ MESSAGES = [
     ("memsys.cache_policy=fifo", "configuration: Cache policy (memsys.cache_policy) must be direct, lru, lfu, not "
                                  "'fifo'"),
     ("memsys.patch_lines=48", "configuration: Patch lines (memsys.patch_lines) must be a power of two, not 48"),
+    ("memsys.own_cells=131072", "configuration: Own cells (memsys.own_cells) must be at most memsys.scene_cells "
+                                "(65536), not 131072"),
+    ("memsys.reply_ids=6", "configuration: Reply ids (memsys.reply_ids) must be a power of two, not 6"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
     ("ctu.lead=16", "configuration: Lead (ctu.lead) must be 0 to 15, not 16"),
