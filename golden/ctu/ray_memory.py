@@ -36,8 +36,8 @@ class RayMemory:
     def request(self, slots: np.ndarray, *, subshell: int, shell: int):
         """A subshell asks for rays, each slot at most once.
 
-        A slot whose version is not older than the shell is passed over; a present ray leaves, taking the shell as its
-        version; an absent one is deferred.
+        A slot whose version is the shell is passed over; a present ray leaves, taking the shell as its version; an
+        absent one is deferred.
 
         Returns
         -------
@@ -45,12 +45,12 @@ class RayMemory:
             The slots whose rays leave, and how many of the slots were looked at: all of them, or those before the
             first that would have to wait without room.
         """
-        older = self._shell[slots] < shell
-        absent = np.flatnonzero(older & ~self._present[slots])
+        other = self._shell[slots] != shell
+        absent = np.flatnonzero(other & ~self._present[slots])
         room = self._room - len(self.waiting)
         looked_at = len(slots) if len(absent) <= room else int(absent[room])
         self.waiting += [(int(slot), subshell, shell) for slot in slots[absent[:room]]]
-        leaving = slots[:looked_at][older[:looked_at] & self._present[slots[:looked_at]]]
+        leaving = slots[:looked_at][other[:looked_at] & self._present[slots[:looked_at]]]
         self._present[leaving] = False
         self._shell[leaving] = shell
         return leaving, looked_at
@@ -69,7 +69,7 @@ class RayMemory:
         for slot, subshell, shell in waiting:
             if not self._present[slot]:
                 self.waiting.append((slot, subshell, shell))
-            elif self._shell[slot] < shell:
+            elif self._shell[slot] != shell:
                 self._present[slot], self._shell[slot] = False, shell
                 leaving.append((slot, subshell, shell))
         return leaving

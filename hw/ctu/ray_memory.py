@@ -1,4 +1,4 @@
-"""Ray memory of cell traversal: each grid ray leaves once per shell, and one copy of it at a time."""
+"""Ray memory of cell traversal: each grid ray leaves once, and one ray of a slot at a time."""
 
 from types import SimpleNamespace
 
@@ -26,19 +26,22 @@ class _Kind(enum.Enum, shape=2):
 
 
 class RayMemory(wiring.Component):
-    """A request for a shell that is not newer than the slot's version is passed over. Else a present ray leaves and
-    takes the shell as its version; for one that is away the request waits.
+    """A request for the version that the slot has is passed over: this ray has left. Else a present ray leaves and
+    takes the version; for one that is away the request waits.
+
+    Several rays may share a slot, each a version of it. One that left before another one of the slot leaves again if it
+    is asked for again: that costs, and nothing is lost.
 
     Requests that wait for a slot are a chain, the oldest first. When the ray comes back it is held until the first of
-    them that is still newer has it; those before it are passed over, the others go on waiting. A request that comes
-    meanwhile goes to the end of the chain.
+    them that is for another version has it; those before it are passed over, the others go on waiting. A request that
+    comes meanwhile goes to the end of the chain.
 
     Parameters
     ----------
     slots
         Places of grid rays, at least 1.
-    shell_bits
-        Of a shell's number, which is at least 1.
+    version_bits
+        Of a version, which is at least 1.
     deferred
         Requests that wait or are being looked at, at least 1.
     generation_bits
@@ -52,11 +55,13 @@ class RayMemory(wiring.Component):
         Begins a frustum: all slots are present, of version 0. Taken when nothing waits; the sender sees to it that no
         ray is away. No payload.
     i
-        Requests: ``slot``, ``shell``, ``tag``.
+        Requests: ``slot``, ``version``, ``tag``.
     i_return
         The slot of a ray that comes back. Always ready.
     o
-        Rays that leave: ``slot``, and ``shell`` and ``tag`` of the request.
+        Rays that leave: ``slot``, and ``version`` and ``tag`` of the request.
+    o_passed
+        ``tag`` of a request that is passed over. Always ready.
     waiting
         Requests that wait now.
 
@@ -75,46 +80,46 @@ class RayMemory(wiring.Component):
     too. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
-    def __init__(self, *, slots: int, shell_bits: int, deferred: int, generation_bits: int, tag):
-        for name, value in (("Slots", slots), ("Shell bits", shell_bits), ("Deferred", deferred),
+    def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag):
+        for name, value in (("Slots", slots), ("Version bits", version_bits), ("Deferred", deferred),
                             ("Generation bits", generation_bits)):
             if not isinstance(value, int) or value < 1:
                 raise ValueError(f"{name} must be at least 1, not {value!r}")
-        self._slots, self._shell_bits, self._deferred = slots, shell_bits, deferred
+        self._slots, self._version_bits, self._deferred = slots, version_bits, deferred
         self._generation_bits, self._tag = generation_bits, tag
-        request = StructLayout({"slot": range(slots), "shell": shell_bits, "tag": tag})
+        request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})
         super().__init__({
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "i_return": In(stream.Signature(range(slots), always_ready=True)), "o": Out(stream.Signature(request)),
-            "waiting": Out(range(deferred + 1))})
+            "o_passed": Out(stream.Signature(tag, always_ready=True)), "waiting": Out(range(deferred + 1))})
         self.latency = 7
 
     def elaborate(self, platform):
         m = Module()
-        place, shell = range(self._deferred), self._shell_bits
+        place, version = range(self._deferred), self._version_bits
         m.submodules.generations = generations = Generations(bits=self._generation_bits, depth=self._slots)
         generation = generations.generation
-        row = StructLayout({"generation": self._generation_bits, "shell": shell, "away": 1, "waits": 1, "first": place,
-                            "last": place})
+        row = StructLayout({"generation": self._generation_bits, "version": version, "away": 1, "waits": 1,
+                            "first": place, "last": place})
         # ``place`` is the request's; of a retry ``next`` is who waits behind it, if ``linked``.
-        access = StructLayout({"kind": _Kind, "shell": shell, "place": place, "linked": 1, "next": place})
+        access = StructLayout({"kind": _Kind, "version": version, "place": place, "linked": 1, "next": place})
         carried = StructLayout({"access": access, "tag": self._tag})
 
         def judge(old, access):
             """What a slot is, and what an access does there."""
             requests, now = access.kind == _Kind.REQUEST, old.generation == generation
-            known = Mux(now, old.shell, 0)
-            newer, away, waits, alone = access.shell > known, now & old.away, now & old.waits, old.first == old.last
+            known = Mux(now, old.version, 0)
+            other, away, waits, alone = access.version != known, now & old.away, now & old.waits, old.first == old.last
             # Somebody may have come behind the last one since it was looked up: then it is tried again.
             ends = (access.kind == _Kind.RETRY) & (alone | access.linked)
-            leaves, defers = newer & Mux(requests, ~away, ends), requests & newer & away
+            leaves, defers = other & Mux(requests, ~away, ends), requests & other & away
             return SimpleNamespace(known=known, away=away, waits=waits, alone=alone, ends=ends, leaves=leaves,
                                    defers=defers)
 
         def change(old, access):
             it, returns, clears = judge(old, access), access.kind == _Kind.RETURN, access.kind == _Kind.CLEAR
             waits = Mux(it.ends, ~it.alone, it.waits | it.defers)
-            new = {"generation": Mux(clears, 0, generation), "shell": Mux(it.leaves, access.shell, it.known),
+            new = {"generation": Mux(clears, 0, generation), "version": Mux(it.leaves, access.version, it.known),
                    "away": it.leaves | Mux(returns | it.ends, waits, it.away), "waits": waits,
                    "first": Mux(it.ends, access.next, Mux(it.defers & ~it.waits, access.place, old.first)),
                    "last": Mux(it.defers, access.place, old.last)}
@@ -140,12 +145,14 @@ class RayMemory(wiring.Component):
             tries.i.payload.slot.eq(made.address),
             tries.i.payload.place.eq(Mux(now.ends, made.tag.access.next, old.first)),
             leaving.i.valid.eq(done & now.leaves), leaving.i.payload.slot.eq(made.address),
-            leaving.i.payload.shell.eq(made.tag.access.shell), leaving.i.payload.tag.eq(made.tag.tag)]
+            leaving.i.payload.version.eq(made.tag.access.version), leaving.i.payload.tag.eq(made.tag.tag)]
         wiring.connect(m, leaving.o, wiring.flipped(self.o))
+        m.d.comb += [self.o_passed.payload.eq(made.tag.tag),
+                     self.o_passed.valid.eq(((requested & ~now.defers) | (retried & now.ends)) & ~now.leaves)]
 
         # Places of requests: free ones, who waits in them, who waits behind whom if anybody does.
         m.submodules.free = free = Queue(place, depth=self._deferred)
-        m.submodules.entries = entries = Memory(shape=StructLayout({"shell": shell, "tag": self._tag}),
+        m.submodules.entries = entries = Memory(shape=StructLayout({"version": version, "tag": self._tag}),
                                                 depth=self._deferred, init=[], attrs={"no_rw_check": 1})
         m.submodules.behind = behind = Memory(shape=place, depth=self._deferred, init=[],
                                               attrs={"ram_style": "distributed"})
@@ -156,7 +163,7 @@ class RayMemory(wiring.Component):
         m.d.comb += [
             new.eq(Mux(recycles, free.o.payload, unused)), free.o.ready.eq(takes & recycles),
             free.i.valid.eq((requested & ~now.defers) | ends), free.i.payload.eq(made.tag.access.place),
-            write.addr.eq(made.tag.access.place), write.data.shell.eq(made.tag.access.shell),
+            write.addr.eq(made.tag.access.place), write.data.version.eq(made.tag.access.version),
             write.data.tag.eq(made.tag.tag), write.en.eq(defers),
             link.addr.eq(old.last), link.data.eq(made.tag.access.place), link.en.eq(defers & now.waits)]
         with m.If(takes & ~recycles):
@@ -176,7 +183,7 @@ class RayMemory(wiring.Component):
         with m.If(tries.o.ready):
             m.d.sync += [retries.eq(tries.o.valid), retry.slot.eq(tries.o.payload.slot),
                          retry.carried.tag.eq(entry.data.tag), retry.carried.access.kind.eq(_Kind.RETRY),
-                         retry.carried.access.shell.eq(entry.data.shell), retry.carried.access.place.eq(at),
+                         retry.carried.access.version.eq(entry.data.version), retry.carried.access.place.eq(at),
                          retry.carried.access.next.eq(next_one.data),
                          retry.carried.access.linked.eq(linked.bit_select(at, 1))]
 
@@ -194,7 +201,7 @@ class RayMemory(wiring.Component):
             room.eq(room - (goes | takes) + ((requested | retried) & ~now.leaves) + (self.o.valid & self.o.ready)),
             given.tag.eq(retry.carried), given.operand.eq(retry.carried.access), given.address.eq(retry.slot)]
         for happens, address, carries in (
-                (takes, self.i.payload.slot, {"kind": _Kind.REQUEST, "shell": self.i.payload.shell, "place": new}),
+                (takes, self.i.payload.slot, {"kind": _Kind.REQUEST, "version": self.i.payload.version, "place": new}),
                 (self.i_return.valid, self.i_return.payload, {"kind": _Kind.RETURN}),
                 (generations.sweeps, generations.row, {"kind": _Kind.CLEAR})):
             with m.If(happens):

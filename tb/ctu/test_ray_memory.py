@@ -30,14 +30,14 @@ CASES = ("a ray leaves", "a request is passed over", "a request waits", "several
 
 
 def make():
-    return RayMemory(slots=SLOTS, shell_bits=10, deferred=DEFERRED, generation_bits=GENERATION_BITS, tag=16)
+    return RayMemory(slots=SLOTS, version_bits=10, deferred=DEFERRED, generation_bits=GENERATION_BITS, tag=16)
 
 
 SHAPE = make().signature.members["i"].signature.members["payload"].shape
 
 
 def request(slot, shell, tag=0):
-    return pack(SHAPE, {"slot": int(slot), "shell": int(shell), "tag": int(tag)})
+    return pack(SHAPE, {"slot": int(slot), "version": int(shell), "tag": int(tag)})
 
 
 class Bench:
@@ -47,7 +47,7 @@ class Bench:
         self.dut, self._edge, self._random = dut, RisingEdge(dut.clk), np.random.default_rng([seed, options()["seed"]])
         self.start, self.back = Source(dut, "i_start"), Source(dut, "i_return")
         self.request = Source(dut, "i", pauses=PAUSES[requests](options()["seed"]))
-        self.taken = Monitor(dut, "i")
+        self.taken, self.passed = Monitor(dut, "i"), Monitor(dut, "o_passed")
         self.away, self.left, self.cycles = {}, [], []
         self.sink = Sink(dut, "o", pauses=PAUSES[sink](options()["seed"] + 1))
         self._tasks = [cocotb.start_soon(task()) for task in (self._follow, self._return)] if returns else []
@@ -55,7 +55,7 @@ class Bench:
     def stop(self):
         for task in self._tasks:
             task.cancel()
-        for monitor in (self.taken, self.sink):
+        for monitor in (self.taken, self.passed, self.sink):
             monitor.stop()
         for source in (self.start, self.back, self.request):
             source.valid.value = 0
@@ -68,7 +68,7 @@ class Bench:
                 ray = unpack(SHAPE, item)
                 assert ray["slot"] not in self.away, "two copies of a ray must never be under way"
                 self.away[ray["slot"]] = int(self._random.integers(1, 30))
-                self.left.append((ray["slot"], ray["shell"], ray["tag"]))
+                self.left.append((ray["slot"], ray["version"], ray["tag"]))
             seen = len(self.sink.items)
 
     async def _return(self):
@@ -94,7 +94,7 @@ class Bench:
     async def frustum(self, shells=4):
         """Requests of rising shells, several for each slot and shell: each slot leaves once for each shell."""
         await self.start.send([0])
-        before = len(self.left)
+        before, passed = len(self.left), len(self.passed.items)
         asked = [(int(slot), shell) for shell in range(1, shells + 1)
                  for slot in self._random.integers(SLOTS, size=2 * SLOTS)]
         await self.request.send(request(*one, tag) for tag, one in enumerate(asked))
@@ -103,6 +103,8 @@ class Bench:
         assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
         assert {ray[:2] for ray in left} == set(asked), "no request may be lost"
         assert all(asked[tag] == (slot, shell) for slot, shell, tag in left)
+        tags = sorted([tag for *_, tag in left] + self.passed.items[passed:])
+        assert tags == list(range(len(asked))), "each request must leave or be passed over, once"
 
 
 class Watch:
@@ -127,7 +129,7 @@ class Watch:
             waited = waiting
             if int(dut.i__valid.value) and int(dut.i__ready.value):
                 ray = unpack(SHAPE, int(dut.i__payload.value))
-                slot, shell = ray["slot"], ray["shell"]
+                slot, shell = ray["slot"], ray["version"]
                 seen = asked.setdefault(slot, [])
                 self.coverage.hit("a request is passed over", shell in seen)
                 self.coverage.hit("several wait for a slot", len(set(seen)) > 2 and waiting > 2)
@@ -174,7 +176,7 @@ async def one_after_the_other(dut):
             continue
         await ClockCycles(dut.clk, 2 * AGAIN + 2)
         left = [unpack(SHAPE, item) for item in bench.sink.items[came:]]
-        expected = [{"slot": slot, "shell": int(wanted["leaves_shell"][number]),
+        expected = [{"slot": slot, "version": int(wanted["leaves_shell"][number]),
                      "tag": int(wanted["leaves_subshell"][number])}] if wanted["leaves"][number] else []
         assert left == expected, number
         assert int(dut.waiting.value) == wanted["waiting"][number]
@@ -247,7 +249,7 @@ async def a_return_to_one_request(dut):
         await bench.back.send([2])
         await ClockCycles(dut.clk, 2 * AGAIN)
         rays = [unpack(SHAPE, item) for item in bench.sink.items[left:]]
-        assert [ray for ray in rays if ray["slot"] == 2] == [{"slot": 2, "shell": 2 + k, "tag": k}]
+        assert [ray for ray in rays if ray["slot"] == 2] == [{"slot": 2, "version": 2 + k, "tag": k}]
         assert bench.sink.cycles[left] - back.cycles[-1] == AGAIN
     assert stuck.done()
 
@@ -262,10 +264,10 @@ def test_in_the_simulator(simulator):
 
 
 @pytest.mark.parametrize(("name", "message"), [
-    ("slots", "Slots"), ("shell_bits", "Shell bits"), ("deferred", "Deferred"),
+    ("slots", "Slots"), ("version_bits", "Version bits"), ("deferred", "Deferred"),
     ("generation_bits", "Generation bits")])
 @pytest.mark.parametrize("value", [0, 1.0])
 def test_init_wrong_size(name, message, value):
-    sizes = {"slots": 4, "shell_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
+    sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
     with pytest.raises(ValueError, match=f"^{message} must be at least 1, not {value!r}$"):
         RayMemory(tag=4, **sizes)

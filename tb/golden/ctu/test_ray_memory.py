@@ -13,7 +13,7 @@ def test_a_present_ray_leaves_once_per_shell():
     assert memory.request(np.array([0, 1, 2]), subshell=1, shell=2)[0].tolist() == [1]
 
 
-def test_an_older_request_is_passed_over_also_while_the_ray_is_away():
+def test_the_same_request_is_passed_over_also_while_the_ray_is_away():
     memory = RayMemory(1, deferred=1)
     memory.request(np.array([0]), subshell=0, shell=3)
     leaving, looked_at = memory.request(np.array([0]), subshell=1, shell=3)
