@@ -232,15 +232,15 @@ class Ctu:
         Traversal pipelines of a cluster, each a cell per cycle; 1 to 4, or 0: as many as the number of clusters asks
         for, see `traversal_pipelines`.
     ray_slots
-        Grid rays under way in each traversal pipeline; a power of two, 8 to 64. Fewer than a step takes cycles leave
-        cycles without a step.
+        Slots of the memory of the grid rays that have left; a power of two, 8 to 2^18. Rays that share a slot may leave
+        more than once.
     lead
         Shells that cell traversal may be ahead of intersection; 0 to 15. 0 is a barrier after each shell.
     deferred
         Requests that can wait for a grid ray that is under way; a power of two, 4 to 256.
     pyramid_levels
-        Survival is judged by squares of rays, 2^(``icu.tile_bits`` times this) each way; 1 to 3. Smaller squares are
-        more of them, larger ones send out more grid rays in vain.
+        Levels of squares by which survival is looked up; 1 to 3. Those of the first one are the settle map's tiles,
+        those of each further one 4 x 4 of the one below: of a dead one nothing more is looked at.
     subshell_bits
         A cluster's list has at most 2^b subshells; 4 to 14.
     shell_bits
@@ -250,10 +250,10 @@ class Ctu:
     """
 
     pipelines: int = 0
-    ray_slots: int = 16
+    ray_slots: int = 4096
     lead: int = 2
     deferred: int = 32
-    pyramid_levels: int = 1
+    pyramid_levels: int = 2
     subshell_bits: int = 10
     shell_bits: int = 6
     grid_row_bits: int = 11
@@ -264,7 +264,7 @@ class Ctu:
                                 ("subshell_bits", 4, 14), ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
                                 ("grid_column_bits", 6, 18)):
             _check_range("ctu", name, getattr(self, name), low, high)
-        for name, low, high in (("ray_slots", 8, 64), ("deferred", 4, 256)):
+        for name, low, high in (("ray_slots", 8, 1 << 18), ("deferred", 4, 256)):
             _check_power_of_two("ctu", name, getattr(self, name), low, high)
 
     def traversal_pipelines(self, clusters: int) -> int:
@@ -477,11 +477,6 @@ class Config:
         if self.icu.settle_fraction > self.numbers.fraction_bits:
             raise InputError("configuration: Settle fraction (icu.settle_fraction) must be at most "
                              f"numbers.fraction_bits ({self.numbers.fraction_bits}), not {self.icu.settle_fraction!r}")
-
-    @property
-    def square_bits(self) -> int:
-        """Survival is judged by squares of 2^b rays each way."""
-        return self.icu.tile_bits * self.ctu.pyramid_levels
 
     def parameters(self) -> dict[str, object]:
         """All knobs by path, for example ``icu.rays``."""

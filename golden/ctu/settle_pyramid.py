@@ -1,4 +1,4 @@
-"""The tile pyramid: smallest settle codes of squares of rays, by which survival is judged."""
+"""Smallest settle codes of squares of rays, by which survival is judged."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ __all__ = ["SettlePyramid"]
 
 
 class SettlePyramid:
-    """Squares of 2^``config.square_bits`` rays each way, counted from the section's first column and row.
+    """Squares of 2^``config.icu.tile_bits`` rays each way, counted from the section's first column and row.
 
     A square's code is the smallest one of its rays, so that one that says "settled" says it of all of them. What
     survives on old codes also survives on new ones or need not: codes only grow.
@@ -27,7 +27,8 @@ class SettlePyramid:
     """
 
     def __init__(self, codes: np.ndarray, config: Config):
-        self._bits, side = config.square_bits, 1 << config.square_bits
+        self._bits = config.icu.tile_bits
+        side = 1 << self._bits
         rows, columns = codes.shape
         whole = np.full((-(-rows // side) * side, -(-columns // side) * side), config.icu.settle.high)
         whole[:rows, :columns] = codes

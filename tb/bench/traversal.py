@@ -83,8 +83,8 @@ def survival(name: str, place: Place) -> list[str]:
     rows, exact = [], Shelling(place.geometry, CONFIG, cell=CELL)
     for clusters in 1, 8:
         sections, totals = place.plan(clusters).partition.sections, []
-        for shelling in (exact, *(Shelling(place.geometry, CONFIG.replace({"ctu.pyramid_levels": levels}), cell=CELL,
-                                           by_code=True) for levels in (1, 2))):
+        for shelling in (exact, *(Shelling(place.geometry, CONFIG.replace({"icu.tile_bits": bits}), cell=CELL,
+                                           by_code=True) for bits in (2, 3))):
             casts = [shelling.cast(place.record(point), sections) for point in POINTS]
             totals.append(sum((one for _, counts in casts for one in counts), ShellingCounts()))
             if shelling is exact:
@@ -285,9 +285,9 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         f"Hemispheres of {RAYS[0]} x {RAYS[1]} rays, cell {CELL}, from points 4, 7, 10 and 13 of the ceiling, sections "
         f"and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated rates.", "",
         "## Survival by settle codes", "",
-        f"{CONFIG.icu.settle_bits}-bit codes of squares of 4 x 4 and of 16 x 16 rays against exact inverse distances "
+        f"{CONFIG.icu.settle_bits}-bit codes of squares of 4 x 4 and of 8 x 8 rays against exact inverse distances "
         "of single rays, in barrier order; the hits are the same. Cells and grid rays per frustum.", "",
-        "| scene | clusters | cells | 4 x 4 | 16 x 16 | grid rays sent | 4 x 4 | 16 x 16 | patches found, 4 x 4 |",
+        "| scene | clusters | cells | 4 x 4 | 8 x 8 | grid rays sent | 4 x 4 | 8 x 8 | patches found, 4 x 4 |",
         "|---" * 9 + "|", *codes, "",
         "## The busiest cell traversal beside the busiest intersection", "",
         "Mean over the points.", "",

@@ -24,7 +24,7 @@ def _draw(random, count, config):
     rows, columns = shape = random.integers(5, 70, size=2)
     codes = random.integers(high + 1, size=shape)
     # Squares of low codes, of high ones, and of high ones but one.
-    side = 1 << config.square_bits
+    side = 1 << config.icu.tile_bits
     for row, column in np.argwhere(random.random((rows // side, columns // side)) < 0.6) * side:
         codes[row:row + side, column:column + side] = high - random.integers(3)
         if random.random() < 0.5:

@@ -131,7 +131,7 @@ def test_subshells_change_the_order_only():
 
 @pytest.mark.parametrize(("make", "first"), [(random_frustum, 0), (random_frustum, 30), (speckled_frustum, 0)])
 def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make, first):
-    coarse = CONFIG.replace({"ctu.pyramid_levels": 2, "icu.settle_bits": 6, "icu.settle_fraction": 3})
+    coarse = CONFIG.replace({"icu.tile_bits": 3, "icu.settle_bits": 6, "icu.settle_fraction": 3})
     more = 0
     for frustum in map(make, range(first, first + 30)):
         sectors = halves(frustum.record, (1, 4)[frustum.seed % 2])
