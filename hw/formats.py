@@ -122,6 +122,8 @@ class Formats:
         # Among the rays, in units of 2^-INDEX_FRACTION; and how far from there.
         self.position = signed(18 + INDEX_FRACTION)
         self.reach = unsigned(17 + INDEX_FRACTION)
+        # What positions are compared with: sums of them, and less and more than all of them.
+        self.position_bound = signed(self.position.width + 2)
 
         self.scene_vector = ArrayLayout(self.scene, 3)
         self.direction_vector = ArrayLayout(self.direction, 3)
@@ -283,6 +285,31 @@ class Formats:
     def subshell_window(self) -> StructLayout:
         """A subshell with its window, which says nothing of the ``last`` one."""
         return StructLayout({"window": self.window, "shell": self.shell, "last": 1})
+
+    @property
+    def arcs(self) -> StructLayout:
+        """Columns of grid rays with positions from ``low`` up to ``end``, and (``wraps``) others up to ``over``."""
+        return StructLayout({"low": self.position_bound, "end": self.position_bound, "wraps": 1,
+                             "over": self.position_bound})
+
+    @property
+    def grid_stage(self) -> StructLayout:
+        """A shell of a subshell: ``rows`` rows of grid rays from ``row`` on, which is the shell's ``row_number``-th
+        one; the arcs of the subshell's window; and the shell's columns and its first ray. Or none of it (``final``).
+        """
+        return StructLayout({
+            "stage": self.stage, "shell": self.shell, "row": self.grid_row_place, "row_number": self.grid_side,
+            "rows": self.grid_side, "window": self.arcs, "first_column": self.grid_column_place,
+            "columns": self.grid_side, "first_ray": self.grid_number, "final": 1})
+
+    @property
+    def grid_piece(self) -> StructLayout:
+        """Neighbours in a row: ``count`` grid rays, the first of them ``ray`` in ``row`` and ``column``. Or none, and
+        ``last`` or ``final`` as of a `grid_request`.
+        """
+        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
+                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_side,
+                             "last": 1, "final": 1})
 
     @property
     def grid_request(self) -> StructLayout:

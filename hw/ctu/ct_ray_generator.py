@@ -1,0 +1,95 @@
+"""Ct ray generator: the grid rays that each subshell asks for, shell by shell."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.ctu.row_pieces import RowPieces
+from hw.ctu.stage_rows import StageRows
+from hw.formats import Formats
+from hw.lib.queue import Queue
+
+__all__ = ["CtRayGenerator"]
+
+# Stages whose rows are known and that wait for their columns.
+STAGES = 2
+
+
+class CtRayGenerator(wiring.Component):
+    """`StageRows` and `RowPieces` in a row, and then ray by ray.
+
+    A stage's rows are looked for while the rays of the one before it leave.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.subshell_window`.
+    i_table
+        `Formats.grid_table_write`. Always ready; not while a frustum is under way.
+    i_over
+        A stage is over: no payload. Always ready.
+    o
+        `Formats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and window
+        by row and column, and then its ``last`` item; behind the last subshell's a ``final`` item.
+    lead, stops
+        How many stages more than one may be under way. No stage begins any more in this frustum.
+    frustum, last_shell
+        `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
+
+    Timing
+    ------
+    Latency: ``3 * bits(rows) + 3 * bits(columns) + 27`` cycles from a subshell to its first ray, ``rows`` and
+    ``columns`` the shell's. A ray per cycle within a row; stalls with ``o`` and while too many stages are under way.
+
+    Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
+    section 5.3.4.3.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, formats = config, Formats(config)
+        self._formats = formats
+        super().__init__({
+            "i": In(stream.Signature(formats.subshell_window)),
+            "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
+            "i_over": In(stream.Signature(0, always_ready=True)),
+            "o": Out(stream.Signature(formats.grid_request)),
+            "lead": In(formats.stage), "stops": In(1), "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.rows, m.submodules.pieces = rows, pieces = (
+            StageRows(config=self._config), RowPieces(config=self._config))
+        m.submodules.stages = stages = Queue(self._formats.grid_stage, depth=STAGES)
+        wiring.connect(m, wiring.flipped(self.i), rows.i)
+        wiring.connect(m, rows.o, stages.i)
+        wiring.connect(m, stages.o, pieces.i)
+        m.d.comb += [rows.i_over.valid.eq(self.i_over.valid), rows.lead.eq(self.lead), rows.stops.eq(self.stops),
+                     rows.last_shell.eq(self.last_shell)]
+        for block in (rows, pieces):
+            m.d.comb += [block.frustum.eq(self.frustum), block.i_table.valid.eq(self.i_table.valid),
+                         block.i_table.payload.eq(self.i_table.payload)]
+
+        # The rays of a piece; ``more`` of them behind the one that is shown.
+        piece, shown = pieces.o, self.o
+        more = Signal(piece.payload["count"].shape())
+        follows = more != 0
+        leaves = shown.ready | ~shown.valid
+        m.d.comb += piece.ready.eq(leaves & ~follows)
+        with m.If(leaves):
+            with m.If(follows & shown.valid):
+                m.d.sync += [more.eq(more - 1), shown.payload.ray.eq(shown.payload.ray + 1),
+                             shown.payload.column.eq(shown.payload.column + 1)]
+            with m.Else():
+                is_ray = piece.payload["count"] != 0
+                m.d.sync += [
+                    shown.valid.eq(piece.valid), more.eq(Mux(piece.valid & is_ray, piece.payload["count"] - 1, 0)),
+                    shown.payload.is_ray.eq(is_ray),
+                    *(shown.payload[name].eq(piece.payload[name])
+                      for name in ("stage", "shell", "ray", "row", "column", "last", "final"))]
+        return m

@@ -1,0 +1,110 @@
+"""Position search: how many of some rows or columns of grid rays come before a place among the rays."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from hw.formats import Formats
+
+__all__ = ["PositionSearch"]
+
+
+class PositionSearch(wiring.Component):
+    """The numbers n with ``position[first + n - 1] < bound <= position[first + n]`` of two bounds, bit by bit from the
+    highest on.
+
+    Both go round a ring: place, memory, and comparison. Where the search goes from there is known for either outcome
+    before the comparison.
+
+    Parameters
+    ----------
+    formats
+        `Formats` of the configuration.
+    place
+        Shape of a place in the table.
+
+    Members
+    -------
+    i_write
+        An entry of the table: ``place`` and ``position``. Always ready; not while a search is under way.
+    i
+        ``first`` and ``count``, the part of the table, in which positions never fall; ``low`` and ``end``, the bounds.
+    o
+        ``low`` and ``end``, how many positions are less.
+
+    Timing
+    ------
+    Latency: ``3 * bits(count) + 3`` cycles, ``bits(n)`` those of the number n. One search at a time.
+
+    Golden counterpart: `golden.ctu.sector`, which compares all positions.
+    """
+
+    def __init__(self, *, formats: Formats, place):
+        self._formats, self._place, bound = formats, place, formats.position_bound
+        side = formats.grid_side
+        super().__init__({
+            "i_write": In(stream.Signature(StructLayout({"place": place, "position": formats.position}),
+                                           always_ready=True)),
+            "i": In(stream.Signature(StructLayout({"first": place, "count": side, "low": bound,
+                                                   "end": bound}))),
+            "o": Out(stream.Signature(StructLayout({"low": side, "end": side})))})
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, place = self._formats, self._place
+        bits = formats.grid_side.width
+        m.submodules.positions = positions = Memory(shape=formats.position, depth=1 << place.width, init=[])
+        write, read = positions.write_port(), positions.read_port()
+        m.d.comb += [write.addr.eq(self.i_write.payload.place), write.data.eq(self.i_write.payload.position),
+                     write.en.eq(self.i_write.valid)]
+
+        given, starts = Signal(self.i.payload.shape(), reset_less=True), Signal(2)
+        busy = Signal()
+        m.d.comb += self.i.ready.eq(~busy & ~self.o.valid)
+        m.d.sync += starts.eq(Cat(self.i.valid & self.i.ready, starts[0]))
+        with m.If(self.i.valid & self.i.ready):
+            m.d.sync += [given.eq(self.i.payload), busy.eq(1)]
+        # The place before the first one, which counting from 1 begins at.
+        before, highest = Signal(place, reset_less=True), Signal(bits)
+        m.d.comb += [before.eq(given.first - 1), highest.eq(1)]
+        for bit in range(1, bits):
+            with m.If(given.count[bit]):
+                m.d.comb += highest.eq(1 << bit)
+
+        # ``found`` positions are less, and of those up to ``step`` more the last one is looked at, if it is there.
+        search = StructLayout({"found": bits, "step": bits, "is_end": 1})
+        placed, fetched, compared = (Signal(search, name=name, reset_less=True)
+                                     for name in ("placed", "fetched", "compared"))
+        under_way = Signal(3)
+        exists, following = Signal(reset_less=True), [Signal(place, name=f"after_{more}", reset_less=True)
+                                                      for more in range(2)]
+        address, position = Signal(place, reset_less=True), Signal(formats.position, reset_less=True)
+        less, goes_on = Signal(), Signal()
+        m.d.comb += [
+            read.addr.eq(address),
+            less.eq(exists & (position < Mux(compared.is_end, given.end, given.low))),
+            goes_on.eq(under_way[2] & ~compared.step[0])]
+        m.d.sync += [under_way.eq(Cat(goes_on | starts.any(), under_way[:2])), fetched.eq(placed), compared.eq(fetched),
+                     position.eq(read.data), exists.eq((fetched.found | fetched.step) <= given.count)]
+        half = fetched.step >> 1
+        m.d.sync += [following[0].eq(before + (fetched.found | half)),
+                     following[1].eq(before + (fetched.found | fetched.step | half))]
+        found = Signal(bits)
+        m.d.comb += found.eq(compared.found | Mux(less, compared.step, 0))
+        m.d.sync += [placed.found.eq(found), placed.step.eq(compared.step >> 1), placed.is_end.eq(compared.is_end),
+                     address.eq(Mux(less, following[1], following[0]))]
+        with m.If(starts.any()):
+            m.d.sync += [placed.found.eq(0), placed.step.eq(highest), placed.is_end.eq(starts[1]),
+                         address.eq(before + highest)]
+
+        ends = under_way[2] & compared.step[0]
+        with m.If(ends):
+            with m.If(compared.is_end):
+                m.d.sync += [self.o.payload.end.eq(found), self.o.valid.eq(1), busy.eq(0)]
+            with m.Else():
+                m.d.sync += self.o.payload.low.eq(found)
+        with m.If(self.o.valid & self.o.ready):
+            m.d.sync += self.o.valid.eq(0)
+        return m

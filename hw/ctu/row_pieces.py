@@ -1,0 +1,181 @@
+"""Row pieces: of each row of a stage the grid rays that lie in sector and window."""
+
+from amaranth.hdl import Array, Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout, View
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.ctu.position_search import PositionSearch
+from hw.ctu.row_arcs import RowArcs
+from hw.formats import Formats, GridTableKind
+from hw.lib.queue import Queue
+
+__all__ = ["RowPieces"]
+
+# The arcs that a row of the sector and the window can have, as pairs of which is the one that begins at position 0;
+# what they have in common rises in this order.
+PAIRS = ((1, 1), (0, 1), (1, 0), (0, 0))
+# Pieces on their way out.
+ROOM = 4
+
+
+class RowPieces(wiring.Component):
+    """What the arcs of the sector and those of the window have in common, as columns.
+
+    The window's are the same in all rows of a stage, the sector's often: what has just been found of a pair of arcs is
+    kept, and searched for again when either end is another.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.grid_stage`.
+    i_table
+        `Formats.grid_table_write`, of which ROW and COLUMN are taken. Always ready; not while a frustum is under way.
+    o
+        `Formats.grid_piece`: those of each row in the order of their columns, and then the stage's ``last`` item.
+    frustum
+        `Formats.frustum`, the same while a frustum is under way.
+
+    Timing
+    ------
+    Latency: ``3 * bits(columns) + 20`` cycles, ``columns`` the shell's. A piece every four cycles where none has to be
+    searched for, and ``3 * bits(columns) + 5`` more if one has; stalls with ``o``.
+
+    Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, formats = config, Formats(config)
+        self._formats = formats
+        super().__init__({
+            "i": In(stream.Signature(formats.grid_stage)),
+            "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
+            "o": Out(stream.Signature(formats.grid_piece)), "frustum": In(formats.frustum)})
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, table = self._formats, self.i_table
+        bound, side = formats.position_bound, formats.grid_side
+        lowest = -(1 << bound.width - 1)
+        m.submodules.arcs = arcs = RowArcs(config=self._config)
+        m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_column_place)
+        m.submodules.pieces = pieces = Queue(formats.grid_piece, depth=ROOM)
+        wiring.connect(m, pieces.o, wiring.flipped(self.o))
+        record = View(formats.grid_column, table.payload.data[:formats.grid_column.size])
+        m.d.comb += [
+            arcs.frustum.eq(self.frustum), arcs.i_table.valid.eq(table.valid), arcs.i_table.payload.eq(table.payload),
+            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.COLUMN)),
+            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.position.eq(record.position)]
+
+        given = Signal(formats.grid_stage, reset_less=True)
+        window = given.window
+        # Rows whose arcs are not asked for yet, and rows that are not done.
+        asked, left = Signal(side), Signal(side)
+        row_asked, row = Signal(formats.grid_row_place, reset_less=True), Signal(formats.grid_row_place,
+                                                                                 reset_less=True)
+        m.d.comb += [arcs.i.valid.eq(asked != 0), arcs.i.payload.eq(row_asked)]
+        with m.If(arcs.i.valid & arcs.i.ready):
+            m.d.sync += [asked.eq(asked - 1), row_asked.eq(row_asked + 1)]
+
+        # The number of a row's first ray: that of the stage's first row is a product, made bit by bit.
+        number, factor, addend = (Signal(shape, name=name, reset_less=True) for name, shape in (
+            ("number", formats.grid_number), ("factor", side), ("addend", formats.grid_number)))
+        with m.If(factor != 0):
+            m.d.sync += [factor.eq(factor >> 1), addend.eq(addend << 1)]
+            with m.If(factor[0]):
+                m.d.sync += number.eq(number + addend)
+
+        # Pairs of arcs that are still to be looked at in this row, of one pair what they have in common, and where that
+        # has been found to be.
+        pairs, pair = Signal(len(PAIRS)), Signal(range(len(PAIRS)))
+        low, end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
+        ends = StructLayout({"low": bound, "end": bound})
+        found = StructLayout({"low": side, "end": side})
+        m.submodules.known = known = Memory(shape=StructLayout({"bounds": ends, "found": found}), depth=len(PAIRS),
+                                            init=[], attrs={"ram_style": "distributed"})
+        keep, recall = known.write_port(), known.read_port(domain="comb")
+        is_known, fits, some = Signal(len(PAIRS)), Signal(), Signal()
+        piece = Signal(found, reset_less=True)
+        first_of = [(Mux(over, lowest, source.low), Mux(over, source.over, source.end))
+                    for source in (arcs.o.payload, window) for over in (0, 1)]
+        sector_arcs, window_arcs = first_of[:2], first_of[2:]
+        chosen, rest = Signal(range(len(PAIRS))), Signal(len(PAIRS))
+        for number_of in reversed(range(len(PAIRS))):
+            with m.If(pairs[number_of]):
+                m.d.comb += [chosen.eq(number_of), rest.eq(pairs & ~(1 << number_of))]
+        made = pieces.i.payload
+        m.d.comb += [
+            recall.addr.eq(pair), keep.addr.eq(pair), keep.data.bounds.low.eq(low), keep.data.bounds.end.eq(end),
+            keep.data.found.eq(search.o.payload), search.i.payload.first.eq(given.first_column),
+            search.i.payload.count.eq(given.columns), search.i.payload.low.eq(low), search.i.payload.end.eq(end),
+            made.stage.eq(given.stage), made.shell.eq(given.shell), made.row.eq(row)]
+
+        with m.FSM():
+            with m.State("stage"):
+                m.d.comb += self.i.ready.eq(1)
+                stage = self.i.payload
+                m.d.sync += [given.eq(stage), is_known.eq(0), number.eq(stage.first_ray), factor.eq(stage.row_number),
+                             addend.eq(stage.columns), row.eq(stage.row), row_asked.eq(stage.row),
+                             left.eq(stage.rows)]
+                with m.If(self.i.valid):
+                    m.d.sync += asked.eq(stage.rows)
+                    m.next = "row"
+            with m.State("row"):
+                sector = arcs.o.payload
+                m.d.sync += pairs.eq(Cat(
+                    (sector.wraps | (of_sector == 0)) & (window.wraps | (of_window == 0))
+                    for of_sector, of_window in PAIRS))
+                with m.If(left == 0):
+                    m.next = "over"
+                with m.Elif(arcs.o.valid & (factor == 0)):
+                    m.next = "pair"
+            with m.State("pair"):
+                options = Array([Cat(Mux(sector_arcs[a][0] > window_arcs[b][0], sector_arcs[a][0], window_arcs[b][0]),
+                                     Mux(sector_arcs[a][1] < window_arcs[b][1], sector_arcs[a][1], window_arcs[b][1]))
+                                 for a, b in PAIRS])
+                both = options[chosen]
+                m.d.sync += [low.eq(both[:bound.width].as_signed()), end.eq(both[bound.width:].as_signed()),
+                             pair.eq(chosen), pairs.eq(rest)]
+                m.next = "known"
+            with m.State("known"):
+                m.d.sync += [
+                    fits.eq(is_known.bit_select(pair, 1) & (recall.data.bounds.low == low)
+                            & (recall.data.bounds.end == end)),
+                    some.eq(low < end), piece.eq(recall.data.found)]
+                m.next = "choose"
+            with m.State("choose"):
+                with m.If(some & ~fits):
+                    m.d.comb += search.i.valid.eq(1)
+                    m.next = "search"
+                with m.Else():
+                    m.next = "give"
+            with m.State("search"):
+                m.d.comb += [search.o.ready.eq(1), keep.en.eq(search.o.valid)]
+                m.d.sync += piece.eq(search.o.payload)
+                with m.If(search.o.valid):
+                    m.d.sync += is_known.bit_select(pair, 1).eq(1)
+                    m.next = "give"
+            with m.State("give"):
+                m.d.comb += [pieces.i.valid.eq(some & (piece.low < piece.end)),
+                             made.ray.eq(number + piece.low), made.column.eq(given.first_column + piece.low),
+                             made.count.eq(piece.end - piece.low)]
+                with m.If(pieces.i.ready | ~pieces.i.valid):
+                    m.next = "pair"
+                    with m.If(pairs == 0):
+                        m.d.comb += arcs.o.ready.eq(1)
+                        m.d.sync += [left.eq(left - 1), row.eq(row + 1), number.eq(number + given.columns)]
+                        m.next = "row"
+            with m.State("over"):
+                m.d.comb += [pieces.i.valid.eq(1), made.count.eq(0), made.last.eq(~given.final),
+                             made.final.eq(given.final)]
+                with m.If(pieces.i.ready):
+                    m.next = "stage"
+        return m

@@ -1,0 +1,169 @@
+"""Stage rows: the shells of each subshell one after the other, and their rows of grid rays in sector and window."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout, View
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.ctu.grid_rays import INDEX_FRACTION
+from hw.ctu.position_search import PositionSearch
+from hw.formats import Formats, GridTableKind
+
+__all__ = ["StageRows"]
+
+# The first shell that has grid rays.
+FIRST = 2
+
+
+class StageRows(wiring.Component):
+    """Rows whose position is in the window and not more than ``row_border`` outside the sector.
+
+    A stage begins while not more than ``lead`` of those before it are under way.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `Formats.subshell_window`.
+    i_table
+        `Formats.grid_table_write`, of which SHELL and the positions of ROW are taken. Always ready; not while a
+        frustum is under way.
+    i_over
+        A stage is over: no payload. Always ready.
+    o
+        `Formats.grid_stage`: those of each subshell, in which ``rows`` may be 0; and behind the last one's a ``final``
+        item.
+    lead, stops
+        How many stages more than one may be under way. No stage begins any more in this frustum.
+    frustum, last_shell
+        `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
+
+    Timing
+    ------
+    Latency: ``3 * bits(rows) + 11`` cycles from a subshell to its first stage, ``rows`` the shell's, and two less from
+    there to the next. One stage at a time; stalls while too many are under way.
+
+    Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
+    section 5.3.4.2.
+    """
+
+    def __init__(self, *, config: Config):
+        formats = self._formats = Formats(config)
+        super().__init__({
+            "i": In(stream.Signature(formats.subshell_window)),
+            "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
+            "i_over": In(stream.Signature(0, always_ready=True)),
+            "o": Out(stream.Signature(formats.grid_stage)),
+            "lead": In(formats.stage), "stops": In(1), "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, bound = self._formats, self._formats.position_bound
+        lowest, highest = -(1 << bound.width - 1), (1 << bound.width - 1) - 1
+        m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_row_place)
+        kept = StructLayout({name: formats.grid_shell[name].shape for name in (
+            "row_border", "first_row", "rows", "first_column", "columns", "first_ray")})
+        m.submodules.shells = shells = Memory(shape=kept, depth=1 << formats.shell.width, init=[])
+        write, read = shells.write_port(), shells.read_port()
+        table = self.i_table
+        shell_record, row_record = (View(record, table.payload.data[:record.size])
+                                    for record in (formats.grid_shell, formats.grid_row))
+        m.d.comb += [
+            write.addr.eq(table.payload.index), write.en.eq(table.valid & (table.payload.kind == GridTableKind.SHELL)),
+            *(write.data[name].eq(shell_record[name]) for name, _ in kept),
+            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.ROW)),
+            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.position.eq(row_record.position)]
+
+        def whole(index):
+            """The position at which a row or column of rays begins."""
+            return index << INDEX_FRACTION
+
+        frustum, section = self.frustum, self.frustum.section
+        around = whole(frustum.columns)
+        given, shell, stage = Signal(self.i.payload.shape(), reset_less=True), Signal(formats.shell.width + 1), Signal(
+            formats.stage)
+        window, low, end = Signal(formats.arcs, reset_less=True), Signal(bound, reset_less=True), Signal(
+            bound, reset_less=True)
+        sector_low, sector_end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
+        record = Signal(kept, reset_less=True)
+        under_way, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
+        m.d.sync += under_way.eq(under_way + starts - self.i_over.valid)
+        window_end = whole(given.window.column_first + given.window.column_count)
+        m.d.comb += read.addr.eq(shell)
+        stage_over = self.o.ready & self.o.valid
+
+        with m.FSM():
+            with m.State("subshell"):
+                m.d.comb += self.i.ready.eq(1)
+                m.d.sync += [given.eq(self.i.payload), shell.eq(FIRST)]
+                with m.If(self.i.valid & (self.i.payload.last | (
+                        (self.i.payload.window.row_count != 0) & (self.i.payload.window.column_count != 0)))):
+                    m.next = "window"
+            with m.State("window"):
+                m.d.sync += [
+                    window.low.eq(whole(given.window.column_first)), window.end.eq(window_end), window.wraps.eq(0),
+                    window.over.eq(window_end - around),
+                    low.eq(whole(given.window.row_first)),
+                    end.eq(whole(given.window.row_first + given.window.row_count))]
+                with m.If(given.last):
+                    m.d.sync += [edge.eq(value) for edge, value in (
+                        (window.low, lowest), (window.end, highest), (low, lowest), (end, highest))]
+                with m.Elif(~frustum.is_screen & (window_end > around)):
+                    m.d.sync += [window.wraps.eq(1), window.end.eq(highest)]
+                m.next = "stage"
+            with m.State("stage"):
+                with m.If((shell > self.last_shell) | (~given.last & (shell > given.shell)) | self.stops):
+                    m.next = "subshell"
+                    with m.If(given.last):
+                        m.next = "final"
+                with m.Elif(under_way <= self.lead):
+                    m.next = "record"
+            with m.State("record"):
+                m.d.sync += record.eq(read.data)
+                m.next = "sector"
+            with m.State("sector"):
+                m.d.sync += [sector_low.eq(whole(section.first_row) - record.row_border),
+                             sector_end.eq(whole(section.end_row) + record.row_border + 1)]
+                m.next = "both"
+            with m.State("both"):
+                m.d.sync += [sector_low.eq(Mux(sector_low < low, low, sector_low)),
+                             sector_end.eq(Mux(sector_end < end, sector_end, end))]
+                m.next = "search"
+            with m.State("search"):
+                m.d.comb += search.i.valid.eq(1)
+                with m.If(search.i.ready):
+                    m.next = "rows"
+            with m.State("rows"):
+                m.d.comb += search.o.ready.eq(1)
+                found = search.o.payload
+                m.d.sync += [
+                    self.o.payload.row.eq(record.first_row + found.low), self.o.payload.row_number.eq(found.low),
+                    self.o.payload.rows.eq(Mux(found.end > found.low, found.end - found.low, 0)),
+                    self.o.payload.stage.eq(stage), self.o.payload.shell.eq(shell), self.o.payload.window.eq(window),
+                    self.o.payload.final.eq(0),
+                    *(self.o.payload[name].eq(record[name]) for name in ("first_column", "columns", "first_ray"))]
+                with m.If(search.o.valid):
+                    m.d.comb += starts.eq(1)
+                    m.d.sync += [stage.eq(stage + 1), shell.eq(shell + 1)]
+                    m.next = "give"
+            with m.State("give"):
+                m.d.comb += self.o.valid.eq(1)
+                with m.If(stage_over):
+                    m.next = "stage"
+            with m.State("final"):
+                m.d.sync += [stage.eq(0), self.o.payload.rows.eq(0), self.o.payload.final.eq(1)]
+                m.next = "end"
+            with m.State("end"):
+                m.d.comb += self.o.valid.eq(1)
+                with m.If(stage_over):
+                    m.next = "subshell"
+        m.d.comb += [search.i.payload.first.eq(record.first_row), search.i.payload.count.eq(record.rows),
+                     search.i.payload.low.eq(sector_low), search.i.payload.end.eq(sector_end)]
+        return m

@@ -1,0 +1,84 @@
+"""What the host gives the front end of cell traversal for one frustum: the tables of the grid rays, as payloads."""
+
+from collections.abc import Iterable
+
+from golden.config import Config
+from golden.ctu.grid_rays import GridRays
+from golden.ctu.unit import CellTraversalUnit
+from hw.formats import Formats, GridTableKind
+from tb.lib.payload import pack
+
+__all__ = ["GridPlaces", "grid_writes", "unit_writes"]
+
+
+class GridPlaces:
+    """Where the rows, columns and rays of each shell are in the tables.
+
+    Parameters
+    ----------
+    rays
+        The grid rays of the shells, one after the other.
+
+    Members
+    -------
+    first_row, first_column, first_ray
+        By shell.
+    """
+
+    def __init__(self, rays: Iterable[GridRays]):
+        self.first_row, self.first_column, self.first_ray = {}, {}, {}
+        row = column = ray = 0
+        for one in rays:
+            self.first_row[one.shell], self.first_column[one.shell], self.first_ray[one.shell] = row, column, ray
+            row, column, ray = row + one.rows, column + one.columns, ray + one.rows * one.columns
+
+    def request(self, rays: GridRays, number: int) -> dict:
+        """Of the ray ``number`` of a shell what a `Formats.grid_request` says."""
+        row, column = divmod(number, rays.columns)
+        return {"shell": rays.shell, "ray": self.first_ray[rays.shell] + number,
+                "row": self.first_row[rays.shell] + row, "column": self.first_column[rays.shell] + column, "is_ray": 1}
+
+
+def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=None) -> list[dict]:
+    """The values of `Formats.grid_table_write`.
+
+    Parameters
+    ----------
+    rays
+        The grid rays of the shells, from shell 2 on.
+    ways, thresholds
+        By shell: where it begins and ends, and its threshold; 0 without.
+    """
+    formats, places, writes = Formats(config), GridPlaces(rays), []
+
+    def write(kind, shape, index, **record):
+        writes.append({"kind": kind.value, "index": index, "data": pack(shape, record)})
+
+    for one in rays:
+        shell = one.shell
+        begin, end = ways[shell] if ways else (0, 0)
+        write(GridTableKind.SHELL, formats.grid_shell, shell, begin=begin, length=end - begin,
+              threshold=thresholds[shell] if thresholds else 0, row_border=one.row_border,
+              first_row=places.first_row[shell], rows=one.rows, first_column=places.first_column[shell],
+              columns=one.columns, first_ray=places.first_ray[shell])
+        for k in range(one.rows):
+            write(GridTableKind.ROW, formats.grid_row, places.first_row[shell] + k, table=_pair(one.row_table[k]),
+                  position=one.row_position[k], first_near=one.first_row[k], near=one.row_count[k],
+                  column_reach=one.column_reach[k], column_border=one.column_border[k])
+        for k in range(one.columns):
+            write(GridTableKind.COLUMN, formats.grid_column, places.first_column[shell] + k,
+                  table=_pair(one.column_table[k]), position=one.column_position[k])
+    return writes
+
+
+def unit_writes(unit: CellTraversalUnit, config: Config) -> list[dict]:
+    """The same of all shells of a frustum."""
+    shells = range(2, unit.last_shell + 1)
+    return grid_writes([unit.rays(shell) for shell in shells], config,
+                       ways={shell: unit.borders(shell) for shell in shells},
+                       thresholds={shell: unit.threshold(shell, config) for shell in shells})
+
+
+def _pair(entry):
+    """A table's entry; a screen's have one number."""
+    return [int(entry[0]), int(entry[1]) if len(entry) > 1 else 0]
