@@ -15,10 +15,6 @@ from hw.memsys.set_placement import SetPlacement
 
 __all__ = ["Cache"]
 
-# Requests under way: more than the placements hold, so that what follows a miss is looked up while it is fetched.
-ROOM = 32
-
-
 class Cache(wiring.Component):
     """Requests are answered in their order: what is in a line, and what is fetched into one.
 
@@ -77,6 +73,9 @@ class Cache(wiring.Component):
     Golden counterpart: `golden.memsys.cache.Cache`. Source: Shen 1993, section 5.3.7.
     """
 
+    # Requests under way: more than placements hold, so that what follows a miss is looked up while it is fetched.
+    room = 32
+
     def __init__(self, beat, *, beats: int, config: Config, lines: int, key, tag,
                  policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
         if not isinstance(beats, int) or beats < 1:
@@ -120,9 +119,9 @@ class Cache(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         answer = StructLayout({"tag": self._request["tag"].shape, "line": range(self._lines), "hit": 1})
-        m.submodules.gate = gate = CreditGate(self._request, credits=ROOM)
-        m.submodules.answers = answers = Queue(answer, depth=ROOM)
-        m.submodules.wanted = wanted = Queue(self._key, depth=ROOM)
+        m.submodules.gate = gate = CreditGate(self._request, credits=self.room)
+        m.submodules.answers = answers = Queue(answer, depth=self.room)
+        m.submodules.wanted = wanted = Queue(self._key, depth=self.room)
         m.d.comb += gate.i_return.valid.eq(answers.o.valid & answers.o.ready)
         policy = self._add_start(m, gate, placements := dict(self._placements()))
         self._add_lookup(m, gate, placements, policy, answers, wanted)
@@ -214,9 +213,8 @@ class Cache(wiring.Component):
                      takes.eq(answers.o.valid & answers.o.ready), advance.eq(self.o.ready | ~self.o.valid),
                      frees.eq(advance & valid[0] & ~hit[0])]
         with m.If(takes):
-            # A hit that is in the line of the answer in front of it shows what that one shows: it could not read yet.
             m.d.sync += [hit[0].eq(first.hit), line[0].eq(first.line), tag[0].eq(first.tag), slot[0].eq(awaited),
-                         same[0].eq(first.hit & (first.line == line[0]))]
+                         same[0].eq(self._repeats(first, line[0]))]
         # What is read of a line that is being written is not used.
         m.submodules.lines = lines = Memory(shape=self._record, depth=self._lines, init=[], attrs={"no_rw_check": 1})
         read, write = lines.read_port(domain="comb"), lines.write_port()
@@ -234,3 +232,7 @@ class Cache(wiring.Component):
             with m.If(~same[1]):
                 record = Mux(hit[1], kept.as_value(), fetched.as_value())
                 m.d.sync += [shown.record.eq(record[:-1]), shown.error.eq(record[-1])]
+
+    def _repeats(self, answer, line):
+        """Whether an answer shows what the one in front of it shows: what is still being written cannot be read."""
+        return answer.hit & (answer.line == line)

@@ -67,11 +67,14 @@ def prove(bench, *, mode: str = "prove", depth: int = 20, engine: str | None = N
     folder.parent.mkdir(parents=True, exist_ok=True)
     source = folder.with_suffix(".il")
     source.write_text(text)
+    engine = engine or _ENGINES[mode]
+    # A memory has to be bits before its bits get names: what abc finds is told by names.
+    mapped = ["memory_nordff", "memory_map -formal"] if engine.startswith("abc") else []
     task = folder.with_suffix(".sby")
     task.write_text("\n".join([
         "[options]", f"mode {mode}", *([] if mode == "prove" else [f"depth {depth}"]),
-        *([] if mode == "cover" else ["aigsmt z3"]), "[engines]", engine or _ENGINES[mode],
-        "[script]", f"read_rtlil {source.name}", "prep -top top", "[files]", str(source), ""]))
+        *([] if mode == "cover" else ["aigsmt z3"]), "[engines]", engine,
+        "[script]", f"read_rtlil {source.name}", "prep -top top", *mapped, "[files]", str(source), ""]))
     # The solver is looked for on the path.
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     done = subprocess.run([_program("yowasp-sby"), "-f", "-d", folder, *_tools(), task], capture_output=True, text=True,

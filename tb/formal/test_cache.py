@@ -1,0 +1,214 @@
+import pytest
+from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PRESETS
+from hw.memsys.cache import Cache
+from hw.memsys.cache_policy import CachePolicy
+from tb.formal.around import connect_ports
+from tb.formal.prove import prove
+from tb.formal.stream_rules import StreamRules, add_rules
+from tb.formal.twin import Twin
+
+# Two keys: one that is followed, and all others.
+KEY, WIDTH, FETCHES = 1, 1, 2
+# The request that is followed, and where it would go.
+TAG = StructLayout({"mark": 1, "line": 1})
+# Enough for an invalidation between requests, and for a hit after it, with a placement that answers at once.
+DEPTH = 14
+ENGINE = "abc bmc3"
+CONFIG = PRESETS["tiny"].replace({"memsys.cache_ways": 2, "memsys.lfu_lines": 2, "memsys.lfu_count_bits": 2,
+                                  "memsys.cache_generation_bits": 2, "memsys.cache_fetches": FETCHES})
+
+
+class CacheContract(wiring.Component):
+    """Each request is answered once, in order, with what memory held for its key when the request was taken.
+
+    One request, any request, is followed. Memory holds a record for its key that changes with every invalidation, and
+    anything for the others; it answers whenever and in whatever order it likes. So the answer must have been fetched
+    since the last invalidation, whatever else has been in the lines; the first request after one is a miss, and each
+    fetch of the key is asked for by a miss.
+
+    Parameters
+    ----------
+    dut
+        A cache of one-beat records, with `TAG`.
+    """
+
+    def __init__(self, dut):
+        self._dut = dut
+        super().__init__({**dict(dut.signature.members.items()), "marks": In(1), "key": In(KEY), "data": In(WIDTH),
+                          "fails": In(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.dut = dut = self._dut
+        connect_ports(m, self, dut)
+        for given in (dut.i, dut.i_invalidate):
+            add_rules(m, given, Assume)
+        key, chosen = Signal(KEY), Signal()
+        data, fails = Signal(WIDTH), Signal()
+        empties, asks, answers, fetches = (Signal(name=name) for name in ("empties", "asks", "answers", "fetches"))
+        m.d.comb += [empties.eq(dut.i_invalidate.valid & dut.i_invalidate.ready), asks.eq(dut.i.valid & dut.i.ready),
+                     answers.eq(dut.o.valid & dut.o.ready), fetches.eq(dut.o_fetch.valid & dut.o_fetch.ready)]
+        m.d.sync += chosen.eq(1)
+        with m.If(~chosen):
+            m.d.sync += key.eq(self.key)
+        with m.If(~chosen | empties):
+            m.d.sync += [data.eq(self.data), fails.eq(self.fails)]
+
+        # Memory: what it has been asked for, and answers.
+        awaited, mine = Signal(FETCHES), Signal(FETCHES)
+        slot, fill = dut.o_fetch.payload.slot, dut.i_fill.payload
+        with m.If(dut.i_fill.valid):
+            m.d.comb += Assume(awaited.bit_select(fill.slot, 1))
+            m.d.sync += awaited.bit_select(fill.slot, 1).eq(0)
+            with m.If(mine.bit_select(fill.slot, 1)):
+                m.d.comb += [Assume(fill.data == data), Assume(fill.error == fails)]
+        with m.If(fetches):
+            m.d.comb += Assert(~awaited.bit_select(slot, 1))
+            m.d.sync += [awaited.bit_select(slot, 1).eq(1), mine.bit_select(slot, 1).eq(dut.o_fetch.payload.key == key)]
+
+        # The one that is followed.
+        inside, ahead, follows, expected = Signal(5), Signal(5), Signal(), Signal(WIDTH + 1)
+        first, must_miss = Signal(init=1), Signal()
+        marked = Signal()
+        m.d.comb += [marked.eq(self.marks & ~follows & (dut.i.payload.key == key)),
+                     Assume(dut.i.payload.tag.mark == marked)]
+        m.d.sync += inside.eq(inside + asks - answers)
+        with m.If(asks & (dut.i.payload.key == key)):
+            m.d.sync += first.eq(0)
+        with m.If(empties):
+            m.d.sync += first.eq(1)
+        got = dut.o.payload
+        with m.If(answers):
+            m.d.comb += [Assert(inside != 0), Assert(got.tag.mark == (follows & (ahead == 0)))]
+        with m.If(follows & answers):
+            m.d.sync += ahead.eq(ahead - 1)
+            with m.If(ahead == 0):
+                m.d.sync += follows.eq(0)
+                m.d.comb += [Assert(got.error == expected[-1]), Assert(got.record[0] == expected[:-1]),
+                             Assert(~(must_miss & got.hit)), Cover(got.hit & (got.record[0] != 0))]
+        with m.If(asks & marked):
+            m.d.sync += [follows.eq(1), ahead.eq(inside - answers), expected[:-1].eq(data), expected[-1].eq(fails),
+                         must_miss.eq(first)]
+        return m
+
+
+class AnyPlacement(wiring.Component):
+    """Puts what it does not have into any line: the one that the tag says. A start ``empties`` it, or does not."""
+
+    latency = 1
+
+    def __init__(self, *, lines, key, tag, empties=True):
+        self._lines, self._key, self._empties = lines, key, empties
+        super().__init__({
+            "i_start": In(stream.Signature(0, always_ready=True)),
+            "i": In(stream.Signature(StructLayout({"tag": tag, "key": key}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({"tag": tag, "line": range(lines), "hit": 1}), always_ready=True))})
+
+    def elaborate(self, platform):
+        m = Module()
+        keys, full = [Signal(self._key, name=f"key_{k}") for k in range(self._lines)], Signal(self._lines)
+        asked = self.i.payload
+        found = [full[k] & (keys[k] == asked.key) for k in range(self._lines)]
+        hit, line = Signal(), Signal(range(self._lines))
+        m.d.comb += [hit.eq(sum(found) != 0), line.eq(asked.tag.tag.line)]
+        for k, here in enumerate(found):
+            with m.If(here):
+                m.d.comb += line.eq(k)
+            with m.If(self.i.valid & (line == k)):
+                m.d.sync += [keys[k].eq(asked.key), full[k].eq(1)]
+        with m.If(self.i_start.valid & self._empties):
+            m.d.sync += full.eq(0)
+        m.d.sync += [self.o.valid.eq(self.i.valid), self.o.payload.tag.eq(asked.tag), self.o.payload.line.eq(line),
+                     self.o.payload.hit.eq(hit)]
+        return m
+
+
+class Narrow(Cache):
+    """With less room, so that it is full soon."""
+
+    room = 3
+
+
+class Anywhere(Narrow):
+    """With whatever placement there can be."""
+
+    def _placements(self):
+        yield "lfu", AnyPlacement(lines=self._lines, key=self._key, tag=self._request)
+
+
+class Unseen(Anywhere):
+    """Reads a line also while it is being written."""
+
+    def _repeats(self, answer, line):
+        return Const(0)
+
+
+class Hasty(Anywhere):
+    """Shows what the answer in front shows whatever line it is in."""
+
+    def _repeats(self, answer, line):
+        return answer.hit
+
+
+class Stale(Narrow):
+    """An invalidation leaves everything in its line."""
+
+    def _placements(self):
+        yield "lfu", AnyPlacement(lines=self._lines, key=self._key, tag=self._request, empties=False)
+
+
+def make(kind, policy=CachePolicy.LFU, lines=2):
+    return kind(WIDTH, beats=1, config=CONFIG, lines=lines, key=KEY, tag=TAG, policies=(policy,))
+
+
+def test_contract_of_any_placement():
+    assert prove(CacheContract(make(Anywhere)), mode="bmc", depth=DEPTH, engine=ENGINE)
+
+
+@pytest.mark.nightly
+def test_contract_of_any_placement_for_longer():
+    assert prove(CacheContract(make(Anywhere)), mode="bmc", depth=DEPTH + 2, engine=ENGINE)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("policy", "lines"), [
+    (CachePolicy.DIRECT, 2), (CachePolicy.LRU, 4), (CachePolicy.LFU, 2)])
+def test_contract(policy, lines):
+    assert prove(CacheContract(make(Narrow, policy, lines)), mode="bmc", depth=DEPTH, engine=ENGINE)
+
+
+@pytest.mark.nightly
+def test_reaches_a_hit():
+    assert prove(CacheContract(make(Anywhere)), mode="cover", depth=DEPTH)
+
+
+@pytest.mark.parametrize("kind", [Stale, pytest.param(Unseen, marks=pytest.mark.nightly),
+                                  pytest.param(Hasty, marks=pytest.mark.nightly)])
+def test_broken_cache(kind):
+    proof = prove(CacheContract(make(kind)), mode="bmc", depth=DEPTH, engine=ENGINE)
+    assert not proof
+    assert proof.trace
+
+
+FAULTS = {
+    "answers before it has been filled": {"o__valid": lambda dut: dut.o.valid | dut.i_fill.valid},
+    "loses an answer": {"o__valid": lambda dut: dut.o.valid & ~(dut.o.payload.hit & dut.i.valid)},
+    "fetches into a slot in use": {"o_fetch__payload": lambda dut: dut.o_fetch.payload.as_value() & ~1},
+}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("fault", FAULTS)
+def test_broken_twin(fault):
+    assert not prove(CacheContract(Twin(make(Anywhere), FAULTS[fault])), mode="bmc", depth=DEPTH, engine=ENGINE)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("policy", CachePolicy)
+def test_stream_rules(policy):
+    assert prove(StreamRules(make(Narrow, policy, 4)), mode="bmc", depth=DEPTH, engine=ENGINE)

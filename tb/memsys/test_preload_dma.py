@@ -1,0 +1,316 @@
+# amaranth: UnusedElaboratable=no
+
+from itertools import pairwise
+from pathlib import Path
+
+import cocotb
+import numpy as np
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from golden.errors import InputError
+from golden.memory_map import ENTRY, HEADER, REGIONS, from_bytes, machine_image
+from golden.schedule.phase import schedule
+from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.fault import Fault
+from hw.memsys.image_layout import RegionNumber
+from hw.memsys.main_memory_port import MainMemoryPort
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.preload_dma import PATCH_WORDS, PreloadDma
+from tb.golden.schedule.scenes import CONFIG, case
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import config_of
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.payload import pack, unpack
+from tb.lib.runner import BUILD, SIMULATORS, options, simulate
+from tb.lib.scoreboard import check
+from tb.lib.stream import Sink, Source
+from tb.lib.timing import documented_latency
+from tb.memsys.memory_bench import ModelAtPort
+from tb.memsys.memory_model import MemoryModel
+
+MODULE = "tb.memsys.test_preload_dma"
+STREAMS = ("i", "o", "o_done")
+SMALL = {"memory.outstanding": 8, "memory.burst_beats": 8, "memory.length_bits": 5, "memory.timeout_bits": 10}
+BASE = 0x7_0000_1000
+LOADED = [region for region in REGIONS if region.life != "result"]
+OWN = ("clusters", "subshells", "residents", "patches")
+NUMBER = {region.name: k for k, region in enumerate(REGIONS)}
+
+
+class Preload(wiring.Component):
+    """The DMA at the port."""
+
+    def __init__(self, *, config):
+        self.port, self.dma = MainMemoryPort(config=config, tag=0), PreloadDma(config=config)
+        members = self.dma.signature.members
+        super().__init__({**{name: members[name] for name in (*STREAMS, "hits", "sums", "columns")},
+                          "axi": Out(AxiSignature(config=config)), "window": In(MemoryFormats(config).window)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.port, m.submodules.dma = port, dma = self.port, self.dma
+        wiring.connect(m, wiring.flipped(self.i), dma.i)
+        wiring.connect(m, dma.o, wiring.flipped(self.o))
+        wiring.connect(m, dma.o_done, wiring.flipped(self.o_done))
+        wiring.connect(m, dma.o_request, port.i_read)
+        wiring.connect(m, port.o_read, dma.i_reply)
+        wiring.connect(m, port.axi, wiring.flipped(self.axi))
+        m.d.comb += [port.read_window.eq(self.window), self.hits.eq(dma.hits), self.sums.eq(dma.sums),
+                     self.columns.eq(dma.columns)]
+        return m
+
+
+def words(image, region, cluster):
+    """What must come of a region: (record, word, data)."""
+    array = image[region.name]
+    if region.name == "clusters":
+        array = array[cluster:cluster + 1]
+    elif region.name in ("subshells", "residents"):
+        first = "first_subshell" if region.name == "subshells" else "first_resident"
+        begin = int(image["clusters"][cluster][first])
+        array = array[begin:begin + int(image["clusters"][cluster][region.name])]
+    elif region.name == "patches":
+        array = array[image.residents(cluster)]
+    size = region.dtype.itemsize
+    data = np.frombuffer(array.tobytes(), dtype="<u4" if size == 4 else "<u8").reshape(len(array), -1)
+    data = data[:, :PATCH_WORDS] if region.name == "patches" else data
+    return [{"region": NUMBER[region.name], "record": record, "word": word, "data": int(value)}
+            for record, row in enumerate(data) for word, value in enumerate(row)]
+
+
+class Bench:
+    """The DMA's clients, and a memory with an image."""
+
+    def __init__(self, dut, *, sink="none", data=None, **memory):
+        self.dut, self.config, seed = dut, config_of(options()["changes"]), options()["seed"]
+        members = PreloadDma(config=self.config).signature.members
+        self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
+        self.data = Path(options()["image"]).read_bytes() if data is None else data
+        self.model = MemoryModel(self.config, self.data, base=BASE, seed=seed, **memory)
+        self.port = ModelAtPort(dut, self.model)
+        window = MemoryFormats(self.config).window
+        dut.window.value = pack(window, {"base": BASE, "limit": BASE + len(self.data)})
+        self.command = Source(dut, "i")
+        self.words, self.done = Sink(dut, "o", pauses=PAUSES[sink](seed)), Sink(dut, "o_done")
+
+    async def load(self, names, cluster=0, image=BASE):
+        """The fault with which a command ends."""
+        self.words.items.clear()
+        self.words.cycles.clear()
+        self.done.items.clear()
+        mask = sum(1 << NUMBER[name] for name in names)
+        await self.command.send([pack(self.shapes["i"], {"image": image, "cluster": cluster, "regions": mask})])
+        while not self.done.items:
+            await RisingEdge(self.dut.clk)
+        found = unpack(self.shapes["o_done"], self.done.items[0])
+        return Fault(found["code"]), found["address"]
+
+    def compare(self, names, cluster):
+        image, shape = from_bytes(self.data), self.shapes["o"]
+        expected = [word for region in sorted(
+            (region for region in LOADED if region.name in names), key=lambda region: region.name != "clusters")
+            for word in words(image, region, cluster)]
+        check(shape, self.words.items, [pack(shape, word) for word in expected], what="o")
+
+    def stop(self):
+        self.port.stop()
+        self.words.stop()
+        self.done.stop()
+
+
+@cocotb.test()
+async def the_whole_image(dut):
+    """All regions, for each cluster what is its own."""
+    await start(dut, cycles=100_000)
+    names = [region.name for region in LOADED]
+    bench = Bench(dut, latency=10, spread=10, shuffles=True)
+    await RisingEdge(dut.clk)
+    assert_known(dut, STREAMS)
+    for cluster in range(options()["clusters"]):
+        chosen = names if cluster == 0 else OWN
+        assert (await bench.load(chosen, cluster))[0] is Fault.NONE
+        bench.compare(chosen, cluster)
+    image = from_bytes(bench.data)
+    for name in "hits", "sums":
+        place = int(getattr(dut, name).value)
+        width = bench.config.memory.address_bits
+        assert place & (1 << width) - 1 == BASE + image.offsets[name]
+        assert place >> width == len(image[name])
+    assert int(dut.columns.value) == len(image["columns"])
+    bench.stop()
+
+
+@cocotb.test()
+async def every_pair_of_pauses(dut):
+    """Of what takes the words and of the memory."""
+    await start(dut, cycles=200_000)
+    for number, (sink, memory) in enumerate(MATRIX):
+        bench = Bench(dut, sink=sink, latency=3, spread=9, shuffles=True, pauses={"ar": memory, "r": memory})
+        cluster = number % options()["clusters"]
+        names = (("shells", "subshells"), ("residents",), ("patches",))[number % 3]
+        assert (await bench.load(names, cluster))[0] is Fault.NONE
+        bench.compare(names, cluster)
+        bench.stop()
+
+
+def broken_images(data):
+    """Images with one thing wrong each: name, bytes, what is loaded, the fault's code and region."""
+    entries = HEADER.dtype.itemsize
+
+    def with_value(offset, value, kind="<u4"):
+        changed = bytearray(data)
+        array = np.array([value], dtype=kind).tobytes()
+        changed[offset:offset + len(array)] = array
+        return bytes(changed)
+
+    def entry(name, field):
+        return entries + NUMBER[name] * ENTRY.dtype.itemsize + ENTRY.dtype.fields[field][1]
+
+    def field(region, record, name):
+        layout = REGIONS[NUMBER[region]].dtype
+        return offsets[region] + record * layout.itemsize + layout.fields[name][1]
+
+    image = from_bytes(data)
+    offsets = image.offsets
+    cluster = image["clusters"][0]
+    last = len(image["cells"]) - 1
+    return [
+        ("magic", with_value(0, 1), "cells", Fault.IMAGE, None),
+        ("version", with_value(4, 7), "cells", Fault.IMAGE, None),
+        ("crooked", with_value(entry("cells", "offset"), offsets["cells"] + 8, "<u8"), "cells", Fault.REGION, None),
+        ("beyond", with_value(entry("rows", "offset"), len(data), "<u8"), "cells", Fault.REGION, None),
+        ("far beyond", with_value(entry("rows", "offset"), 1 << 60, "<u8"), "cells", Fault.REGION, None),
+        ("long", with_value(entry("shells", "count"), 1 << 20, "<u8"), "cells", Fault.REGION, None),
+        ("very long", with_value(entry("cells", "count"), 1 << 32, "<u8"), "cells", Fault.REGION, None),
+        ("two frusta", with_value(entry("frustum", "count"), 2, "<u8"), "cells", Fault.REGION, None),
+        ("residence", with_value(entry("residence", "count"), 3, "<u8"), "cells", Fault.REGION, None),
+        ("sums", with_value(entry("sums", "count"), 3, "<u8"), "cells", Fault.REGION, None),
+        ("cells.pointer", with_value(field("cells", last, "pointer"), 1 << 31), "cells", Fault.POINTER, "cells"),
+        ("cells.count", with_value(field("cells", 3, "count"), 0xFFFF_FFFF), "cells", Fault.POINTER, "cells"),
+        ("patch_lists", with_value(field("patch_lists", 7, "patch"), len(image["patches"])), "patch_lists",
+         Fault.POINTER, "patch_lists"),
+        ("residents", with_value(field("residents", int(cluster["first_resident"]), "patch"), 1 << 20), "patches",
+         Fault.POINTER, "residents"),
+        ("subshells", with_value(field("subshells", int(cluster["first_subshell"]), "patch"), 1 << 20), "subshells",
+         Fault.POINTER, "subshells"),
+        ("near_cells", with_value(field("near_cells", 2, "cell"), last + 1), "near_cells", Fault.POINTER, "near_cells"),
+        ("clusters.end_column", with_value(field("clusters", 0, "end_column"), 1 << 16), "clusters", Fault.POINTER,
+         "clusters"),
+        ("clusters.first_row", with_value(field("clusters", 0, "first_row"), int(cluster["end_row"])), "subshells",
+         Fault.POINTER, "clusters"),
+        ("clusters.subshells", with_value(field("clusters", 0, "subshells"), 1 << 30), "subshells", Fault.POINTER,
+         "clusters"),
+        ("clusters.first_resident", with_value(field("clusters", 0, "first_resident"), 0xFFFF_FFFF), "patches",
+         Fault.POINTER, "clusters"),
+        ("shells.rows", with_value(field("shells", 1, "rows"), 1 << 30), "shells", Fault.POINTER, "shells"),
+        ("shells.first_column", with_value(field("shells", 1, "first_column"), 1 << 30), "shells", Fault.POINTER,
+         "shells")]
+
+
+@cocotb.test()
+async def malformed_tables(dut):
+    """Each ends in its code; nothing of the record comes out; what is asked for next is right."""
+    await start(dut, cycles=200_000)
+    good = Path(options()["image"]).read_bytes()
+    offsets = from_bytes(good).offsets
+    for name, data, loaded, code, region in broken_images(good):
+        try:
+            from_bytes(data)
+        except InputError:
+            pass
+        else:
+            raise AssertionError(f"{name}: golden takes it")
+        bench = Bench(dut, data=data, latency=5)
+        address = BASE if region is None else BASE + offsets[region]
+        assert await bench.load([loaded]) == (code, address), name
+        for item in bench.words.items:
+            word = unpack(bench.shapes["o"], item)
+            assert word in words(from_bytes(good), REGIONS[NUMBER[loaded]], 0), name
+        bench.stop()
+        bench = Bench(dut, latency=5)
+        assert (await bench.load(["rows"]))[0] is Fault.NONE, name
+        bench.compare(["rows"], 0)
+        bench.stop()
+    bench = Bench(dut)
+    assert await bench.load(["rows"], cluster=999) == (Fault.NONE, BASE + offsets["rows"])
+    assert (await bench.load(["residents"], cluster=options()["clusters"]))[0] is Fault.POINTER
+    assert (await bench.load(["rows"], image=BASE - 4096))[0] is Fault.READ_REPLY
+    bench.stop()
+    bench = Bench(dut, fails=lambda address: address == BASE + offsets["cells"] + 800, latency=4)
+    assert await bench.load(["cells"]) == (Fault.READ_REPLY, BASE + offsets["cells"])
+    assert len(bench.words.items) < 100
+    bench.stop()
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """Nothing of before comes out after it."""
+    await start(dut, cycles=50_000)
+    for cycles in (3, 60, 300, 420, 480, 700):
+        bench = Bench(dut, latency=9)
+        task = cocotb.start_soon(bench.load([region.name for region in LOADED]))
+        await ClockCycles(dut.clk, cycles)
+        task.cancel()
+        bench.stop()
+        dut.i__valid.value = 0
+        await reset(dut)
+        bench = Bench(dut)
+        assert (await bench.load(OWN))[0] is Fault.NONE
+        bench.compare(OWN, 0)
+        bench.stop()
+
+
+@cocotb.test()
+async def a_word_per_cycle(dut):
+    """Within a region, and with sixteen patches."""
+    await start(dut, cycles=50_000)
+    bench = Bench(dut, latency=20)
+    for name in "grid_columns", "cells", "patch_lists", "patches":
+        assert (await bench.load([name]))[0] is Fault.NONE
+        gaps = [b - a for a, b in pairwise(bench.words.cycles)]
+        assert sum(gap != 1 for gap in gaps) <= (len(gaps) // (16 * PATCH_WORDS) if name == "patches" else 0), name
+    bench.stop()
+
+
+ALL = ("the_whole_image", "every_pair_of_pauses", "malformed_tables", "reset_in_flight", "a_word_per_cycle")
+CLUSTERS = 2
+
+
+@pytest.fixture(scope="module")
+def image():
+    """A small scene, and a resident set of more than sixteen patches."""
+    made = case("lobby")
+    plan = schedule(made.record, made.geometry, made.shelling.table, CONFIG, clusters=CLUSTERS, ratio=16, capacity=24,
+                    topology="mesh")
+    data = machine_image(made.record, made.geometry, made.shelling.table, CONFIG, plan, weights=None).to_bytes()
+    path = (BUILD / "vectors" / "preload_dma.bin").resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    return path
+
+
+def run(name, image, changes, simulator):
+    changes = {**SMALL, **changes}
+    config = config_of(changes)
+    assert PreloadDma(config=config).latency == documented_latency(PreloadDma, config)
+    simulate(Preload(config=config), MODULE, ALL, simulator=simulator, name=name, changes=changes, image=str(image),
+             clusters=CLUSTERS)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_preload_dma(image, simulator):
+    run(f"preload_dma-{simulator}", image, {}, simulator)
+
+
+@pytest.mark.nightly
+def test_wide_beats(image):
+    run("preload_dma-wide", image, {"memory.data_bits": 128}, "icarus")
+
+
+def test_regions_are_those_of_the_image():
+    assert [number.name.lower() for number in RegionNumber] == [region.name for region in REGIONS]
