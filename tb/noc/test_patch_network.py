@@ -1,0 +1,50 @@
+"""Protocol: requests wait for replies, replies for nobody."""
+
+import pytest
+
+from golden.config import PRESETS
+from hw.lib.credit_gate import CreditGate
+from hw.noc import network_interface
+from hw.noc.patch_network import PatchNetwork
+from tb.lib.runner import SIMULATORS, simulate
+
+TESTS = ("all_are_answered", "one_that_takes_nothing_stops_nobody")
+SMALL = {"noc.rows": 1, "noc.buffer_flits": 2, "noc.flit_bits": 72, "noc.check": "parity"}
+NETWORKS = {"two": SMALL | {"noc.columns": 3, "noc.virtual_channels": 1, "noc.networks": "physical"},
+            "one": SMALL | {"noc.topology": "ring", "noc.columns": 4, "noc.virtual_channels": 2,
+                            "noc.networks": "virtual"}}
+LARGE = {"mesh": {"noc.topology": "mesh", "noc.columns": 4, "noc.rows": 4, "noc.virtual_channels": 1,
+                  "noc.networks": "physical"},
+         "torus": {"noc.topology": "torus", "noc.columns": 4, "noc.rows": 4, "noc.virtual_channels": 2,
+                   "noc.networks": "virtual", "noc.flit_bits": 32, "noc.check": "crc", "noc.arbitration": "age"},
+         "cube": {"noc.topology": "hypercube", "noc.columns": 4, "noc.rows": 2, "noc.virtual_channels": 2,
+                  "noc.networks": "virtual", "noc.flit_bits": 40, "noc.check": "none"}}
+
+
+def run(name, config, tests, *, simulator, requests, progress=True):
+    network = PatchNetwork(config=PRESETS["tiny"].replace(config))
+    simulate(network, "tb.noc.clusters", tests, simulator=simulator, name=f"patch-network-{name}-{simulator}",
+             config=config, requests=requests, progress=progress)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+@pytest.mark.parametrize("name", NETWORKS)
+def test_full_networks_come_to_an_end_and_a_cluster_that_takes_nothing_stops_nobody(name, simulator):
+    run(name, NETWORKS[name], TESTS, simulator=simulator, requests=10)
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize("name", LARGE)
+def test_large_ones_too(name):
+    run(name, LARGE[name], TESTS, simulator="verilator", requests=150)
+
+
+class _TooManyCredits(CreditGate):
+    def __init__(self, shape, *, credits):
+        super().__init__(shape, credits=8 * credits)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+def test_requests_without_room_for_their_replies_stop_others(monkeypatch, simulator):
+    monkeypatch.setattr(network_interface, "CreditGate", _TooManyCredits)
+    run("greedy", NETWORKS["two"], TESTS[1:], simulator=simulator, requests=30, progress=False)
