@@ -1,0 +1,122 @@
+# amaranth: UnusedElaboratable=no
+
+import re
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.memsys.filter import Filter as GoldenFilter
+from golden.stimulus import block
+from hw.memsys.filter import Filter
+from tb.lib.runner import SIMULATORS
+from tb.lib.timing import documented_latency
+from tb.memsys.stream_bench import Streams, check_streams
+
+BITS, COUNT, LIMIT, WORD = 7, 64, 50, 4
+
+
+def make(generation_bits=2, word_bits=WORD, count=COUNT):
+    return Filter(bits=BITS, count=count, generation_bits=generation_bits, word_bits=word_bits)
+
+
+def numbers(seed, size=120):
+    """Some again at once, some later, some of one word, some that there are not."""
+    random = np.random.default_rng(seed)
+    drawn = np.choose(random.integers(3, size=size), [random.integers(COUNT, size=size),
+                                                      random.integers(WORD, size=size),
+                                                      random.integers(1 << BITS, size=size)])
+    again = np.flatnonzero(random.random(size) < 0.3)[1:]
+    drawn[again] = drawn[again - random.integers(1, 4, size=len(again)).clip(max=again)]
+    return drawn
+
+
+def passing(given):
+    return GoldenFilter(LIMIT).first(given[given < LIMIT])
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_in_the_simulator(simulator):
+    # Begins with one that passes.
+    given = np.concatenate([[7], numbers(1)])
+    expected = passing(given)
+    check_streams("filter", make(), Streams(
+        inputs={"i": given.tolist()}, expected={"o": expected.tolist()}, each_time=[("i_start", [0])],
+        ports={"limit": LIMIT}, after={"seen": len(given), "passed": len(expected)},
+        timing=(("i", "o", documented_latency(Filter, PRESETS["tiny"])),)), simulator=simulator)
+
+
+def run(dut, generations, *, limit=LIMIT):
+    """What passes, is dropped and is wrong of the numbers of some generations, and when what went in and out."""
+    came, cycles = [], {"in": [], "out": []}
+
+    async def drive(ctx):
+        ctx.set(dut.o.ready, 1)
+        ctx.set(dut.limit, limit)
+        for given in generations:
+            ctx.set(dut.i_start.valid, 1)
+            await ctx.tick().until(dut.i_start.ready)
+            ctx.set(dut.i_start.valid, 0)
+            ctx.set(dut.i.valid, 1)
+            for number in given:
+                ctx.set(dut.i.payload, int(number))
+                await ctx.tick().until(dut.i.ready)
+            ctx.set(dut.i.valid, 0)
+        await ctx.tick().repeat(20)
+
+    async def watch(ctx):
+        cycle = 0
+        async for *_, valid, number, dropped, wrong, of, taken in ctx.tick().sample(
+                dut.o.valid, dut.o.payload, dut.dropped, dut.wrong, dut.number, dut.i.valid & dut.i.ready):
+            cycle += 1
+            assert not (valid and dropped)
+            if taken:
+                cycles["in"].append(cycle)
+            if valid or dropped:
+                came.append((of if dropped else number, "wrong" if wrong else "dropped" if dropped else "passes"))
+                cycles["out"].append(cycle)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.add_testbench(watch, background=True)
+    simulator.run()
+    return came, cycles
+
+
+@pytest.mark.parametrize(("generation_bits", "word_bits", "count"), [(1, 2, 64), (2, 16, 64), (3, 4, 128)])
+def test_every_generation_begins_empty(generation_bits, word_bits, count):
+    """Tags run out several times; a number passes once in each generation."""
+    generations = [numbers(seed, 40) for seed in range(12)]
+    came, _ = run(make(generation_bits, word_bits, count), generations)
+    golden, expected = GoldenFilter(LIMIT, tag_bits=2), []
+    for given in generations:
+        golden.clear()
+        expected += [(int(number), "wrong" if number >= LIMIT else
+                      "passes" if len(golden.first(np.array([number]))) else "dropped") for number in given]
+    assert came == expected
+
+
+def test_one_number_per_cycle_whether_it_passes_or_not():
+    _, cycles = run(make(), [numbers(4, 100)])
+    assert np.diff(cycles["in"]).tolist() == np.diff(cycles["out"]).tolist() == [1] * 99
+
+
+def test_goldens_stimulus():
+    of, config = block("memsys.filter")[1], PRESETS["tiny"]
+    given = of.draw(np.random.default_rng(5), 300, config)
+    generations = np.split(given["number"], np.flatnonzero(given["clears"]))
+    came, _ = run(Filter(bits=6, count=32, generation_bits=2, word_bits=8), generations, limit=32)
+    passes = of.expect(given, config)["passes"]
+    assert [(number, how == "passes") for number, how in came] == list(
+        zip(given["number"].tolist(), passes.astype(bool).tolist(), strict=True))
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"word_bits": 3}, "Word bits must be a power of two of at least 2, not 3"),
+    ({"count": 16}, "Count must be a power of two of at least 32, not 16"),
+    ({"bits": 5}, "Bits must be at least 6, not 5")])
+def test_init_wrong(changes, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        Filter(**{"bits": 8, "count": 64, "generation_bits": 2, **changes})
