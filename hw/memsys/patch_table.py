@@ -1,0 +1,78 @@
+"""The patch address table: the patch lists of all cells, one after the other."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.lib.pipeline import Pipeline
+from hw.memsys.path_formats import PathFormats
+
+__all__ = ["PatchTable"]
+
+
+class PatchTable(wiring.Component):
+    """Reads the lists that are here: the first ``own_entries`` of the scene.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i_load
+        `PathFormats.list_load`, in any order. Always ready; not while lists are under way. Addresses that there are
+        not here are ignored.
+    patches
+        Patches of the scene. The same while entries are loaded.
+    i
+        `PathFormats.list_place`.
+    o
+        `PathFormats.listed`, entry after entry.
+
+    Timing
+    ------
+    Latency: ``3`` cycles to the first entry; ``2`` of a load. One entry per cycle, without a gap between lists; stalls
+    with ``o``.
+
+    Golden counterpart: `golden.memsys.patch_table.PatchTable`. Source: Shen 1993, section 5.3.6.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, PathFormats(config)
+        formats = self._formats
+        super().__init__({
+            "i_load": In(stream.Signature(formats.list_load, always_ready=True)),
+            "patches": In(formats.scene["patches"].shape), "i": In(stream.Signature(formats.list_place)),
+            "o": Out(stream.Signature(formats.listed))})
+        self._memory = Memory(shape=formats.listed_bits, depth=config.memsys.own_entries, init=[],
+                              attrs={"no_rw_check": 1})
+        self._entries = stream.Signature(StructLayout({"address": formats.entry_bits, "last": 1})).create()
+        self._pipeline = pipeline = Pipeline(self._entries, self.o)
+        address, last = (pipeline.input(self._entries.payload[name]) for name in ("address", "last"))
+        pipeline.output(self.o.payload.number, pipeline.delay(pipeline.read(self._memory.read_port(), address), 1))
+        pipeline.output(self.o.payload.last, last)
+        self.latency = pipeline.latency + 1
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = self._memory
+        self._pipeline.add_to(m)
+        entries, busy, left = self._entries, Signal(), Signal(self._formats.entry_bits + 1, reset_less=True)
+        address = Signal.like(entries.payload.address, reset_less=True)
+        m.d.comb += [entries.valid.eq(busy), entries.payload.address.eq(address), entries.payload.last.eq(left == 1),
+                     self.i.ready.eq(~busy | (entries.ready & entries.payload.last))]
+        with m.If(entries.ready):
+            m.d.sync += [busy.eq(busy & ~entries.payload.last), address.eq(address + 1), left.eq(left - 1)]
+        with m.If(self.i.valid & self.i.ready):
+            m.d.sync += [busy.eq(1), address.eq(self.i.payload.pointer), left.eq(self.i.payload.count)]
+
+        given, write = self.i_load.payload, self._memory.write_port()
+        nobody = 1 << self._formats.listed_bits - 1
+        m.d.sync += [
+            write.en.eq(self.i_load.valid & (given.address[self._formats.entry_bits:] == 0)),
+            write.addr.eq(given.address), write.data.eq(Mux(given.record < self.patches, given.record, nobody))]
+        return m
