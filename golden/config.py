@@ -402,6 +402,8 @@ class Noc:
         Flits that such a queue holds; 2 to 64. Fewer than a credit takes cycles to come back leave links idle.
     flit_bits
         Bits of a flit's data; 16 to 256. The 72 of a vertex let a link pass one per cycle.
+    router_cycles
+        Cycles in a router, 1 or 2; with 1 a flit is chosen and passes the crossbar in the same one, at a slower clock.
     arbitration
         Which packet goes first: ``round-robin`` over the queues, or ``age``, the one that has waited longest.
     networks
@@ -416,6 +418,7 @@ class Noc:
     virtual_channels: int = 2
     buffer_flits: int = 8
     flit_bits: int = 72
+    router_cycles: int = 2
     arbitration: str = "round-robin"
     networks: str = "physical"
     check: str = "parity"
@@ -423,7 +426,7 @@ class Noc:
     def __post_init__(self):
         _check_choice("noc", "topology", self.topology, TOPOLOGIES)
         for name, low, high in (("columns", 1, 64), ("rows", 1, 64), ("virtual_channels", 1, 8),
-                                ("buffer_flits", 2, 64), ("flit_bits", 16, 256)):
+                                ("buffer_flits", 2, 64), ("flit_bits", 16, 256), ("router_cycles", 1, 2)):
             _check_range("noc", name, getattr(self, name), low, high)
         for name, choices in (("arbitration", ARBITRATIONS), ("networks", ("physical", "virtual")),
                               ("check", ("none", "parity", "crc"))):

@@ -15,9 +15,10 @@ from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_ver
 __all__ = ["UNITS", "Row", "measure", "table"]
 
 
-def _router(*, bits, channels):
+def _router(*, bits, channels, cycles=2):
     """Of a node in the midst of a mesh, with queues of eight flits."""
-    return lambda config: Router(routing=route(Topology("mesh", 8, 8), channels), node=27, bits=bits, depth=8)
+    return lambda config: Router(routing=route(Topology("mesh", 8, 8), channels), node=27, bits=bits, depth=8,
+                                 router_cycles=cycles)
 
 
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the
@@ -35,8 +36,9 @@ UNITS = {
         # A location per grid ray of a shell.
         "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
     },
+    # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
-            for bits in (32, 72) for channels in (1, 2, 4)},
+            for bits in (32, 72) for channels in (1, 2, 4)} | {"Router-32-1-1": _router(bits=32, channels=1, cycles=1)},
 }
 
 

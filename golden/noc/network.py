@@ -78,14 +78,14 @@ class Network:
         Where each packet goes on.
     buffer_flits
         Places of a queue.
-    messages, arbitration, copies
+    messages, arbitration, router_cycles, copies
         See `Routers`.
     """
 
     def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1,
-                 arbitration: str = "round-robin", copies: int = 1):
+                 arbitration: str = "round-robin", router_cycles: int = 2, copies: int = 1):
         self.routers = Routers(routing, buffer_flits=buffer_flits, messages=messages, arbitration=arbitration,
-                               copies=copies)
+                               router_cycles=router_cycles, copies=copies)
         own = np.arange(messages)[:, None, None] * routing.virtual_channels
         self._entry = own + np.tile(routing.entry, (copies, 1))
         self._messages, self.nodes = messages, self.routers.nodes

@@ -63,8 +63,8 @@ class Routers:
     A packet holds the channel from its first flit to its last one.
 
     A flit that is on the wire to a router in cycle t is in its queue in t + 1, where it may be granted; in t + 2 it
-    passes the crossbar, in t + 3 it is on the next wire. Its place is free again at once: the credit is on the wire
-    back in t + 2.
+    passes the crossbar, in t + 3 it is on the next wire; if routers take one cycle, it passes the crossbar in t + 1 and
+    is on the next wire in t + 2. Its place is free again at once: the credit is on the wire back in t + 2.
 
     Each kind of message has ``routing.virtual_channels`` of its own at each port, those of kind m from m times that on.
     At the node itself packets of a kind come out one after the other, on the kind's first channel.
@@ -82,6 +82,8 @@ class Routers:
         Kinds of messages, which never wait for each other.
     arbitration
         One of `ARBITRATIONS`: in turn, or the longest waiting first.
+    router_cycles
+        1 or 2.
     copies
         Networks; the nodes of copy c begin at c times their number. Destinations count within a copy.
     alone
@@ -96,12 +98,14 @@ class Routers:
     """
 
     def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1,
-                 arbitration: str = "round-robin", copies: int = 1, alone: int | None = None):
+                 arbitration: str = "round-robin", router_cycles: int = 2, copies: int = 1, alone: int | None = None):
         if arbitration not in ARBITRATIONS:
             raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
         for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
                 raise InputError(f"network: {name} must be at least 1, not {value!r}")
+        if router_cycles not in (1, 2):
+            raise InputError(f"network: Router cycles must be 1 or 2, not {router_cycles!r}")
         behind = routing.topology.neighbour
         known = slice(None) if alone is None else slice(alone, alone + 1)
         output, channel = routing.port[known], routing.channel[known]
@@ -137,8 +141,8 @@ class Routers:
         self._went = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
         # Cycles for which each queue's first flit has been that.
         self._waited = np.zeros(count, dtype=np.int64)
-        # What was granted two cycles ago and one cycle ago.
-        self._granted = deque([(_NONE, _NONE)] * 2)
+        # What was granted in each of the cycles before, the oldest first.
+        self._granted = deque([(_NONE, _NONE)] * router_cycles)
         self._returned = _NONE
         # Flits that were sent, to links and to nodes; cycles in which a port had some to send and could not.
         self.sent = self.stalls = 0

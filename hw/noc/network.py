@@ -20,7 +20,7 @@ class Network(wiring.Component):
     ----------
     routing
         Topology and routes.
-    bits, depth, messages, policy
+    bits, depth, messages, router_cycles, policy
         Of the routers.
 
     Members
@@ -35,8 +35,8 @@ class Network(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * hops + 3`` cycles from ``i`` to ``o`` in an empty network, 2 in a router and 1 on the link behind it.
-    One flit per node and cycle.
+    Latency: ``(router_cycles + 1) * (hops + 1)`` cycles from ``i`` to ``o`` in an empty network: those in a router, and
+    1 on the link behind it. One flit per node and cycle.
 
     Errors
     ------
@@ -49,10 +49,11 @@ class Network(wiring.Component):
     """
 
     def __init__(self, *, routing: Routing, bits: int, depth: int, messages: int = 1,
-                 policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
+                 router_cycles: int = 2, policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         check_deadlock_free(routing)
         self._routing = routing
-        self._router = {"routing": routing, "bits": bits, "depth": depth, "messages": messages, "policy": policy}
+        self._router = {"routing": routing, "bits": bits, "depth": depth, "messages": messages,
+                        "router_cycles": router_cycles, "policy": policy}
         channels, nodes = messages * routing.virtual_channels, routing.topology.nodes
         links = stream.Signature(link(bits, channels), always_ready=True)
         super().__init__({

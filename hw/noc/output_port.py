@@ -28,6 +28,8 @@ class OutputPort(wiring.Component):
         Queues that send here, at least 1.
     depth
         Places of the queues behind the channels.
+    at_once
+        A flit passes the crossbar in the cycle in which it leaves its queue, or else in the next one.
     policy
         Whose turn it is; a flit waits from the cycle on in which it is its queue's first one.
 
@@ -39,7 +41,7 @@ class OutputPort(wiring.Component):
     takes
         The flit of this queue leaves.
     data
-        Of the flit that left in the cycle before.
+        Of the flit that leaves, or that left in the cycle before.
     i_credit
         A place is free again, a bit per channel.
     o
@@ -49,19 +51,19 @@ class OutputPort(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles from ``fronts`` to ``o``. One flit per cycle.
+    Latency: ``2`` cycles from ``fronts`` to ``o``, ``1`` if at once. One flit per cycle.
     """
 
-    def __init__(self, *, bits: int, channels: int, sources: int, depth: int,
+    def __init__(self, *, bits: int, channels: int, sources: int, depth: int, at_once: bool = False,
                  policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
-        self._policy = policy
+        self._policy, self._at_once = policy, at_once
         self._bits, self._channels, self._sources, self._depth = bits, channels, sources, depth
         front = StructLayout({"valid": 1, "first": 1, "last": 1, "channel": range(channels)})
         super().__init__({
             "fronts": In(ArrayLayout(front, sources)), "takes": Out(sources), "data": In(ArrayLayout(bits, sources)),
             "i_credit": In(channels), "o": Out(stream.Signature(link(bits, channels), always_ready=True)),
             "stalls": Out(1)})
-        self.latency = 2
+        self.latency = 1 if at_once else 2
 
     def elaborate(self, platform):
         m = Module()
@@ -84,16 +86,19 @@ class OutputPort(wiring.Component):
             with m.If(used):
                 m.d.sync += free[channel].eq(ends)
 
-        # What crosses in the next cycle.
+        # What crosses now, or in the next cycle.
+        domain = m.d.comb if self._at_once else m.d.sync
         crosses, source = Signal(), Signal(range(self._sources), reset_less=True)
         crossing = Signal.like(self.o.payload, reset_less=True)
-        m.d.sync += [crosses.eq(turns.goes), source.eq(self._of(goes, range(self._sources))),
-                     crossing.flit.first.eq(self._of(goes, [front.first for front in self.fronts])),
-                     crossing.flit.last.eq(self._of(goes, [front.last for front in self.fronts])),
-                     crossing.channel.eq(self._of(goes, [front.channel for front in self.fronts]))]
+        domain += [crosses.eq(turns.goes), source.eq(self._of(goes, range(self._sources))),
+                   crossing.flit.first.eq(self._of(goes, [front.first for front in self.fronts])),
+                   crossing.flit.last.eq(self._of(goes, [front.last for front in self.fronts])),
+                   crossing.channel.eq(self._of(goes, [front.channel for front in self.fronts]))]
         sent = Signal.like(self.o.payload, reset_less=True)
+        # There is no time to make a number of the one that goes.
+        data = self._of(goes, self.data) if self._at_once else self.data[source]
         m.d.comb += self.o.payload.eq(sent)
-        m.d.sync += [sent.eq(crossing), sent.flit.data.eq(self.data[source]), self.o.valid.eq(crosses)]
+        m.d.sync += [sent.eq(crossing), sent.flit.data.eq(data), self.o.valid.eq(crosses)]
         return m
 
     @staticmethod

@@ -36,7 +36,8 @@ class PatchNetwork(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * hops + 5`` cycles from ``i_request`` to ``o_request`` when nothing else is under way.
+    Latency: ``(router_cycles + 1) * (hops + 1) + 2`` cycles from ``i_request`` to ``o_request`` when nothing else is
+    under way.
 
     Errors
     ------
@@ -58,7 +59,8 @@ class PatchNetwork(wiring.Component):
         noc, routing = self._config.noc, self._routing
         separate = noc.networks == "physical"
         networks = [Network(routing=routing, bits=noc.flit_bits + CHECK_BITS[noc.check], depth=noc.buffer_flits,
-                            messages=1 if separate else 2, policy=_POLICIES[noc.arbitration])
+                            messages=1 if separate else 2, router_cycles=noc.router_cycles,
+                            policy=_POLICIES[noc.arbitration])
                     for _ in range(2 if separate else 1)]
         for number, network in enumerate(networks):
             m.submodules[f"network_{number}"] = network

@@ -34,6 +34,8 @@ class Router(wiring.Component):
         Flits in a queue, at least 1.
     messages
         Kinds of messages, which never wait for each other; each has channels of its own.
+    router_cycles
+        1 or 2: a flit is chosen, and passes the crossbar, in the same cycle or in two.
     policy
         Which of the flits that may leave at a port goes first.
 
@@ -48,20 +50,20 @@ class Router(wiring.Component):
 
     Timing
     ------
-    Latency: ``3`` cycles from ``i`` to ``o``: into the queue, arbitration, crossbar and onto the link. One flit per
-    port and cycle. A place is given back two cycles after its flit came, at the earliest, and five cycles lie between
-    two uses of a place: a queue of five flits is never the reason to wait.
+    Latency: ``router_cycles + 1`` cycles from ``i`` to ``o``: into the queue, arbitration and crossbar, onto the link.
+    One flit per port and cycle. A place is given back two cycles after its flit came, at the earliest, and
+    ``router_cycles + 3`` cycles lie between two uses of a place: a queue of so many flits is never the reason to wait.
 
     Errors
     ------
     ValueError
-        Depth, messages or bits out of range, or no such node.
+        Depth, messages, cycles or bits out of range, or no such node.
 
     Golden counterpart: `golden.noc.router`. Source: Shen 1993, section 5.2.3.
     """
 
     def __init__(self, *, routing: Routing, node: int, bits: int, depth: int, messages: int = 1,
-                 policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
+                 router_cycles: int = 2, policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         nodes = routing.topology.nodes
         if not isinstance(node, int) or not 0 <= node < nodes:
             raise ValueError(f"Node must be from 0 to {nodes - 1}, not {node!r}")
@@ -71,8 +73,10 @@ class Router(wiring.Component):
             raise ValueError(f"Bits must be at least those of a node's number, not {bits!r}")
         if not isinstance(depth, int) or depth < 1:
             raise ValueError(f"Depth must be at least 1, not {depth!r}")
+        if router_cycles not in (1, 2):
+            raise ValueError(f"Router cycles must be 1 or 2, not {router_cycles!r}")
         self._routing, self._node, self._bits, self._depth = routing, node, bits, depth
-        self._messages, self._policy = messages, policy
+        self._messages, self._policy, self._at_once = messages, policy, router_cycles == 1
         self._channels = messages * routing.virtual_channels
         ports = len(routing.topology.ports)
         links = stream.Signature(link(bits, self._channels), always_ready=True)
@@ -80,7 +84,7 @@ class Router(wiring.Component):
             "i": In(links).array(ports), "o": Out(links).array(ports),
             "i_credit": In(self._channels).array(ports), "o_credit": Out(self._channels).array(ports),
             "moves": Out(ports), "stalls": Out(ports)})
-        self.latency = 3
+        self.latency = router_cycles + 1
 
     def elaborate(self, platform):
         m = Module()
@@ -91,7 +95,7 @@ class Router(wiring.Component):
                 continue
             m.submodules[f"output_{name}"] = output = OutputPort(
                 bits=self._bits, channels=self._channels, sources=len(sources), depth=self._depth,
-                policy=self._policy)
+                at_once=self._at_once, policy=self._policy)
             wiring.connect(m, output.o, wiring.flipped(self.o[port]))
             m.d.comb += output.i_credit.eq(self.i_credit[port])
             m.d.sync += [self.moves[port].eq(output.takes.any()), self.stalls[port].eq(output.stalls)]
@@ -124,7 +128,7 @@ class Router(wiring.Component):
                 targets = {goal: (int(routing.port[node, goal]), kind * per_kind + int(routing.channel[node, goal]))
                            for goal in goals}
                 ways = sorted(set(targets.values()))
-                queue = InputQueue(bits=self._bits, depth=self._depth,
+                queue = InputQueue(bits=self._bits, depth=self._depth, at_once=self._at_once,
                                    ways={goal: ways.index(target) for goal, target in targets.items()})
                 m.submodules[f"queue_{name}_{channel}"] = queue
                 m.d.comb += [queue.i.payload.eq(self.i[port].payload.flit),

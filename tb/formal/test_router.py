@@ -32,8 +32,8 @@ def make(where, depth=DEPTH, cls=Router, **options):
 class RouterCredits(wiring.Component):
     """Whatever comes in, in packets and within its credits, goes out once, in packets and within the credits."""
 
-    def __init__(self, dut, patience=None):
-        self._dut, self._patience = dut, patience
+    def __init__(self, dut, patience=None, router_cycles=2):
+        self._dut, self._patience, self._router_cycles = dut, patience, router_cycles
         super().__init__(dut.signature)
 
     def elaborate(self, platform):
@@ -59,10 +59,13 @@ class RouterCredits(wiring.Component):
                     m.d.comb += Assume((outside == 0) | dut.i_credit[port][channel])
                 sent.append(goes)
                 given_back.append(dut.o_credit[port][channel])
-        # Each place that was given back in the cycle before is a flit that is sent now.
-        before = Signal(range(len(sent) + 1))
-        m.d.sync += before.eq(sum(given_back))
-        m.d.comb += Assert(sum(sent) == before)
+        # Each place that was given back is a flit that is sent in the same cycle, or in the next one.
+        gone = sum(given_back)
+        if self._router_cycles == 2:
+            before = Signal(range(len(sent) + 1))
+            m.d.sync += before.eq(gone)
+            gone = before
+        m.d.comb += Assert(sum(sent) == gone)
         return m
 
     @staticmethod
@@ -122,15 +125,18 @@ def bounded(bench, depth):
     return prove(bench, mode="bmc", depth=depth, engine="abc bmc3")
 
 
-def test_no_place_is_lost_and_none_is_used_twice():
-    assert bounded(RouterCredits(make("midst")), 10)
+@pytest.mark.parametrize(("router_cycles", "depth"), [(1, 8), (2, 10)])
+def test_no_place_is_lost_and_none_is_used_twice(router_cycles, depth):
+    assert bounded(RouterCredits(make("midst", router_cycles=router_cycles), router_cycles=router_cycles), depth)
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("router_cycles", [1, 2])
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
 @pytest.mark.parametrize("where", NETWORKS)
-def test_no_place_is_lost_and_none_is_used_twice_for_longer(where, policy):
-    assert bounded(RouterCredits(make(where, policy=policy)), 14)
+def test_no_place_is_lost_and_none_is_used_twice_for_longer(where, policy, router_cycles):
+    router = make(where, policy=policy, router_cycles=router_cycles)
+    assert bounded(RouterCredits(router, router_cycles=router_cycles), 14 if router_cycles == 2 else 12)
 
 
 def test_reaches_full_queues():
@@ -143,10 +149,12 @@ def test_every_flit_goes_on(policy):
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize("router_cycles", [1, 2])
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
 @pytest.mark.parametrize("where", NETWORKS)
-def test_every_flit_goes_on_for_longer(where, policy):
-    assert bounded(RouterProgress(make(where, policy=policy), PATIENCE[where, policy]), 22)
+def test_every_flit_goes_on_for_longer(where, policy, router_cycles):
+    router = make(where, policy=policy, router_cycles=router_cycles)
+    assert bounded(RouterProgress(router, PATIENCE[where, policy], router_cycles), 22)
 
 
 @pytest.mark.parametrize("where", NETWORKS)

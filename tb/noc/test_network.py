@@ -27,14 +27,14 @@ def seeded(*more):
     return np.random.default_rng([int(os.environ.get("SEED", "1")), *more])
 
 
-def scripts_of(routing, count, *, flits, messages, bits, depth, arbitration, load=0.4):
-    """Runs of the model with all patterns in turn."""
+def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cycles, load=0.4):
+    """Runs of the model, one of each pattern."""
     nodes, found = routing.topology.nodes, []
-    for number in range(count):
+    for number, pattern in enumerate(PATTERNS):
         generator = seeded(number, flits, nodes)
-        pattern = PATTERNS[number % len(PATTERNS)]
         given = packets(generator, routing.topology, pattern, flits=flits, load=load, messages=messages)
-        arrivals = Model(routing, buffer_flits=depth, messages=messages, arbitration=arbitration).run(
+        arrivals = Model(
+            routing, buffer_flits=depth, messages=messages, arbitration=arbitration, router_cycles=router_cycles).run(
             given, cycles=100_000, source_pauses=pauses(generator, nodes, 0.1),
             sink_pauses=pauses(generator, nodes, 0.2))
         found.append(script(generator, given, arrivals, nodes=nodes, bits=bits,
@@ -42,27 +42,29 @@ def scripts_of(routing, count, *, flits, messages, bits, depth, arbitration, loa
     return found
 
 
-def check(name, columns, rows, channels, messages, bits, depth, arbitration, *, simulator, flits, count=4):
+def check(name, columns, rows, channels, messages, bits, depth, arbitration, router_cycles, *, simulator, flits):
     routing = route(Topology(name, columns, rows), channels)
-    network = Network(routing=routing, bits=bits, depth=depth, messages=messages, policy=POLICIES[arbitration])
-    replay(network, scripts_of(routing, count, flits=flits, messages=messages, bits=bits, depth=depth,
-                               arbitration=arbitration),
-           simulator=simulator, name=f"network-{name}-{columns}x{rows}-{channels}-{messages}-{bits}")
+    network = Network(routing=routing, bits=bits, depth=depth, messages=messages, router_cycles=router_cycles,
+                      policy=POLICIES[arbitration])
+    replay(network, scripts_of(routing, flits=flits, messages=messages, bits=bits, depth=depth,
+                               arbitration=arbitration, router_cycles=router_cycles),
+           simulator=simulator, name=f"network-{name}-{columns}x{rows}-{channels}-{messages}-{bits}-{router_cycles}")
 
 
-# Topology, columns, rows, channels, kinds of messages, bits of a flit, places of a queue, arbitration.
-SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age"), ("torus", 3, 2, 2, 1, 16, 5, "round-robin")]
-LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin"), ("mesh", 4, 4, 4, 1, 72, 8, "round-robin"),
-         ("mesh", 5, 3, 2, 2, 32, 3, "age"), ("torus", 4, 4, 2, 1, 32, 8, "age"),
-         ("torus", 4, 4, 4, 1, 32, 8, "round-robin"), ("ring", 8, 1, 2, 2, 32, 8, "round-robin"),
-         ("illiac", 4, 4, 2, 1, 32, 8, "round-robin"), ("hypercube", 4, 4, 1, 2, 32, 8, "age"),
-         ("mesh", 8, 8, 1, 1, 32, 8, "round-robin")]
+# Topology, columns, rows, channels, kinds of messages, bits of a flit, places of a queue, arbitration, cycles of a
+# router.
+SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age", 1), ("torus", 3, 2, 2, 1, 16, 5, "round-robin", 2)]
+LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin", 2), ("mesh", 4, 4, 4, 1, 72, 8, "round-robin", 2),
+         ("mesh", 5, 3, 2, 2, 32, 3, "age", 2), ("torus", 4, 4, 2, 1, 32, 8, "age", 2),
+         ("torus", 4, 4, 4, 1, 32, 8, "round-robin", 1), ("ring", 8, 1, 2, 2, 32, 8, "round-robin", 2),
+         ("illiac", 4, 4, 2, 1, 32, 8, "round-robin", 2), ("hypercube", 4, 4, 1, 2, 32, 8, "age", 1),
+         ("mesh", 8, 8, 1, 1, 32, 8, "round-robin", 2)]
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 @pytest.mark.parametrize("network", SMALL, ids=str)
 def test_every_flit_in_its_cycle(network, simulator):
-    check(*network, simulator=simulator, flits=300)
+    check(*network, simulator=simulator, flits=200)
 
 
 @pytest.mark.sim
@@ -71,9 +73,10 @@ def test_every_flit_of_long_runs_in_its_cycle(network):
     check(*network, simulator="verilator", flits=30_000)
 
 
-def test_a_packet_alone_takes_what_the_law_says_and_is_counted():
+@pytest.mark.parametrize("router_cycles", [1, 2])
+def test_a_packet_alone_takes_what_the_law_says_and_is_counted(router_cycles):
     routing = route(Topology("mesh", 3, 1), 1)
-    network = Network(routing=routing, bits=8, depth=2)
+    network = Network(routing=routing, bits=8, depth=2, router_cycles=router_cycles)
     simulator = Simulator(network)
     simulator.add_clock(1e-8)
     seen = []
@@ -98,10 +101,10 @@ def test_a_packet_alone_takes_what_the_law_says_and_is_counted():
     simulator.add_testbench(send)
     simulator.add_testbench(watch)
     simulator.run()
-    latency = documented_latency(Network, PRESETS["tiny"], hops=2)
+    latency = documented_latency(Network, PRESETS["tiny"].replace({"noc.router_cycles": router_cycles}), hops=2)
     assert seen == [(latency, 0b101110), (latency + 1, 0)]
     # The law counts both ends: from the cycle before the first wire.
-    assert latency + 1 == zero_load_latency(2)
+    assert latency + 1 == zero_load_latency(2, router_cycles=router_cycles)
 
 
 def test_counters_are_those_of_the_model():

@@ -9,8 +9,9 @@ from golden.noc.routing import route
 from golden.noc.topology import TOPOLOGIES, Topology
 
 
+@pytest.mark.parametrize("router_cycles", [1, 2])
 @pytest.mark.parametrize("name", TOPOLOGIES)
-def test_a_packet_alone_takes_what_the_law_says(name):
+def test_a_packet_alone_takes_what_the_law_says(name, router_cycles):
     random = np.random.default_rng(5)
     routing = route(Topology(name, 4, 4), 2)
     length = random.integers(1, 17, 60)
@@ -18,9 +19,10 @@ def test_a_packet_alone_takes_what_the_law_says(name):
     # Each when the one before has arrived.
     packets = Packets(source=source, destination=destination, length=length, made=np.arange(60) * 50,
                       message=np.zeros(60, dtype=int))
-    arrivals = Network(routing, buffer_flits=8).run(packets, cycles=60 * 50)
+    arrivals = Network(routing, buffer_flits=8, router_cycles=router_cycles).run(packets, cycles=60 * 50)
     took = arrivals.taken[np.cumsum(length) - 1] - packets.made
-    assert np.array_equal(took, zero_load_latency(routing.hops[source, destination], length))
+    law = zero_load_latency(routing.hops[source, destination], length, router_cycles=router_cycles)
+    assert np.array_equal(took, law)
 
 
 def test_uniform_traffic_of_the_meshes_in_the_literature():
