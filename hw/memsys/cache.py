@@ -15,6 +15,7 @@ from hw.memsys.set_placement import SetPlacement
 
 __all__ = ["Cache"]
 
+
 class Cache(wiring.Component):
     """Requests are answered in their order: what is in a line, and what is fetched into one.
 
