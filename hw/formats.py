@@ -348,3 +348,21 @@ class Formats:
                              "index": max(self.shell.width, self.grid_row_place.width, self.grid_column_place.width),
                              "data": max(Shape.cast(record).width for record in (self.grid_shell, self.grid_row,
                                                                                   self.grid_column))})
+
+    @property
+    def traversal_frustum(self) -> StructLayout:
+        """A frustum for cell traversal: also the matrix of directions to G, the origin's ``place`` in the grid, and how
+        many ``cells`` that has along each axis.
+        """
+        return StructLayout({"frustum": self.frustum, "to_global": ArrayLayout(self.direction_vector, 3),
+                             "place": ArrayLayout(self.place, 3), "cells": ArrayLayout(self.grid_count, 3)})
+
+    @property
+    def near_cell(self) -> StructLayout:
+        """A cell of shell 1, or none, and whether it is the ``last`` one."""
+        return StructLayout({"cell": self.cell, "is_cell": 1, "last": 1})
+
+    @property
+    def met_cell(self) -> StructLayout:
+        """A cell that a grid ray of a stage has met, or (``final``) none: the frustum is over."""
+        return StructLayout({"cell": self.cell, "stage": self.stage, "final": 1})

@@ -19,6 +19,8 @@ class SectionClip(wiring.Component):
     ----------
     config
         The configuration.
+    slot
+        Shape of what goes along. Default: a patch's slot.
 
     Members
     -------
@@ -36,11 +38,12 @@ class SectionClip(wiring.Component):
     Golden counterpart: `golden.icu.section_clip.section_clip`.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, slot=None):
         formats = Formats(config)
+        slot = formats.slot if slot is None else slot
 
         def items(window):
-            return stream.Signature(StructLayout({"slot": formats.slot, "window": window}), always_ready=True)
+            return stream.Signature(StructLayout({"slot": slot, "window": window}), always_ready=True)
 
         super().__init__({"i": In(items(formats.window)), "o": Out(items(formats.section_window)),
                           "frustum": In(formats.frustum)})

@@ -1,0 +1,73 @@
+"""Grid entries: what the tables say of a grid ray that leaves."""
+
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.ctu.near_window import add_tables
+from hw.formats import Formats, GridTableKind
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["GridEntries"]
+
+
+class GridEntries(wiring.Component):
+    """The way of a grid ray's shell, and the entries of its column and row.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    tag
+        Shape of what goes along.
+
+    Members
+    -------
+    i_table
+        `Formats.grid_table_write`. Always ready.
+    i
+        ``tag``, ``shell``, ``row`` and ``column``, places in the tables.
+    o
+        ``tag``, ``begin`` and ``length`` of the shell, ``column`` and ``row`` (`Formats.direction_pair`).
+
+    Timing
+    ------
+    Latency: ``2`` cycles. One ray per cycle; stands while the ray at the end waits.
+
+    Golden counterpart: `golden.memory_map`, ``shells``, ``grid_rows`` and ``grid_columns``.
+    """
+
+    def __init__(self, *, config: Config, tag):
+        formats = Formats(config)
+        way = StructLayout({"begin": formats.begin, "length": formats.parameter})
+        pair = StructLayout({"table": formats.direction_pair})
+        super().__init__({
+            "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
+            "i": In(stream.Signature(StructLayout({
+                "tag": tag, "shell": formats.shell, "row": formats.grid_row_place,
+                "column": formats.grid_column_place}))),
+            "o": Out(stream.Signature(StructLayout({
+                "tag": tag, **way.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        given, made, self._tables = self.i.payload, self.o.payload, []
+        for kind, record, kept, place, outputs in (
+                (GridTableKind.SHELL, formats.grid_shell, way, given.shell,
+                 {"begin": made.begin, "length": made.length}),
+                (GridTableKind.ROW, formats.grid_row, pair, given.row, {"table": made.row}),
+                (GridTableKind.COLUMN, formats.grid_column, pair, given.column, {"table": made.column})):
+            memory = Memory(shape=kept, depth=1 << len(place), init=[])
+            self._tables.append((memory, kind, record))
+            entry = pipeline.delay(pipeline.read(memory.read_port(), pipeline.input(place)), 1)
+            for name, target in outputs.items():
+                pipeline.output(target, pipeline.combine(lambda entry, name=name: entry[name], entry))
+        pipeline.output(made.tag, pipeline.input(given.tag))
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        add_tables(m, self.i_table, self._tables)
+        self._pipeline.add_to(m)
+        return m

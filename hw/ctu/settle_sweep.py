@@ -1,0 +1,196 @@
+"""Settle sweep: the smallest settle codes of all squares, read in the background."""
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.ctu.square_scan import SIDE_BITS, square
+from hw.formats import Formats
+from hw.lib.fixed import extreme, small_product
+from hw.lib.pipeline import Pipeline
+from hw.lib.queue import Queue
+
+__all__ = ["SettleSweep"]
+
+# Tiles that have been asked for, or need not be.
+ROOM = 16
+
+
+class SettleSweep(wiring.Component):
+    """Reads the section's tiles again and again: of each the smallest code, and of each square that they make up.
+
+    Rays beyond the section's border do not count. The tiles of a square of the highest level come one after the other,
+    and within it those of each square below, so that one minimum for each level is enough.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i_start
+        Begins a frustum; taken when all tiles asked for have come. The intersection unit has begun it before. No
+        payload.
+    section
+        `Formats.section`, the same until the next frustum begins.
+    o_tile, i_word
+        The settle map's ``i_read`` and ``o_read``.
+    o
+        An array of streams, one for each level: `square`. Always ready.
+    fresh
+        All squares have come in this frustum.
+    lowest
+        The smallest code of the section that the last sweep has found, 0 before it.
+
+    Timing
+    ------
+    Latency: ``bits(side_bits - tile_bits) + 4 * tile_bits + 7`` cycles from a tile's turn to its square. One tile per
+    cycle, also if it lies beyond the border within a square of the highest level; stalls with the settle map.
+
+    Golden counterpart: `golden.ctu.settle_pyramid.SettlePyramid`.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, Formats(config)
+        formats = self._formats
+        self._levels = config.ctu.pyramid_levels
+        super().__init__({
+            "i_start": In(stream.Signature(0)), "section": In(formats.section),
+            "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
+            **{f"o_{level}": Out(stream.Signature(square(config, level), always_ready=True))
+               for level in range(self._levels)},
+            "fresh": Out(1), "lowest": Out(formats.settle)})
+        bits = config.icu.side_bits - config.icu.tile_bits
+        # A tile: whether it is in the section, which of its columns and rows are, and the last one of a sweep.
+        side = 1 << config.icu.tile_bits
+        self._tile = StructLayout({"column": bits, "row": bits, "within": 1, "columns": side, "rows": side, "last": 1})
+        self._across = Signal(formats.count)
+        self._turn = stream.Signature(self._tile).create()
+        self._asked = stream.Signature(StructLayout({**self._tile.members, "tile": formats.tile})).create()
+        self._turns = pipeline = Pipeline(self._turn, self._asked)
+        given = self._turn.payload
+        row = pipeline.combine(lambda row: Cat(row, 0).as_signed(), pipeline.input(given.row))
+        product = small_product(pipeline, row, pipeline.constant(Cat(self._across, 0).as_signed()))
+        pipeline.output(self._asked.payload.tile, pipeline.register(
+            lambda product, column: product + column, product, pipeline.input(given.column)))
+        for name in self._tile.members:
+            pipeline.output(self._asked.payload[name], pipeline.input(given[name]))
+
+        # The smallest code of a tile.
+        lanes = StructLayout({**self._tile.members, "word": formats.settle_word})
+        self._come = stream.Signature(lanes, always_ready=True).create()
+        self._made = stream.Signature(StructLayout({**self._tile.members, "code": formats.settle}),
+                                      always_ready=True).create()
+        self._codes = pipeline = Pipeline(self._come, self._made)
+        come = self._come.payload
+        counts = pipeline.register(lambda columns, rows, within: Cat(
+            columns & (rows[k] & within).replicate(side) for k in range(side)), *(
+                pipeline.input(come[name]) for name in ("columns", "rows", "within")))
+        word = pipeline.input(come.word)
+        codes = [pipeline.register(lambda counts, word, k=k: Mux(counts[k], word[k], config.icu.settle.high), counts,
+                                   word) for k in range(side * side)]
+        pipeline.output(self._made.payload.code, extreme(pipeline, codes, largest=False))
+        for name in self._tile.members:
+            pipeline.output(self._made.payload[name], pipeline.input(come[name]))
+
+    def elaborate(self, platform):
+        m = Module()
+        icu, section, formats = self._config.icu, self.section, self._formats
+        side_bits, bits = icu.tile_bits, icu.side_bits - icu.tile_bits
+        inner_bits = SIDE_BITS * (self._levels - 1)
+        # Of the section: the last tiles, their last lanes, and the last squares of the highest level.
+        last, last_lane = {}, {}
+        for way, first, end in (("column", section.first_column, section.end_column),
+                                ("row", section.first_row, section.end_row)):
+            ray = Signal(formats.index, name=f"last_{way}")
+            m.d.sync += ray.eq(end - first - 1)
+            last[way], last_lane[way] = ray[side_bits:], ray[:side_bits]
+        m.d.sync += self._across.eq(last["column"] + 1)
+
+        # Whose turn it is: counted within the squares of the highest level, and these by column and row.
+        active, begins = Signal(), self.i_start.valid & self.i_start.ready
+        inner = Signal(2 * inner_bits)
+        outer = {way: Signal(bits, name=f"outer_{way}") for way in last}
+        outer_last = {way: outer[way] == last[way] >> inner_bits for way in last}
+        place = {}
+        for offset, way in enumerate(last):
+            digits = [inner[2 * SIDE_BITS * k + SIDE_BITS * offset:][:SIDE_BITS] for k in range(self._levels - 1)]
+            place[way] = Cat(*digits, outer[way])[:bits]
+        turn, tile = self._turn, self._turn.payload
+        shown = Signal(self._tile, reset_less=True)
+        ends = inner.all() & outer_last["column"] & outer_last["row"] if inner_bits else \
+            outer_last["column"] & outer_last["row"]
+        m.d.comb += [turn.payload.eq(shown)]
+        moves = turn.ready | ~turn.valid
+        del tile
+        goes = Signal()
+        m.d.comb += goes.eq(active & ~self.i_start.valid & moves)
+        with m.If(moves):
+            m.d.sync += turn.valid.eq(goes)
+            m.d.sync += [shown.last.eq(ends), shown.within.eq((place["column"] <= last["column"])
+                                                              & (place["row"] <= last["row"]))]
+            for way, lanes in (("column", shown.columns), ("row", shown.rows)):
+                m.d.sync += [shown[way].eq(place[way]), lanes.eq(Cat(
+                    (place[way] != last[way]) | (k <= last_lane[way]) for k in range(1 << side_bits)))]
+        with m.If(goes):
+            m.d.sync += inner.eq(inner + 1)
+            with m.If(inner.all() if inner_bits else Const(1)):
+                m.d.sync += outer["column"].eq(outer["column"] + 1)
+                with m.If(outer_last["column"]):
+                    m.d.sync += [outer["column"].eq(0), outer["row"].eq(Mux(outer_last["row"], 0, outer["row"] + 1))]
+        self._turns.add_to(m)
+
+        # What is asked for, and what comes back.
+        asked = self._asked
+        m.submodules.waiting = waiting = Queue(self._tile, depth=ROOM)
+        waits = waiting.o.payload
+        asks = asked.valid & waiting.i.ready & asked.payload.within
+        m.d.comb += [
+            self.o_tile.valid.eq(asks), self.o_tile.payload.eq(asked.payload.tile),
+            asked.ready.eq(waiting.i.ready & (self.o_tile.ready | ~asked.payload.within)),
+            waiting.i.valid.eq(asked.valid & (self.o_tile.ready | ~asked.payload.within)),
+            *(waiting.i.payload[name].eq(asked.payload[name]) for name in self._tile.members),
+            self._come.valid.eq(waiting.o.valid & (self.i_word.valid | ~waits.within)),
+            waiting.o.ready.eq(self.i_word.valid | ~waits.within),
+            self.i_word.ready.eq(waiting.o.valid & waits.within), self._come.payload.word.eq(self.i_word.payload),
+            *(self._come.payload[name].eq(waits[name]) for name in self._tile.members)]
+        self._codes.add_to(m)
+
+        # The next frustum begins when nothing of the last one is under way.
+        under_way = Signal(8)
+        m.d.sync += under_way.eq(under_way + goes - self._made.valid)
+        m.d.comb += self.i_start.ready.eq((under_way == 0) & ~turn.valid)
+        with m.If(begins):
+            m.d.sync += [active.eq(1), inner.eq(0), *(count.eq(0) for count in outer.values())]
+
+        # Squares of all levels; a code is written two cycles after it comes.
+        made, code = self._made.payload, self._made.payload.code
+        place_in = Cat(*(part for k in range(self._levels - 1)
+                         for part in (made.column[SIDE_BITS * k:][:SIDE_BITS], made.row[SIDE_BITS * k:][:SIDE_BITS])))
+        for level in range(self._levels):
+            output, within = getattr(self, f"o_{level}"), place_in[:2 * SIDE_BITS * level]
+            smallest = code
+            if level:
+                so_far = Signal(formats.settle, name=f"so_far_{level}", reset_less=True)
+                smallest = Mux(within.any() & (so_far < code), so_far, code)
+                with m.If(self._made.valid):
+                    m.d.sync += so_far.eq(smallest)
+            m.d.comb += [output.valid.eq(self._made.valid & (within.all() if level else made.within)),
+                         output.payload.code.eq(smallest),
+                         output.payload.column.eq(made.column >> SIDE_BITS * level),
+                         output.payload.row.eq(made.row >> SIDE_BITS * level)]
+        lowest, written, first = Signal(formats.settle, reset_less=True), Signal(3), Signal(init=1)
+        least = Mux(~first & (lowest < code), lowest, code)
+        m.d.sync += written.eq((written << 1) | (self._made.valid & made.last))
+        with m.If(self._made.valid):
+            m.d.sync += [lowest.eq(least), first.eq(made.last)]
+            with m.If(made.last):
+                m.d.sync += self.lowest.eq(least)
+        with m.If(written[-1]):
+            m.d.sync += self.fresh.eq(1)
+        with m.If(begins):
+            m.d.sync += [self.fresh.eq(0), self.lowest.eq(0), first.eq(1), written.eq(0)]
+        return m

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from golden.stimulus.ctu.grid_rays import draw_rays
+from golden.stimulus.ctu.grids import shells
+from golden.stimulus.frusta import random_hemisphere, random_screen
+from hw.ctu.near_window import NearWindow
+from tb.ctu.grid_load import GridPlaces, grid_writes
+from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import CONFIGURATIONS
+from tb.lib.runner import SIMULATORS
+
+RAYS = 240
+
+
+def make(config):
+    return NearWindow(config=config, tag=9)
+
+
+def vectors(config):
+    return of_record(random_hemisphere, config)
+
+
+def screen_vectors(config):
+    return of_record(random_screen, config)
+
+
+def of_record(frustum, config):
+    random = np.random.default_rng(3)
+    record = frustum(random, config)
+    drawn, rays_of = draw_rays(random, record, RAYS), shells(record)
+    # Near shells too, whose rays stand for all columns.
+    drawn["shell"] = np.minimum(drawn["shell"], 2 + np.arange(RAYS) % 9)
+    rays = [rays_of(shell) for shell in range(2, int(drawn["shell"].max()) + 1)]
+    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
+    items, expected = [], []
+    for tag, (shell, row, column) in enumerate(zip(*(drawn[name].tolist() for name in ("shell", "row", "column")),
+                                                   strict=True)):
+        one = rays[shell - 2]
+        row, column = row % one.rows, column % one.columns
+        request = places.request(one, row * one.columns + column)
+        items.append({"tag": tag, **{name: request[name] for name in ("shell", "row", "column")}})
+        # A window of no columns may begin anywhere.
+        expected.append({"tag": tag, "threshold": thresholds[shell], "window": {
+            "column_first": one.first_column[row, column], "column_count": one.column_count[row, column],
+            "row_first": one.first_row[row], "row_count": one.row_count[row]}})
+    counts = np.array([item["window"]["column_count"] for item in expected])
+    assert (counts == record.columns).any(), "some rays must stand for all columns"
+    assert (counts < record.columns).any(), "some rays must not"
+    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, items=items,
+                   expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
+
+
+@pytest.mark.parametrize("vectors", [vectors, screen_vectors])
+def test_windows_of_golden(vectors):
+    check_block(make, vectors, variants=CONFIGURATIONS.values())
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_in_the_simulator(simulator):
+    check_in_simulator("near_window", make, vectors, simulator=simulator)
