@@ -1,12 +1,15 @@
+# amaranth: UnusedElaboratable=no
 """Protocol: requests wait for replies, replies for nobody."""
 
 import pytest
+from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface
 from hw.noc.patch_network import PatchNetwork
 from tb.lib.runner import SIMULATORS, simulate
+from tb.lib.timing import documented_latency
 
 TESTS = ("all_are_answered", "one_that_takes_nothing_stops_nobody")
 SMALL = {"noc.rows": 1, "noc.buffer_flits": 2, "noc.flit_bits": 72, "noc.check": "parity"}
@@ -48,3 +51,26 @@ class _TooManyCredits(CreditGate):
 def test_requests_without_room_for_their_replies_stop_others(monkeypatch, simulator):
     monkeypatch.setattr(network_interface, "CreditGate", _TooManyCredits)
     run("greedy", NETWORKS["two"], TESTS[1:], simulator=simulator, requests=30, progress=False)
+
+
+@pytest.mark.parametrize("router_cycles", [1, 2])
+def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
+    config = PRESETS["tiny"].replace({"noc.router_cycles": router_cycles, "noc.networks": "virtual"})
+    network = PatchNetwork(config=config)
+    simulator = Simulator(network)
+    simulator.add_clock(1e-8)
+
+    async def ask(ctx):
+        ctx.set(network.i_request[0].payload, {"node": 1, "patch": 77})
+        ctx.set(network.i_request[0].valid, 1)
+        latency = documented_latency(PatchNetwork, config, hops=1)
+        for _ in range(latency):
+            assert not ctx.get(network.o_request[1].valid)
+            await ctx.tick()
+            ctx.set(network.i_request[0].valid, 0)
+        assert ctx.get(network.o_request[1].valid)
+        assert ctx.get(network.o_request[1].payload.node) == 0
+        assert ctx.get(network.o_request[1].payload.patch) == 77
+
+    simulator.add_testbench(ask)
+    simulator.run()
