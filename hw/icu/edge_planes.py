@@ -29,11 +29,13 @@ class EdgePlanes(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a phase to the next one: a fourth of those from a patch to the next one, at least.
 
     Members
     -------
     i
-        ``slot`` and ``directions``, V' of the four vertices; at least four cycles apart. Always ready.
+        ``slot`` and ``directions``, V' of the four vertices; at least four intervals apart. Always ready.
     o_planes
         ``slot`` and ``part``, `Formats.planes`. Always ready.
     o
@@ -41,13 +43,13 @@ class EdgePlanes(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * product_registers + 12`` cycles to ``o``; ``o_planes`` comes earlier. A patch every four cycles;
-    nothing stalls.
+    Latency: ``2 * product_registers + 12 if interval == 1 else product_registers + 3 * interval + 21`` cycles to ``o``
+    with an interval of 1, or of 15 and more; ``o_planes`` comes earlier. A patch every four intervals; nothing stalls.
 
     Golden counterpart: `golden.icu.edge_planes.edge_planes`. Source: Shen 1993, section 5.3.5.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, registers = Formats(config), config.icu.product_registers
 
         def items(**fields):
@@ -57,13 +59,13 @@ class EdgePlanes(wiring.Component):
         super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
                           "o_planes": Out(items(part=formats.planes)),
                           "o": Out(items(turns=formats.turns, signs=formats.signs))})
-        self._phases = Phases(patch, count=PHASES)
+        self._phases = Phases(patch, count=PHASES, interval=interval)
         beat = self._phases.o
         # What a phase ends with: its edge's triple, and the signs of its edge's plane and of the diagonal's.
         signs = ArrayLayout(signed(2), 3)
         self._end = stream.Signature(StructLayout({"slot": formats.slot, "phase": 2, "turn": signed(2), "edge": signs,
                                                    "diagonal": signs, "is_triangle": 1}), always_ready=True).create()
-        self._pipeline = pipeline = Pipeline(beat, self._end)
+        self._pipeline = pipeline = Pipeline(beat, self._end, interval=interval)
         vertices = beat.payload.item.directions
         phase = pipeline.input(beat.payload.phase)
 
@@ -104,7 +106,7 @@ class EdgePlanes(wiring.Component):
         is_triangle = pipeline.register(
             lambda _: Cat(vertices[2][axis] == vertices[3][axis] for axis in range(3)).all(), phase)
         pipeline.output(self._end.payload.is_triangle, is_triangle)
-        self.latency = self._phases.latency + PHASES - 1 + pipeline.latency + 2
+        self.latency = self._phases.latency + (PHASES - 1) * interval + pipeline.latency + 2
 
     def elaborate(self, platform):
         m = Module()

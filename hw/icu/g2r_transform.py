@@ -25,6 +25,8 @@ class G2rTransform(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a vertex to the next one, at least.
 
     Members
     -------
@@ -37,12 +39,12 @@ class G2rTransform(wiring.Component):
 
     Timing
     ------
-    Latency: ``product_registers + 5`` cycles. One vertex per cycle; nothing stalls.
+    Latency: ``product_registers + 4 + min(18, interval)`` cycles. One vertex per ``interval`` cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.g2r_transform.g2r_transform`. Source: Shen 1993, section 5.3.5.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, numbers = Formats(config), config.numbers
 
         def items(vertex):
@@ -51,7 +53,7 @@ class G2rTransform(wiring.Component):
 
         super().__init__({"i": In(items(formats.scene_vector)), "o": Out(items(formats.vector_vector)),
                           "frustum": In(formats.frustum)})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         offset = [pipeline.register(lambda a, b: a - b, pipeline.input(given.vertex[axis]),
                                     pipeline.constant(self.frustum.origin[axis])) for axis in range(3)]

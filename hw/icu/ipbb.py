@@ -25,6 +25,8 @@ class Ipbb(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a patch to the next one, at least.
 
     Members
     -------
@@ -37,20 +39,20 @@ class Ipbb(wiring.Component):
 
     Timing
     ------
-    Latency: ``(bits(side_bits) + 1) // 2 + 10`` cycles, ``bits(n)`` those of the number n. A patch per cycle; nothing
-    stalls.
+    Latency: ``(bits(side_bits) + 1) // 2 + 10`` cycles, ``bits(n)`` those of the number n. A patch per ``interval``
+    cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.ipbb.ImagePlaneWindows`.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, icu = Formats(config), config.icu
         super().__init__({
             "i": In(stream.Signature(formats.seen, always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "window": formats.window}),
                                       always_ready=True)),
             "frustum": In(formats.frustum)})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         seen, window = self.i.payload, self.o.payload.window
         one, error = 1 << icu.cordic_stages, linear_error(icu, config.numbers.vertex_bits)
         front = [seen.front[k] for k in range(4)]

@@ -29,11 +29,13 @@ class Sbb(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a phase to the next one: a fourth of those from a patch to the next one, at least.
 
     Members
     -------
     i
-        `Formats.seen`, coordinates of a hemisphere; at least four cycles apart. Always ready.
+        `Formats.seen`, coordinates of a hemisphere; at least four intervals apart. Always ready.
     i_table
         `Formats.table_write`, of which SLACK is taken. Always ready.
     o
@@ -43,13 +45,13 @@ class Sbb(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * ((bits(side_bits) + 1) // 2) + 27`` cycles, ``bits(n)`` those of the number n. A patch every four
-    cycles; nothing stalls.
+    Latency: ``2 * ((bits(side_bits) + 1) // 2) + 24 + 3 * interval`` cycles, ``bits(n)`` those of the number n. A patch
+    every four intervals; nothing stalls.
 
     Golden counterpart: `golden.icu.sbb.SphericalWindows`. Source: Shen 1993, Theorem 3.1 and Eq. 3.5.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, icu = Formats(config), config.icu
         super().__init__({
             "i": In(stream.Signature(formats.seen, always_ready=True)),
@@ -60,8 +62,8 @@ class Sbb(wiring.Component):
         self._bulges = Memory(shape=BULGE_BITS + 1, depth=1 << icu.bulge_polar_bits + icu.bulge_span_bits,
                               init=[int(value) for value in bulge_table(icu).ravel()])
         self._slacks = Memory(shape=icu.angle_bits, depth=1 << icu.side_bits, init=[])
-        self._phases = Phases(formats.seen, count=PHASES)
-        self._pipeline = pipeline = Pipeline(self._phases.o, self.o)
+        self._phases = Phases(formats.seen, count=PHASES, interval=interval)
+        self._pipeline = pipeline = Pipeline(self._phases.o, self.o, interval=interval)
         bits = icu.angle_bits
         quarter, half = 1 << bits - 2, 1 << bits - 1
         errors = window_errors(config)
@@ -167,7 +169,7 @@ class Sbb(wiring.Component):
                     lambda some, ring, value: Mux(some, Mux(ring, columns, value), 0), some, ring, column_count))):
             pipeline.output(window[name], value)
         pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
-        self.latency = self._phases.latency + PHASES - 1 + pipeline.latency
+        self.latency = self._phases.latency + (PHASES - 1) * interval + pipeline.latency
 
     def elaborate(self, platform):
         m = Module()

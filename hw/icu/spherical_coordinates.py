@@ -27,6 +27,8 @@ class SphericalCoordinates(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a vertex to the next one, at least.
 
     Members
     -------
@@ -41,13 +43,13 @@ class SphericalCoordinates(wiring.Component):
     Timing
     ------
     Latency: ``2 * cordic_stages + bits(vertex_bits - 1) + (bits(vertex_bits - 1) + 1) // 2 + 9`` cycles, ``bits(n)``
-    those of the number n. One vertex per cycle; nothing stalls.
+    those of the number n. One vertex per ``interval`` cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.sbb.SphericalWindows.angles`, `golden.icu.ipbb.ImagePlaneWindows`. Source: Shen
     1993, section 5.3.5.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, icu, bits = Formats(config), config.icu, config.numbers.vertex_bits
         place = {"slot": formats.slot, "index": 2}
         super().__init__({
@@ -55,7 +57,7 @@ class SphericalCoordinates(wiring.Component):
             "o": Out(stream.Signature(StructLayout({**place, "first": formats.coordinate, "second": formats.coordinate,
                                                     "front": 1}), always_ready=True)),
             "is_screen": In(1)})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         x, y, z = (pipeline.input(given.direction[axis]) for axis in range(3))
         front = pipeline.combine(lambda z: (z > 0), z)

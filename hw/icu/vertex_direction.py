@@ -22,6 +22,8 @@ class VertexDirection(wiring.Component):
     ----------
     config
         The configuration.
+    interval
+        Cycles from a vertex to the next one, at least.
 
     Members
     -------
@@ -33,19 +35,19 @@ class VertexDirection(wiring.Component):
     Timing
     ------
     Latency: ``3 + bits(max(vector_fraction, vertex_bits - 1))`` cycles, ``bits(n)`` those of the number n. One vertex
-    per cycle; nothing stalls.
+    per ``interval`` cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.vertex_direction.vertex_direction`.
     """
 
-    def __init__(self, *, config: Config):
+    def __init__(self, *, config: Config, interval: int = 1):
         formats, numbers = Formats(config), config.numbers
         place = {"slot": formats.slot, "index": 2, "vertex": formats.vector_vector}
         super().__init__({
             "i": In(stream.Signature(StructLayout(place), always_ready=True)),
             "o": Out(stream.Signature(StructLayout({**place, "direction": formats.vertex_vector,
                                                     "exponent": formats.vertex_exponent}), always_ready=True))})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         bits = numbers.vertex_bits
         width = max(numbers.vector.width - 1, bits)

@@ -1,8 +1,11 @@
 """Pipelines whose delays are computed: values carry their age, and what meets is made equally old."""
 
 from collections.abc import Callable
+from functools import reduce
+from itertools import pairwise
+from operator import or_
 
-from amaranth.hdl import Mux, Signal, Value
+from amaranth.hdl import Cat, Const, Mux, Signal, Value, signed
 from amaranth.lib.data import View
 from amaranth.lib.memory import Memory
 
@@ -12,6 +15,8 @@ __all__ = ["Pipeline", "Staged"]
 # hold a value for, which is the depth of a table's memory.
 LONG = 6
 DEEPEST = 16
+# Bits of an operand of a multiplier.
+OPERAND = 18
 
 
 class Staged:
@@ -29,6 +34,8 @@ class Staged:
         self.value, self.age = value, age
         self._older = None
         self._is_first, self._is_used = True, False
+        # Cycles for which a register has held it.
+        self._held = 0
 
     def __repr__(self) -> str:
         return f"<value of age {self.age}>"
@@ -55,6 +62,9 @@ class Pipeline:
     i, o
         Streams as the component sees them. If ``o`` is always ready nothing stalls, and ``i`` may be always ready too.
         Otherwise the whole chain stands while an item at its end waits for ``o``.
+    interval
+        Cycles from an item to the next one, at least. Where they are several a register holds its value for all of
+        them, and products share multipliers: one that is busy puts a product off, and with it what follows.
 
     Members
     -------
@@ -63,21 +73,26 @@ class Pipeline:
 
     Timing
     ------
-    Latency: what the operators add up to. One item per cycle; stalls only with ``o``; ``latency`` items in flight.
+    Latency: what the operators add up to. One item per ``interval`` cycles; stalls only with ``o``.
 
     Errors
     ------
     ValueError
-        ``i`` is always ready but ``o`` is not.
+        ``i`` is always ready but ``o`` is not; ``interval`` is out of range, or more than 1 where ``o`` can wait.
     """
 
-    def __init__(self, i, o):
-        self._i, self._o = i, o
+    def __init__(self, i, o, *, interval: int = 1):
+        if not isinstance(interval, int) or interval < 1:
+            raise ValueError(f"Interval must be at least 1, not {interval!r}")
+        self._i, self._o, self._interval = i, o, interval
         self._stalls = not o.signature.always_ready
         if self._stalls and i.signature.always_ready:
             raise ValueError("Input must be a stream that can wait where the output can, not one that is always ready")
+        if self._stalls and interval > 1:
+            raise ValueError(f"Interval must be 1 where the output can wait, not {interval!r}")
         self._advance = Signal(name="advance") if self._stalls else None
         self._delayed, self._ports, self._outputs = [], [], []
+        self._held, self._multipliers = [], []
         self._kept = None
         self._valid = [Staged(i.valid, 0)]
 
@@ -111,7 +126,7 @@ class Pipeline:
         return self._at(operand, operand.age + cycles)
 
     def before(self, operand: Staged, items: int) -> Staged:
-        """The value that the item ``items`` cycles ahead had: that of the one before, if they come without a gap.
+        """The value that the item ``items`` intervals ahead had: that of the one before, if they come without a gap.
 
         Errors
         ------
@@ -120,7 +135,7 @@ class Pipeline:
         """
         if self._stalls:
             raise ValueError("Output must be always ready for items to follow each other without a gap")
-        return Staged(self._at(operand, operand.age + items).value, operand.age)
+        return Staged(self._at(operand, operand.age + items * self._interval).value, operand.age)
 
     def align(self, *operands: Staged) -> tuple[Staged, ...]:
         """The same values, equally old."""
@@ -132,6 +147,8 @@ class Pipeline:
 
         The registers in front are shared by nobody else, so that they can be placed at the multiplier.
         """
+        if self._interval > 1:
+            return self._shared_product(a, b, max(1, registers))
         if registers >= 2:
             a, b = self.align(a, b)
             a, b = (Staged(operand.value, operand.age) for operand in (a, b))
@@ -174,6 +191,11 @@ class Pipeline:
         valid = self.valid(latency)
         if self._kept is not None:
             valid = valid & self._at(self._kept, latency).value
+        for multiplier in self._multipliers:
+            multiplier.add_to(m, self.valid)
+        for register, source, age in self._held:
+            with m.If(self.valid(age)):
+                m.d.sync += register.eq(source)
         m.d.comb += self._o.valid.eq(valid)
         if self._stalls:
             m.d.comb += self._advance.eq(self._o.ready | ~self._o.valid)
@@ -185,6 +207,19 @@ class Pipeline:
         registers = [*self._delays(m), *zip(valid[1:], valid[:-1], strict=True)]
         with m.If(self._advance if self._stalls else 1):
             m.d.sync += [target.eq(source) for target, source in registers]
+
+    def _shared_product(self, a, b, registers):
+        """As soon as a multiplier is free at an age; items never meet at one whose ages are within an interval."""
+        first = self._age((a, b)) or 0
+        width = max(OPERAND, *(len(value) + (not value.shape().signed) for value in (Value.cast(a.value),
+                                                                                     Value.cast(b.value))))
+        alike = [one for one in self._multipliers if (one.width, one.registers) == (width, registers)]
+        age, multiplier = min(((age, one) for one in alike for age in [one.free(first, self._interval)]
+                               if age is not None), key=lambda found: found[0], default=(first, None))
+        if multiplier is None:
+            multiplier = _Multiplier(width, registers)
+            self._multipliers.append(multiplier)
+        return Staged(multiplier.product(age, self._at(a, age).value, self._at(b, age).value), age + registers)
 
     def _delays(self, m):
         """Registers, as pairs of target and source, that delay values to the ages at which they are used."""
@@ -235,11 +270,54 @@ class Pipeline:
             if operand._older is None:
                 value = operand.value
                 shape = value.shape() if isinstance(value, View) else Value.cast(value).shape()
-                register = Signal(shape, reset_less=True, name=f"age_{operand.age + 1}")
-                if operand._is_first:
-                    self._delayed.append(operand)
-                operand._older = Staged(register, operand.age + 1)
-                operand._older._is_first = False
+                operand._older = older = Staged(operand.value, operand.age + 1)
+                older._is_first = False
+                if self._interval > 1 and 0 < operand._held < self._interval:
+                    older._held = operand._held + 1
+                else:
+                    older.value = Signal(shape, reset_less=True, name=f"age_{older.age}")
+                    older._held = 1
+                    if self._interval > 1:
+                        self._held.append((older.value, operand.value, operand.age))
+                    elif operand._is_first:
+                        self._delayed.append(operand)
             operand = operand._older
         operand._is_used = True
         return operand
+
+
+class _Multiplier:
+    """A multiplier for the products of several ages."""
+
+    def __init__(self, width, registers):
+        self.width, self.registers = width, registers
+        self._operands, self._result = {}, Signal(signed(2 * width), reset_less=True)
+
+    def free(self, first, interval):
+        """The earliest age from ``first`` on at which it is free, or None."""
+        return next((age for age in range(first, min(self._operands) + interval)
+                     if age not in self._operands and max(self._operands) - age < interval), None)
+
+    def product(self, age, a, b):
+        """Of two values of an age, ``registers`` later."""
+        self._operands[age] = a, b = Value.cast(a), Value.cast(b)
+        result = self._result[:len(a) + len(b)]
+        return result.as_signed() if a.shape().signed or b.shape().signed else result
+
+    def _extended(self, value):
+        return Cat(value, (value[-1] if value.shape().signed else Const(0, 1)).replicate(self.width - len(value)))
+
+    def add_to(self, m, valid):
+        """``valid``: whether there is an item of an age."""
+        operands = [Signal(signed(self.width)) for _ in range(2)]
+        for operand, values in zip(operands, zip(*self._operands.values(), strict=True), strict=True):
+            # There is an item of one of the ages at most.
+            m.d.comb += operand.eq(reduce(or_, (Mux(valid(age), self._extended(value), 0)
+                                                for age, value in zip(self._operands, values, strict=True))))
+        if self.registers > 1:
+            front = [Signal(signed(self.width), reset_less=True) for _ in range(2)]
+            m.d.sync += [register.eq(operand) for register, operand in zip(front, operands, strict=True)]
+            operands = front
+        behind = [Signal(signed(2 * self.width), reset_less=True) for _ in range(max(0, self.registers - 2))]
+        for target, source in pairwise([self._result, *behind, operands[0] * operands[1]]):
+            m.d.sync += target.eq(source)

@@ -44,6 +44,19 @@ def test_phases_follow_each_other_without_gaps():
     assert bench.cycles["o"][0] - bench.cycles["i"][0] == 1
 
 
+def test_phases_some_cycles_apart():
+    bench = ScheduleBench(Phases(SHAPE, count=3, interval=4), ["i"], ["o"])
+    came = bench.run(Schedule(items={"i": [(11 + 5 * (number == 3), item) for number, item in enumerate(ITEMS[:5])]},
+                              stalls={}))
+    assert came == {"o": phases(ITEMS[:5], 3)}
+    assert [b - a for a, b in pairwise(bench.cycles["o"])] == [4] * 8 + [9] + [4] * 5
+
+
+def test_init_wrong_interval():
+    with pytest.raises(ValueError, match=r"^Interval must be at least 1, not 0$"):
+        Phases(SHAPE, count=2, interval=0)
+
+
 def test_init_wrong_count():
     with pytest.raises(ValueError, match=r"^Count must be at least 2, not 1$"):
         Phases(SHAPE, count=1)

@@ -3,7 +3,7 @@
 from random import Random
 
 import pytest
-from amaranth.hdl import Module, signed
+from amaranth.hdl import Const, Module, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -173,3 +173,74 @@ def test_wrong_before():
     pipeline = Pipeline(stream.Signature(4).create(), stream.Signature(4).create())
     with pytest.raises(ValueError, match=r"^Output must be always ready for items to follow each other"):
         pipeline.before(pipeline.input(pipeline._i.payload), 1)
+
+
+class Powers(wiring.Component):
+    """``x^2 y``, ``-3 x y``, and x as it was one item before; x is signed."""
+
+    def __init__(self, *, interval, registers):
+        pair = StructLayout({"x": signed(8), "y": 8})
+        result = StructLayout({"cube": signed(26), "scaled": signed(20), "before": signed(8)})
+        super().__init__({"i": In(stream.Signature(pair, always_ready=True)),
+                          "o": Out(stream.Signature(result, always_ready=True))})
+        self._pipeline = p = Pipeline(self.i, self.o, interval=interval)
+        x, y = (p.input(self.i.payload[name]) for name in "xy")
+        square = p.product(x, x, registers=registers)
+        p.output(self.o.payload.cube, p.product(p.combine(lambda value: value[:16], square), y, registers=registers))
+        p.output(self.o.payload.scaled, p.product(p.product(x, y, registers=registers), p.constant(Const(-3)),
+                                                  registers=registers))
+        held = p.delay(x, 1)
+        p.output(self.o.payload.before, p.register(lambda value: value, p.before(held, 1)))
+        self.latency = p.latency
+        self.multipliers = len(p._multipliers)
+
+    def elaborate(self, platform):
+        m = Module()
+        self._pipeline.add_to(m)
+        return m
+
+
+@pytest.mark.parametrize("registers", [1, 2, 3])
+@pytest.mark.parametrize(("interval", "multipliers"), [(1, 0), (2, 3), (5, 2), (12, 1)])
+def test_items_far_apart_share_multipliers(interval, multipliers, registers):
+    powers, came, times = Powers(interval=interval, registers=registers), [], []
+    assert powers.multipliers <= multipliers
+    items = [(k * 37 % 256 - 128, k * 91 % 256) for k in range(30)]
+
+    async def drive(ctx):
+        for number, (x, y) in enumerate(items):
+            ctx.set(powers.i.payload, {"x": x, "y": y})
+            ctx.set(powers.i.valid, 1)
+            await ctx.tick()
+            # What is not an item's is nobody's.
+            ctx.set(powers.i.valid, 0)
+            ctx.set(powers.i.payload, {"x": 5, "y": 77})
+            if interval > 1:
+                await ctx.tick().repeat(interval - 1 + (number == 20) * 3)
+        await ctx.tick().repeat(powers.latency + 2)
+
+    async def watch(ctx):
+        cycle = 0
+        async for *_, valid, payload in ctx.tick().sample(powers.o.valid, powers.o.payload):
+            cycle += 1
+            if valid:
+                came.append((payload.cube, payload.scaled, payload.before))
+                times.append(cycle)
+
+    simulator = Simulator(powers)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.add_testbench(watch, background=True)
+    simulator.run()
+    assert [one[:2] for one in came] == [(x * x * y, -3 * x * y) for x, y in items]
+    # Without a gap the one before is an interval ahead.
+    for number in (*range(1, 21), *range(22, len(items))):
+        assert came[number][2] == items[number - 1][0]
+    assert times[0] == powers.latency + 1
+
+
+def test_init_wrong_interval():
+    with pytest.raises(ValueError, match=r"^Interval must be at least 1, not 0$"):
+        Pipeline(stream.Signature(8).create(), stream.Signature(8).create(), interval=0)
+    with pytest.raises(ValueError, match=r"^Interval must be 1 where the output can wait, not 2$"):
+        Pipeline(stream.Signature(8).create(), stream.Signature(8).create(), interval=2)

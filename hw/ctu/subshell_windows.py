@@ -1,0 +1,164 @@
+"""Subshell windows: the windows of the subshells' patches, found anew for each frustum."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.icu.edge_planes import EdgePlanes
+from hw.icu.g2r_transform import G2rTransform
+from hw.icu.ipbb import Ipbb
+from hw.icu.sbb import Sbb
+from hw.icu.spherical_coordinates import SphericalCoordinates
+from hw.icu.vertex_direction import VertexDirection
+from hw.icu.vertex_gather import VertexGather
+from hw.lib.queue import Queue
+
+__all__ = ["SubshellWindows"]
+
+# Subshells between their patch's request and their window: as many as keep the blocks at their rate.
+ROOM = 4
+
+
+class SubshellWindows(wiring.Component):
+    """From patches to windows, by the blocks of the intersection unit's patch setup with few multipliers.
+
+    ::
+
+        G2rTransform - VertexDirection -+- VertexGather - EdgePlanes ---------.
+                                        '- SphericalCoordinates - VertexGather - Sbb or Ipbb
+
+    A window without rays is passed over: the patch is seen edge-on or outside, or it is the rays' own source. A patch
+    whose plane passes through the origin is not told from others, which patch setup does with the plane itself: such a
+    subshell asks for grid rays in vain.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    interval
+        Cycles from a vertex to the next one, at least 15. In 18 cycles one multiplier makes all products of
+        `G2rTransform`.
+
+    Members
+    -------
+    i
+        `Formats.subshell`.
+    o_patch, i_vertex
+        A patch that is asked for, and four vertices of each (`Formats.patch_vertex`) in the order in which patches
+        were.
+    i_table
+        `Formats.table_write`, of which SLACK is taken. Always ready; not while a frustum is under way.
+    o
+        `Formats.subshell_window`, in the order of the subshells.
+    frustum
+        `Formats.frustum`, the same while a frustum is under way.
+
+    Timing
+    ------
+    ``latency`` cycles from a patch's first vertex to its window in a hemisphere, fewer of a screen. A subshell every
+    ``4 * interval`` cycles; stalls with ``o`` and ``o_patch`` and while vertices are missing.
+
+    Errors
+    ------
+    ValueError
+        ``interval`` is too small for the blocks' order.
+
+    Golden counterpart: `golden.icu.patch_setup.PatchSetup`, of which only the window is made. Source: Shen 1993,
+    section 5.3.4.2.
+    """
+
+    def __init__(self, *, config: Config, interval: int = 18):
+        if not isinstance(interval, int) or interval < 15:
+            raise ValueError(f"Interval must be at least 15, not {interval!r}")
+        formats = self._formats = Formats(config)
+        self._interval = interval
+        super().__init__({
+            "i": In(stream.Signature(formats.subshell)), "o_patch": Out(stream.Signature(formats.patch)),
+            "i_vertex": In(stream.Signature(formats.patch_vertex)),
+            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            "o": Out(stream.Signature(formats.subshell_window)), "frustum": In(formats.frustum)})
+        self._transform, self._direction, self._coordinates, self._planes, self._sbb = (
+            block(config=config, interval=interval)
+            for block in (G2rTransform, VertexDirection, SphericalCoordinates, EdgePlanes, Sbb))
+        self._ipbb = Ipbb(config=config, interval=4 * interval)
+        self._vertices = VertexGather(config=config, shape=formats.vertex_vector)
+        self._seen = VertexGather(config=config, shape=StructLayout({
+            "first": formats.coordinate, "second": formats.coordinate, "front": 1}))
+        planes = self._vertices.latency + self._planes.latency
+        if self._coordinates.latency + self._seen.latency >= planes:
+            raise ValueError(f"Interval must be so long that coordinates come before planes, not {interval!r}")
+        self.latency = (3 * interval + self._transform.latency + self._direction.latency + planes + self._sbb.latency
+                        + 1)
+
+    def elaborate(self, platform):
+        m = Module()
+        formats = self._formats
+        m.submodules.transform, m.submodules.direction = transform, direction = self._transform, self._direction
+        m.submodules.coordinates, m.submodules.planes = coordinates, planes = self._coordinates, self._planes
+        m.submodules.vertices, m.submodules.seen = vertices, seen = self._vertices, self._seen
+        m.submodules.sbb, m.submodules.ipbb = sbb, ipbb = self._sbb, self._ipbb
+        screen = self.frustum.is_screen
+        for block in (transform, sbb, ipbb):
+            m.d.comb += block.frustum.eq(self.frustum)
+        m.d.comb += [coordinates.is_screen.eq(screen), sbb.i_table.valid.eq(self.i_table.valid),
+                     sbb.i_table.payload.eq(self.i_table.payload)]
+
+        # Subshells under way, their windows, and whether their patches are the rays' own.
+        m.submodules.waiting = waiting = Queue(StructLayout({"shell": formats.shell, "last": 1}), depth=ROOM)
+        m.submodules.windows = windows = Queue(formats.window, depth=ROOM)
+        m.submodules.own = own = Queue(1, depth=ROOM)
+        given, last = self.i.payload, self.i.payload.last
+        m.d.comb += [
+            self.o_patch.valid.eq(self.i.valid & ~last & waiting.i.ready), self.o_patch.payload.eq(given.patch),
+            waiting.i.valid.eq(self.i.valid & (last | self.o_patch.ready)), waiting.i.payload.shell.eq(given.shell),
+            waiting.i.payload.last.eq(last), self.i.ready.eq(waiting.i.ready & (last | self.o_patch.ready))]
+
+        # A vertex every so many cycles.
+        since, index = Signal(range(self._interval), init=self._interval - 1), Signal(2)
+        vertex, source = self.i_vertex.payload, self.frustum.source
+        enters = self.i_vertex.valid & self.i_vertex.ready
+        m.d.comb += [
+            self.i_vertex.ready.eq(since == self._interval - 1), transform.i.valid.eq(enters),
+            transform.i.payload.index.eq(index), transform.i.payload.vertex.eq(vertex.vertex),
+            own.i.valid.eq(enters & (index == 3)), own.i.payload.eq((vertex.surface == source) & (source >= 0))]
+        with m.If(enters):
+            m.d.sync += [since.eq(0), index.eq(index + 1)]
+        with m.Elif(since != self._interval - 1):
+            m.d.sync += since.eq(since + 1)
+
+        turned, short, place = (block.o.payload for block in (transform, direction, coordinates))
+        m.d.comb += [
+            direction.i.valid.eq(transform.o.valid), direction.i.payload.index.eq(turned.index),
+            direction.i.payload.vertex.eq(turned.vertex),
+            coordinates.i.valid.eq(direction.o.valid), coordinates.i.payload.index.eq(short.index),
+            coordinates.i.payload.direction.eq(short.direction),
+            vertices.i.valid.eq(direction.o.valid), vertices.i.payload.index.eq(short.index),
+            vertices.i.payload.item.eq(short.direction),
+            planes.i.valid.eq(vertices.o.valid), planes.i.payload.directions.eq(vertices.o.payload.items),
+            seen.i.valid.eq(coordinates.o.valid), seen.i.payload.index.eq(place.index),
+            *(seen.i.payload.item[name].eq(place[name]) for name in ("first", "second", "front"))]
+        # A patch's coordinates come before its planes, and those of the next one after them.
+        coordinate = Signal.like(seen.o.payload, reset_less=True)
+        with m.If(seen.o.valid):
+            m.d.sync += coordinate.eq(seen.o.payload)
+        for block, mine in ((sbb, ~screen), (ipbb, screen)):
+            whole = block.i.payload
+            m.d.comb += [
+                block.i.valid.eq(planes.o.valid & mine), whole.turns.eq(planes.o.payload.turns),
+                whole.signs.eq(planes.o.payload.signs),
+                *(target.eq(coordinate.items[k][name]) for k in range(4) for name, target in (
+                    ("first", whole.first[k]), ("second", whole.second[k]), ("front", whole.front[k])))]
+        m.d.comb += [windows.i.valid.eq(Mux(screen, ipbb.o.valid, sbb.o.valid)),
+                     windows.i.payload.eq(Mux(screen, ipbb.o.payload.window, sbb.o.payload.window))]
+
+        window, head, leaves = windows.o.payload, waiting.o.payload, Signal()
+        passes_over = ~head.last & (own.o.payload | (window.row_count == 0))
+        m.d.comb += [
+            self.o.payload.window.eq(window), self.o.payload.shell.eq(head.shell), self.o.payload.last.eq(head.last),
+            self.o.valid.eq(waiting.o.valid & (head.last | (windows.o.valid & ~passes_over))),
+            leaves.eq((self.o.valid & self.o.ready) | (waiting.o.valid & windows.o.valid & passes_over)),
+            waiting.o.ready.eq(leaves), windows.o.ready.eq(leaves & ~head.last), own.o.ready.eq(leaves & ~head.last)]
+        return m
