@@ -295,7 +295,8 @@ async def a_word_per_cycle(dut):
     assert await asked - monitors["i"].cycles[0] == parts.dma.latency + parts.port.latency
     assert np.all(np.diff(monitors["i_hit"].cycles) == 2)
     assert await bench.write_sums(hits) is Fault.NONE
-    assert np.all(np.diff(monitors["i_sum"].cycles) == 1)
+    # Half a beat may wait for the other one, before memory takes the first one.
+    assert np.all(np.diff(monitors["i_sum"].cycles)[1:] == 1)
     bench.stop()
 
 

@@ -1,0 +1,42 @@
+"""Strings of requests for caches: what clusters ask for in castings of a phase."""
+
+from dataclasses import dataclass
+
+from golden.cast.shelling import Shelling
+from golden.config import Config
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.memsys.reference_strings import ReferenceStrings, interleaved
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.phase import Schedule, schedule
+
+__all__ = ["POINTS", "SCENES", "Strings", "cast_strings"]
+
+SCENES = ("lobby", "room1627", "cubes", "man", "phone")
+# Ceiling points, numbered from 1; the phase is scheduled at the first of all.
+POINTS = (4, 7, 10, 13)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Strings:
+    """``plan`` is the phase, ``asked`` what its clusters asked for, frustum by frustum."""
+
+    plan: Schedule
+    asked: ReferenceStrings
+
+    def joined(self) -> dict:
+        """One string each of cells and of patches, as a cache that all clusters share sees them."""
+        return {"cells": interleaved(self.asked.cells), "patches": interleaved(self.asked.patches)}
+
+
+def cast_strings(name: str, config: Config, *, clusters: int, hemisphere: Hemisphere, cell: float,
+                 points: tuple[int, ...] = POINTS) -> Strings:
+    """Of a hemisphere at each of some points of a scene's ceiling."""
+    scene = open_scene(name)
+    places, down = ceiling_points(scene)
+    geometry = PatchGeometry.of(scene, config.numbers, places)
+    shelling = Shelling(geometry, config, cell=cell)
+    records = [hemisphere_record(hemisphere, geometry.coordinates, places[point - 1], down) for point in (1, *points)]
+    plan = schedule(records[0], geometry, shelling.table, config, clusters=clusters, ratio=64)
+    return Strings(plan=plan, asked=ReferenceStrings.of(shelling, records[1:], plan.partition.sections))
