@@ -51,7 +51,7 @@ class TraversalStart(wiring.Component):
 
     Timing
     ------
-    Latency: ``product_registers + 19`` cycles. One ray per cycle; stands while the ray at the end waits.
+    Latency: ``product_registers + 20`` cycles. One ray per cycle; stands while the ray at the end waits.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal`, its constructor. Source: Shen 1993, section 5.3.4.5.
     """

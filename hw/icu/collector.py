@@ -78,21 +78,23 @@ class Collector(wiring.Component):
         wiring.connect(m, queue.o, wiring.flipped(self.o))
         asked = Signal(range(room + 1))
         patch, clears = Signal(icu.patch_bits + 1), Signal(init=1)
-        # The last sum that is read.
-        end, reads = Signal(icu.patch_bits), Signal()
+        # The sum before the last one that is read; the last one is known a cycle before it is.
+        before_end, last, reads = Signal(icu.patch_bits), Signal(), Signal()
         asks, takes = Signal(), Signal()
-        last = patch[:-1] == end
         m.d.comb += [self.busy.eq(reads | clears | asked.any()), asks.eq(reads & (asked != room)),
                      self.i_read.ready.eq(~self.busy), self.i.ready.eq(~reads & ~clears & ~self.i_read.valid),
                      takes.eq(self.i.valid & self.i.ready)]
         with m.If(clears | asks):
             m.d.sync += patch.eq(patch + 1)
+        with m.If(asks):
+            m.d.sync += last.eq(patch[:-1] == before_end)
         with m.If(clears & patch[:-1].all()):
             m.d.sync += [clears.eq(0), patch.eq(0)]
         with m.If(asks & last):
             m.d.sync += [reads.eq(0), patch.eq(0)]
         with m.If(self.i_read.valid & self.i_read.ready):
-            m.d.sync += [end.eq(self.i_read.payload - 1), reads.eq(self.i_read.payload.any())]
+            m.d.sync += [before_end.eq(self.i_read.payload - 2), last.eq(self.i_read.payload == 1),
+                         reads.eq(self.i_read.payload.any())]
         m.d.sync += asked.eq(asked + asks - (queue.o.valid & queue.o.ready))
 
         # A hit waits two cycles for its weight.

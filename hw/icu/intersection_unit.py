@@ -119,12 +119,12 @@ class IntersectionUnit(wiring.Component):
         m.d.sync += drained.eq((under_way == 0) & ~comes)
 
         # A frustum begins when both memories have.
-        begins, memory_begins, settle_begins = Signal(), Signal(), Signal()
+        begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
         begun, settle_begun, accepts = Signal(), Signal(), Signal()
         # Once the banks have changed places it is no longer the frustum's own that may be read.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
         m.d.comb += [
-            begins.eq(self.i_frustum.valid & drained & free),
+            begins.eq(self.i_frustum.valid & drained & free & ~reads),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
@@ -165,9 +165,12 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(frustum.is_screen)]
         for name, _ in formats.slot_record:
             wiring.connect(m, getattr(setup, f"o_{name}"), getattr(pipeline, f"i_{name}"))
+        # Known a cycle before: while a window enters, another one may.
+        room = Signal()
+        m.d.sync += room.eq(owed < TOKENS - 1)
         m.d.comb += [
-            enters.eq(setup.o.valid & setup.o.ready), generator.i.valid.eq(setup.o.valid & (owed != TOKENS)),
-            generator.i.payload.eq(setup.o.payload), setup.o.ready.eq(generator.i.ready & (owed != TOKENS)),
+            enters.eq(setup.o.valid & setup.o.ready), generator.i.valid.eq(setup.o.valid & room),
+            generator.i.payload.eq(setup.o.payload), setup.o.ready.eq(generator.i.ready & room),
             generator.section.eq(frustum.section), generator.tiles_across.eq(frustum.tiles_across)]
         wiring.connect(m, generator.o_walk, settle.i_walk)
         wiring.connect(m, settle.o_walk, generator.i_walk)
@@ -184,8 +187,8 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [memory.i.payload[name].eq(update[name]) for name in ("ray", "inverse", "patch", "hit")]
         m.d.comb += [pipeline.i_update.payload[name].eq(answer[name]) for name in ("ray", "inverse", "won")]
         wiring.connect(m, pipeline.o_payload, memory.i_payload)
-        m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload),
-                     leaves.eq(self.o_done.valid & self.o_done.ready)]
+        m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
+        m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
         m.d.comb += comes.eq(setup.i.valid & setup.i.ready & (vertex == 0))
         m.d.sync += [owed.eq(owed + enters - leaves), under_way.eq(under_way + comes - leaves)]
@@ -195,8 +198,8 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
         bank = memory.active ^ self.i_read_out.payload
         asked = there & Mux(self.i_read_out.payload, earlier, drained & read_now) & ~begins
-        m.d.comb += [read_out.i.valid.eq(self.i_read_out.valid & asked),
-                     self.i_read_out.ready.eq(read_out.i.ready & asked), read_out.i.payload.bank.eq(bank)]
+        m.d.sync += reads.eq(self.i_read_out.valid & asked & read_out.i.ready & ~reads)
+        m.d.comb += [read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(bank)]
         for name in ("section", "tiles_across"):
             m.d.comb += read_out.i.payload[name].eq(Mux(bank, sections[1][name], sections[0][name]))
         wiring.connect(m, read_out.o_ask, memory.i_read)

@@ -45,7 +45,7 @@ class InverseDistanceBound(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 23`` cycles, ``bits(n)`` those of
+    Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 31`` cycles, ``bits(n)`` those of
     the number n. A patch every four cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.inverse_distance.bound`, `golden.icu.settle_code.settle_threshold`.
@@ -73,11 +73,14 @@ class InverseDistanceBound(wiring.Component):
             return pipeline.product(a, b, registers=icu.product_registers)
 
         # Phases 0 and 1 look at the window's columns, the others at its rows: the first one, then the last one.
-        def place(phase, first, count):
-            return (first + Mux(phase[0] & (count > 0), count - 1, 0))[:icu.side_bits]
+        def place(first, count):
+            further = pipeline.register(lambda phase, count: Mux(phase[0] & (count > 0), count - 1, 0), phase,
+                                        pipeline.input(count))
+            return pipeline.register(lambda first, further: (first + further)[:icu.side_bits], pipeline.input(first),
+                                     further)
 
-        column = pipeline.register(place, phase, *map(pipeline.input, (window.column_first, window.column_count)))
-        row = pipeline.register(place, phase, *map(pipeline.input, (window.row_first, window.row_count)))
+        column = place(window.column_first, window.column_count)
+        row = place(window.row_first, window.row_count)
         entries = [pipeline.delay(pipeline.read(self._tables[kind].read_port(), address), 1)
                    for kind, address in ((TableKind.COLUMN, column), (TableKind.ROW, row))]
         across = pipeline.combine(lambda phase, column, row: Mux(phase[1], row, column).as_signed(), phase, *entries)
@@ -141,7 +144,7 @@ class InverseDistanceBound(wiring.Component):
 
 
 def _ceil_sqrt(pipeline, value):
-    """The smallest number whose square is at least ``value``: two digits per register."""
+    """The smallest number whose square is at least ``value``: a digit per register."""
     steps = len(value.value) // 2
     root, rest = (pipeline.combine(lambda value: value[:1] & 0, value) for _ in range(2))
     for step in range(steps):
@@ -153,9 +156,7 @@ def _ceil_sqrt(pipeline, value):
             fits = ~difference[-1]
             return Cat(fits, root)[:step + 1], Mux(fits, difference, rest)[:step + 3]
 
-        both = pipeline.combine(lambda *values: Cat(*digit(*values)), root, rest, pair)
-        if step % 2 or step == steps - 1:
-            both = pipeline.delay(both, 1)
+        both = pipeline.register(lambda *values: Cat(*digit(*values)), root, rest, pair)
         root = pipeline.combine(lambda both, size=step + 1: both[:size], both)
         rest = pipeline.combine(lambda both, size=step + 1: both[size:], both)
-    return pipeline.register(lambda root, rest: root + rest.any(), root, rest)
+    return pipeline.register(lambda root, some: root + some, root, pipeline.register(lambda rest: rest.any(), rest))

@@ -148,9 +148,12 @@ class PatchSetup(wiring.Component):
 
         # What cannot be hit, slot by slot.
         own, dropped = Signal(slots), Signal(slots)
-        source = self.frustum.source
-        with m.If(queue.o.valid):
-            m.d.sync += own.bit_select(entered.slot, 1).eq((entered.item.surface == source) & (source >= 0))
+        source, enters = self.frustum.source, Signal()
+        seen_own, seen_slot = Signal(reset_less=True), Signal.like(entered.slot, reset_less=True)
+        m.d.sync += [enters.eq(queue.o.valid), seen_slot.eq(entered.slot),
+                     seen_own.eq((entered.item.surface == source) & (source >= 0))]
+        with m.If(enters):
+            m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own)
         with m.If(factor.o.valid):
             m.d.sync += dropped.bit_select(factor.o.payload.slot, 1).eq(factor.o.payload.part.dropped)
 

@@ -1,6 +1,6 @@
 """Ray issue: the rays of a tile that may still improve, one per cycle."""
 
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Cat, Const, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -29,7 +29,7 @@ class RayIssue(wiring.Component):
 
     Timing
     ------
-    Latency: ``3`` cycles. A mask of n rays takes max(n, 1) cycles, without a gap to the next one; nothing else stalls.
+    Latency: ``4`` cycles. A mask of n rays takes max(n, 1) cycles, without a gap to the next one; nothing else stalls.
 
     Golden counterpart: `golden.icu.window_walk.window_rays`.
     """
@@ -39,23 +39,23 @@ class RayIssue(wiring.Component):
         super().__init__({"i": In(stream.Signature(self._formats.tile_rays)),
                           "o": Out(stream.Signature(self._formats.issued, always_ready=True)),
                           "first_column": In(self._formats.count), "first_row": In(self._formats.count)})
-        self.latency = 3
+        self.latency = 4
 
     def elaborate(self, platform):
         m = Module()
         side = self._config.icu.tile_bits
         lanes = 1 << 2 * side
+        following, waits = Signal(self._formats.tile_rays), Signal()
         now, there = Signal(self._formats.tile_rays), Signal()
-        def without_lowest(mask):
-            return mask & (mask - 1)[:lanes]
-
         # The last ray of a tile, or none, known a cycle before: it lets the next tile in.
-        rest, ends = without_lowest(now.mask), Signal()
-        m.d.comb += self.i.ready.eq(~there | ends)
-        m.d.sync += [now.mask.eq(rest), ends.eq(~without_lowest(rest).any())]
+        rest, ends = now.mask & (now.mask - 1)[:lanes], Signal()
+        takes = ~there | ends
+        m.d.comb += self.i.ready.eq(~waits | takes)
         with m.If(self.i.ready):
-            m.d.sync += [now.eq(self.i.payload), there.eq(self.i.valid),
-                         ends.eq(~without_lowest(self.i.payload.mask).any())]
+            m.d.sync += [following.eq(self.i.payload), waits.eq(self.i.valid)]
+        m.d.sync += [now.mask.eq(rest), ends.eq(~_at_least(now.mask)[2])]
+        with m.If(takes):
+            m.d.sync += [now.eq(following), there.eq(waits), ends.eq(~_at_least(following.mask)[1])]
 
         lowest = Signal(lanes)
         m.d.comb += lowest.eq(now.mask & ~rest)
@@ -68,3 +68,11 @@ class RayIssue(wiring.Component):
                      self.o.payload.column.eq(first.column + self.first_column),
                      self.o.payload.row.eq(first.row + self.first_row)]
         return m
+
+
+def _at_least(mask):
+    """Whether a mask has one bit at least, two, and three."""
+    if len(mask) == 1:
+        return mask, Const(0, 1), Const(0, 1)
+    (a1, a2, a3), (b1, b2, b3) = _at_least(mask[:len(mask) // 2]), _at_least(mask[len(mask) // 2:])
+    return a1 | b1, a2 | b2 | (a1 & b1), a3 | b3 | (a2 & b1) | (a1 & b2)

@@ -1,6 +1,6 @@
 """Read-out: the hits of a finished frustum's section, in the order of its rays."""
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["ReadOut"]
 
@@ -35,7 +36,7 @@ class ReadOut(wiring.Component):
 
     Timing
     ------
-    Latency: ``8`` cycles to the first hit, of which 7 are the ray memory's. One ray per cycle; stalls with ``o``.
+    Latency: ``9`` cycles to the first hit, of which 7 are the ray memory's. One ray per cycle; stalls with ``o``.
 
     Golden counterpart: `golden.cast.fixed_hits.read_out`.
     """
@@ -64,8 +65,11 @@ class ReadOut(wiring.Component):
         # The places of the rays that have been asked for.
         m.submodules.places = places = Queue(self._place, depth=16)
         section = command.section
-        end_column, end_row = (Signal(self._formats.index) for _ in range(2))
-        last_column, last_row = column == end_column, row == end_row
+        before_end, end_row = (Signal(self._formats.index) for _ in range(2))
+        last_column, single, last_row = Signal(), Signal(), row == end_row
+        # What reads and what takes hits need not answer within one cycle.
+        m.submodules.found = found = SkidBuffer(self.o.payload.shape())
+        wiring.connect(m, found.o, wiring.flipped(self.o))
         m.d.comb += [
             self.i.ready.eq(~self.busy), self.bank.eq(command.bank),
             self.o_ask.valid.eq(asks & places.i.ready), places.i.valid.eq(asks & self.o_ask.ready),
@@ -73,19 +77,20 @@ class ReadOut(wiring.Component):
             self.o_ask.payload.ray.eq(Cat(column[:side], row[:side], (base + (column >> side))[:len(base)])),
             places.i.payload.column.eq(column + section.first_column),
             places.i.payload.row.eq(row + section.first_row), places.i.payload.last.eq(last_column & last_row),
-            self.o.valid.eq(self.i_hit.valid & places.o.valid), self.i_hit.ready.eq(self.o.ready & places.o.valid),
-            places.o.ready.eq(self.o.ready & self.i_hit.valid),
-            self.o.payload.column.eq(places.o.payload.column), self.o.payload.row.eq(places.o.payload.row),
-            self.o.payload.last.eq(places.o.payload.last), self.o.payload.hit.eq(self.i_hit.payload)]
+            found.i.valid.eq(self.i_hit.valid & places.o.valid), self.i_hit.ready.eq(found.i.ready & places.o.valid),
+            places.o.ready.eq(found.i.ready & self.i_hit.valid),
+            found.i.payload.column.eq(places.o.payload.column), found.i.payload.row.eq(places.o.payload.row),
+            found.i.payload.last.eq(places.o.payload.last), found.i.payload.hit.eq(self.i_hit.payload)]
         with m.If(self.i.valid & self.i.ready):
             given = self.i.payload.section
+            columns = given.end_column - given.first_column
             m.d.sync += [command.eq(self.i.payload), self.busy.eq(1), asks.eq(1), column.eq(0), row.eq(0), base.eq(0),
-                         end_column.eq(given.end_column - given.first_column - 1),
+                         before_end.eq(columns - 2), last_column.eq(columns == 1), single.eq(columns == 1),
                          end_row.eq(given.end_row - given.first_row - 1)]
         with m.If(asks & self.o_ask.ready & places.i.ready):
-            m.d.sync += column.eq(Mux(last_column, 0, column + 1))
+            m.d.sync += [column.eq(column + 1), last_column.eq(column == before_end)]
             with m.If(last_column):
-                m.d.sync += row.eq(row + 1)
+                m.d.sync += [column.eq(0), row.eq(row + 1), last_column.eq(single)]
                 with m.If(row[:side].all()):
                     m.d.sync += base.eq(base + command.tiles_across)
                 with m.If(last_row):

@@ -42,7 +42,7 @@ class SphericalCoordinates(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * cordic_stages + bits(vertex_bits - 1) + (bits(vertex_bits - 1) + 1) // 2 + 9`` cycles, ``bits(n)``
+    Latency: ``2 * cordic_stages + bits(vertex_bits - 1) + (bits(vertex_bits - 1) + 1) // 2 + 11`` cycles, ``bits(n)``
     those of the number n. One vertex per ``interval`` cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.sbb.SphericalWindows.angles`, `golden.icu.ipbb.ImagePlaneWindows`. Source: Shen

@@ -34,7 +34,7 @@ class VertexDirection(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 + bits(max(vector_fraction, vertex_bits - 1))`` cycles, ``bits(n)`` those of the number n. One vertex
+    Latency: ``4 + bits(max(vector_fraction, vertex_bits - 1))`` cycles, ``bits(n)`` those of the number n. One vertex
     per ``interval`` cycles; nothing stalls.
 
     Golden counterpart: `golden.icu.vertex_direction.vertex_direction`.

@@ -1,6 +1,6 @@
 """Window walk: the tiles of a window, one per cycle, and which of their rays lie in it."""
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -48,20 +48,31 @@ class WindowWalk(wiring.Component):
         super().__init__({"i": In(stream.Signature(formats.patch_window)),
                           "o": Out(stream.Signature(formats.tile_step)),
                           "tiles_across": In(formats.count)})
-        # What is known of a window before its first step: ``some`` rays, and a piece that goes ``round``.
+        # What is known of a window before its first step: ``some`` rays, a piece that goes ``round``, and of columns,
+        # those that go round, and rows the last one, the tile before its own, and whether the first tile is the last.
+        tile = config.icu.side_bits - side
+        stretch = StructLayout({"last": index, "before": tile, "single": 1})
         self._window = StructLayout({
             "slot": formats.slot, "threshold": formats.threshold, "some": 1, "round": 1,
-            "column_first": index, "column_last": index, "wrapped_last": index, "row_first": index, "row_last": index,
+            "column_first": index, "row_first": index, "columns": stretch, "wrapped": stretch, "rows": stretch,
             "base": formats.tile})
         self._begins = stream.Signature(self._window).create()
         self._pipeline = pipeline = Pipeline(self.i, self._begins)
         given, made = self.i.payload, self._begins.payload
         window = given.window
 
-        def last(first, count):
-            return pipeline.register(lambda first, count: (first + count - 1)[:config.icu.side_bits],
-                                     pipeline.input(first), pipeline.input(count))
+        def add_stretch(target, first, count):
+            first = pipeline.constant(Const(0, index)) if first is None else pipeline.input(first)
+            last = pipeline.register(lambda first, count: (first + count - 1)[:config.icu.side_bits], first,
+                                     pipeline.input(count))
+            pipeline.output(target.last, last)
+            pipeline.output(target.before, pipeline.register(lambda last: (last[side:] - 1)[:tile], last))
+            pipeline.output(target.single, pipeline.register(lambda first, last: first[side:] == last[side:], first,
+                                                             last))
 
+        add_stretch(made.columns, window.column_first, window.column_count)
+        add_stretch(made.wrapped, None, window.wrapped_count)
+        add_stretch(made.rows, window.row_first, window.row_count)
         row_first = pipeline.input(window.row_first)
         some = pipeline.register(lambda rows, columns: rows.any() & columns.any(), pipeline.input(window.row_count),
                                  pipeline.input(window.column_count))
@@ -70,10 +81,7 @@ class WindowWalk(wiring.Component):
         for name, value in (
                 ("slot", pipeline.input(given.slot)), ("threshold", pipeline.input(given.threshold)),
                 ("some", some), ("round", pipeline.input(window.wrapped_count.any())),
-                ("column_first", pipeline.input(window.column_first)),
-                ("column_last", last(window.column_first, window.column_count)),
-                ("wrapped_last", last(0, window.wrapped_count)), ("row_first", row_first),
-                ("row_last", last(window.row_first, window.row_count)), ("base", base)):
+                ("column_first", pipeline.input(window.column_first)), ("row_first", row_first), ("base", base)):
             pipeline.output(made[name], value)
         self.latency = pipeline.latency + 3
 
@@ -89,10 +97,10 @@ class WindowWalk(wiring.Component):
         walks = Signal()
         tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
         base, second = Signal.like(walked.base), Signal()
-        first_of_piece, last_of_piece = (Signal.like(walked.column_first) for _ in range(2))
+        first_of_piece, piece = Signal.like(walked.column_first), Signal.like(walked.columns)
+        # Found a step before: whether the window ends decides on whether the next one is taken.
+        last_column, last_row = Signal(), Signal()
         first_column = tile_column == first_of_piece[side:]
-        last_column = tile_column == last_of_piece[side:]
-        last_row = tile_row == walked.row_last[side:]
         ends = ~walked.some | (last_column & last_row & (second | ~walked.round))
 
         def inside(at_first, first, at_last, last):
@@ -102,27 +110,29 @@ class WindowWalk(wiring.Component):
         step, out, goes = self.o.payload, self.o, Signal()
         m.d.comb += [goes.eq(walks & (out.ready | ~out.valid)), begins.ready.eq(~walks | (goes & ends))]
         with m.If(out.ready | ~out.valid):
-            columns = inside(first_column, first_of_piece, last_column, last_of_piece)
-            rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.row_last)
+            columns = inside(first_column, first_of_piece, last_column, piece.last)
+            rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.rows.last)
             m.d.sync += [
                 out.valid.eq(walks), step.slot.eq(walked.slot), step.threshold.eq(walked.threshold),
                 step.tile.eq(base + tile_column), step.tile_row.eq(tile_row), step.tile_column.eq(tile_column),
                 step.columns.eq(columns), step.rows.eq(Mux(walked.some, rows, 0)), step.last.eq(ends)]
         with m.If(goes):
             with m.If(~last_column):
-                m.d.sync += tile_column.eq(tile_column + 1)
+                m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before)]
             with m.Elif(walked.round & ~second):
                 m.d.sync += [second.eq(1), tile_column.eq(0), first_of_piece.eq(0),
-                             last_of_piece.eq(walked.wrapped_last)]
+                             piece.eq(walked.wrapped), last_column.eq(walked.wrapped.single)]
             with m.Else():
                 m.d.sync += [second.eq(0), tile_column.eq(walked.column_first[side:]), tile_row.eq(tile_row + 1),
                              base.eq(base + self.tiles_across), first_of_piece.eq(walked.column_first),
-                             last_of_piece.eq(walked.column_last)]
+                             piece.eq(walked.columns), last_column.eq(walked.columns.single),
+                             last_row.eq(tile_row == walked.rows.before)]
             with m.If(ends):
                 m.d.sync += walks.eq(0)
         with m.If(begins.valid & begins.ready):
             window = begins.payload
             m.d.sync += [walks.eq(1), walked.eq(window), second.eq(0), base.eq(window.base),
                          tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:]),
-                         first_of_piece.eq(window.column_first), last_of_piece.eq(window.column_last)]
+                         first_of_piece.eq(window.column_first), piece.eq(window.columns),
+                         last_column.eq(window.columns.single), last_row.eq(window.rows.single)]
         return m

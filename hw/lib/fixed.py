@@ -1,6 +1,7 @@
 """Fixed-point operators, bit for bit those of `golden.fixed`: plain functions of values, and steps of a `Pipeline`."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from amaranth.hdl import Cat, Const, Mux, Value
 
@@ -53,25 +54,29 @@ def normalise(pipeline: Pipeline, width: int, operands: Sequence[Staged]) -> tup
     -------
     The shifted values, and by how much; of zeros it is the largest shift, 2^k - 1 of at least ``width`` - 1.
     """
-    steps = max(1, (width - 1).bit_length())
-    by = []
+    places = [min(1 << step, width) for step in reversed(range(max(1, (width - 1).bit_length())))]
     operands = [pipeline.combine(lambda value: Cat(value, Const(0, max(0, width - len(value))))[:width], operand)
                 for operand in operands]
-    for step in reversed(range(steps)):
-        places = min(1 << step, width)
 
-        def clear(*values, places=places):
-            return ~Cat(value[width - places:] for value in values).any()
+    def clear(values, places):
+        return ~Cat(value[width - places:] for value in values).any()
 
-        empty = pipeline.combine(clear, *operands)
+    def move(empty, value, places):
+        return Mux(empty, (value << places)[:width], value)
 
-        def move(empty, value, places=places):
-            return Mux(empty, (value << places)[:width], value)
+    # Whether a step moves is found with the step before it, for both that this one may do: the test of all leading
+    # bits in front of the multiplexers is too long for one cycle.
+    empty = pipeline.register(lambda *values: clear(values, places[0]), *operands)
+    by = [empty]
+    for now, following in pairwise([*places, None]):
+        def test(empty, *values, now=now, following=following):
+            return Mux(empty, clear([move(1, value, now) for value in values], following), clear(values, following))
 
-        moved = [pipeline.combine(move, empty, operand) for operand in operands]
-        # A register behind each step: the test of all leading bits and the multiplexer are enough for one cycle.
-        operands = [pipeline.delay(value, 1) for value in moved]
-        by.append(pipeline.delay(empty, 1))
+        if following is not None:
+            by.append(pipeline.register(test, empty, *operands))
+        operands = [pipeline.register(lambda empty, value, now=now: move(empty, value, now), empty, operand)
+                    for operand in operands]
+        empty = by[-1]
     return operands, pipeline.combine(lambda *bits: Cat(*reversed(bits)), *by)
 
 

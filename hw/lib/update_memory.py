@@ -85,11 +85,13 @@ class UpdateMemory(wiring.Component):
             merged = Mux(self._same_as(m, addresses, ahead, age=2) & of["written"], of["row"], merged)
         m.d.sync += old_3.eq(merged)
 
-        old = Signal(self._shape)
-        m.d.comb += old.eq(Mux(self._same_as(m, addresses, 1, age=3) & done[0]["written"], done[0]["row"], old_3))
-        row, written = self._change(old, items[3].operand)
-        m.d.sync += [done[0]["written"].eq(written & valid[3]), done[0]["address"].eq(items[3].address),
-                     done[0]["row"].eq(row)]
+        # Which of the two is the old row is known late: the change is made to both.
+        old, repeats = Signal(self._shape), Signal()
+        m.d.comb += [repeats.eq(self._same_as(m, addresses, 1, age=3) & done[0]["written"]),
+                     old.eq(Mux(repeats, done[0]["row"], old_3))]
+        (row_again, again), (row, written) = (self._change(was, items[3].operand) for was in (done[0]["row"], old_3))
+        m.d.sync += [done[0]["written"].eq(Mux(repeats, again, written) & valid[3]),
+                     done[0]["address"].eq(items[3].address), done[0]["row"].eq(Mux(repeats, row_again, row))]
         out = self.o.payload
         m.d.sync += [self.o.valid.eq(valid[3]), out.tag.eq(items[3].tag), out.old.eq(old)]
         m.d.comb += [out.address.eq(done[0]["address"]), out.new.eq(done[0]["row"]),
