@@ -1,0 +1,135 @@
+"""Subshell generator: a cluster's subshells one after the other, and the last one behind them."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import enum, stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.queue import Queue
+
+__all__ = ["ListError", "SubshellGenerator"]
+
+# Entries that are asked for and have not left.
+ROOM = 8
+
+
+class ListError(enum.Enum, shape=2):
+    """What was wrong with a list.
+
+    LENGTH: it does not lie within the table. PATCH: there is no such patch. SHELL: an entry has none.
+    """
+
+    NONE = 0
+    LENGTH = 1
+    PATCH = 2
+    SHELL = 3
+
+
+class SubshellGenerator(wiring.Component):
+    """Reads the list, entry by entry, and appends the last subshell, all of the sector to the last shell.
+
+    A list that cannot be right ends with what was right of it: the last subshell comes at once, with which the frustum
+    is cast, and ``error`` says why.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        Begins a frustum: ``first`` and ``count`` of its list in the table, and ``patches``, how many there are in the
+        scene. Taken when the last subshell of the frustum before has left.
+    o_read, i_read
+        A place of the table, and the entry there: ``patch`` and ``shell`` as they are in memory
+        (`golden.memory_map`, ``subshells``). Entries come in the order in which they are asked for.
+    o
+        `Formats.subshell`.
+    error
+        `ListError` of the frustum, from the last subshell on.
+
+    Timing
+    ------
+    Latency: ``4`` cycles from ``i`` to the first subshell of a list, and the table's; 3 to the last one of an empty
+    list. An entry per cycle; stalls with ``o``.
+
+    Golden counterpart: `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993, sections 4.4.2.4 and
+    5.3.4.2.
+    """
+
+    def __init__(self, *, config: Config):
+        formats = self._formats = Formats(config)
+        self._bits = config.ctu.subshell_bits
+        # As wide as in memory.
+        word = 32
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"first": word, "count": word, "patches": word}))),
+            "o_read": Out(stream.Signature(self._bits)),
+            "i_read": In(stream.Signature(StructLayout({"patch": word, "shell": word}))),
+            "o": Out(stream.Signature(formats.subshell)), "error": Out(ListError)})
+
+    def elaborate(self, platform):
+        m = Module()
+        formats, table = self._formats, 1 << self._bits
+        m.submodules.entries = entries = Queue(StructLayout({
+            "patch": formats.patch, "shell": formats.shell, "no_patch": 1, "no_shell": 1}), depth=ROOM)
+        given = Signal(self.i.payload.shape(), reset_less=True)
+        too_long = Signal(reset_less=True)
+        # The next place; entries that are not asked for yet, and those that are and have not left.
+        place, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ROOM + 1))
+        asks, leaves = (stream.valid & stream.ready for stream in (self.o_read, entries.o))
+        m.d.comb += self.o_read.payload.eq(place)
+        with m.If(asks):
+            m.d.sync += [place.eq(place + 1), left.eq(left - 1)]
+        m.d.sync += held.eq(held + asks - leaves)
+
+        # What is read is judged first: what stands in memory is wider than what there can be.
+        read, judged, is_judged = self.i_read, Signal(entries.i.payload.shape(), reset_less=True), Signal()
+        most = (1 << formats.shell.width) - 1
+        m.d.comb += [read.ready.eq(1), entries.i.valid.eq(is_judged), entries.i.payload.eq(judged)]
+        m.d.sync += [
+            is_judged.eq(read.valid), judged.patch.eq(read.payload.patch),
+            # Grid rays go no farther than the last shell anyway.
+            judged.shell.eq(Mux(read.payload.shell > most, most, read.payload.shell)),
+            judged.no_patch.eq(read.payload.patch >= given.patches), judged.no_shell.eq(read.payload.shell == 0)]
+        entry, is_right = entries.o.payload, Signal()
+        m.d.comb += [is_right.eq(~entry.no_patch & ~entry.no_shell),
+                     self.o.payload.patch.eq(entry.patch), self.o.payload.shell.eq(entry.shell)]
+
+        with m.FSM():
+            with m.State("start"):
+                m.d.comb += self.i.ready.eq(1)
+                m.d.sync += [
+                    given.eq(self.i.payload), place.eq(self.i.payload.first),
+                    too_long.eq((self.i.payload.first > table) | (self.i.payload["count"] > table))]
+                with m.If(self.i.valid):
+                    m.d.sync += self.error.eq(ListError.NONE)
+                    m.next = "length"
+            with m.State("length"):
+                beyond = given.first[:self._bits + 1] + given["count"][:self._bits + 1] > table
+                with m.If(too_long | beyond):
+                    m.d.sync += self.error.eq(ListError.LENGTH)
+                with m.Else():
+                    m.d.sync += left.eq(given["count"])
+                m.next = "list"
+            with m.State("list"):
+                m.d.comb += [self.o_read.valid.eq((left != 0) & (held != ROOM)),
+                             self.o.valid.eq(entries.o.valid & is_right), entries.o.ready.eq(self.o.ready | ~is_right)]
+                with m.If(entries.o.valid & ~is_right):
+                    m.d.sync += [left.eq(0), self.error.eq(Mux(entry.no_patch, ListError.PATCH, ListError.SHELL))]
+                    m.next = "drain"
+                with m.Elif((left == 0) & (held == 0)):
+                    m.next = "last"
+            with m.State("drain"):
+                m.d.comb += entries.o.ready.eq(1)
+                with m.If(held == 0):
+                    m.next = "last"
+            with m.State("last"):
+                m.d.comb += [self.o.valid.eq(1), self.o.payload.patch.eq(0), self.o.payload.shell.eq(0),
+                             self.o.payload.last.eq(1)]
+                with m.If(self.o.ready):
+                    m.next = "start"
+        return m

@@ -1,0 +1,56 @@
+"""Subshell table: a cluster's subshell list."""
+
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.lib.pipeline import Pipeline
+
+__all__ = ["SubshellTable"]
+
+
+class SubshellTable(wiring.Component):
+    """Entries by their place; they stay until others are written.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i_load
+        ``place``, and ``patch`` and ``shell`` as they are in memory (`golden.memory_map`, ``subshells``). Always ready.
+    i, o
+        A place, and the entry there.
+
+    Timing
+    ------
+    Latency: ``2`` cycles. An entry per cycle; stalls with ``o``.
+
+    Golden counterpart: `golden.memory_map.MemoryImage.subshells`.
+    """
+
+    def __init__(self, *, config: Config):
+        place = config.ctu.subshell_bits
+        entry = StructLayout({"patch": 32, "shell": 32})
+        super().__init__({
+            "i_load": In(stream.Signature(StructLayout({"place": place, "patch": 32, "shell": 32}), always_ready=True)),
+            "i": In(stream.Signature(place)), "o": Out(stream.Signature(entry))})
+        self._entries = Memory(shape=entry, depth=1 << place, init=[])
+        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        read = pipeline.delay(pipeline.read(self._entries.read_port(), pipeline.input(self.i.payload)), 1)
+        pipeline.output(self.o.payload, read)
+        self.latency = pipeline.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.entries = self._entries
+        port, load = self._entries.write_port(), self.i_load
+        m.d.comb += [port.addr.eq(load.payload.place), port.en.eq(load.valid),
+                     *(port.data[name].eq(load.payload[name]) for name in ("patch", "shell"))]
+        self._pipeline.add_to(m)
+        return m
