@@ -8,6 +8,8 @@ from pathlib import Path
 from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from hw.memsys.cache import Cache
+from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
@@ -19,6 +21,12 @@ def _router(*, bits, channels, cycles=2):
     """Of a node in the midst of a mesh, with queues of eight flits."""
     return lambda config: Router(routing=route(Topology("mesh", 8, 8), channels), node=27, bits=bits, depth=8,
                                  router_cycles=cycles)
+
+
+def _patch_cache(policies):
+    """Of records of five beats."""
+    return lambda config: Cache(72, beats=5, config=config, lines=config.memsys.patch_lines,
+                                key=config.icu.patch_bits, tag=4, policies=policies)
 
 
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the
@@ -35,6 +43,10 @@ UNITS = {
     "memsys": {
         # A location per grid ray of a shell.
         "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
+        "MainMemoryPort": {"tag": 2}, "PreloadDma": {}, "WriteDma": {},
+        # Patches, under all placements and without the fully associative one.
+        "PatchCache": _patch_cache(tuple(CachePolicy)),
+        "PatchCache-sets": _patch_cache((CachePolicy.DIRECT, CachePolicy.LRU)),
     },
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
