@@ -36,7 +36,7 @@ class RowArcs(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles. One row per cycle; stands while the row at the end waits.
+    Latency: ``6`` cycles. One row per cycle; stands while the row at the end waits.
 
     Golden counterpart: `golden.ctu.sector.sector_rays`.
     """

@@ -45,8 +45,8 @@ class RowPieces(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(columns) + 20`` cycles, ``columns`` the shell's. A piece every four cycles where none has to be
-    searched for, and ``3 * bits(columns) + 5`` more if one has; stalls with ``o``.
+    Latency: ``3 * bits(columns) + 15`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
+    a row one more; a search takes ``3 * bits(columns) + 4`` more. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
     """

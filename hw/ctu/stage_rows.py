@@ -46,8 +46,8 @@ class StageRows(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(rows) + 11`` cycles from a subshell to its first stage, ``rows`` the shell's, and two less from
-    there to the next. One stage at a time; stalls while too many are under way.
+    Latency: ``3 * bits(rows) + 10`` cycles from a subshell to its first stage, ``rows`` the shell's, and one less from
+    there to the next one. One stage at a time; stalls with ``o`` and while too many are under way.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
     section 5.3.4.2.

@@ -1,0 +1,71 @@
+# amaranth: UnusedElaboratable=no
+
+"""Stages come in golden's order, each with the rows of its grid that lie in sector and window."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from hw.ctu.stage_rows import StageRows
+from tb.ctu.window_stages import WindowStages
+from tb.lib.configurations import config_of
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.timing import documented_latency
+
+CONFIG = config_of({})
+BENCH = ScheduleBench(StageRows(config=CONFIG), ["i_table", "i", "i_over"], ["o"], patience=60)
+# Of the windows as many as there may be stages under way.
+SHELLS, WINDOWS = 4, slice(0, 4)
+
+
+def played(kind, *, sector, seed, items=WINDOWS, stalls=()):
+    """The stages, with the cycles."""
+    stages = WindowStages(kind, CONFIG, seed=seed, sector=sector, last_shell=SHELLS)
+    stages.items, stages.subshells = ([*values[items], values[-1]] for values in (stages.items, stages.subshells))
+    came = BENCH.run(Schedule(
+        items={"i_table": [(0, write) for write in stages.tables],
+               "i": [(0 if number else len(stages.tables) + 2, item) for number, item in enumerate(stages.items)]},
+        stalls={"o": list(stalls)}), **stages.ports)["o"]
+    return stages, came
+
+
+def rows_of(stages, window, shell):
+    """The rows of a shell's grid in sector and window: which they are."""
+    rays, sector = stages.rays[shell], stages.sector
+    position = rays.row_position
+    inside = (position >= 256 * sector.first_row - rays.row_border) & (
+        position <= 256 * sector.end_row + rays.row_border)
+    if window is not None:
+        inside &= (position >= 256 * window[2]) & (position < 256 * (window[2] + window[3]))
+    return np.flatnonzero(inside)
+
+
+@pytest.mark.parametrize(("kind", "sector", "seed", "stalls"), [
+    ("hemisphere", 0, 3, ()), ("hemisphere", 1, 4, (0, 5, 30, 1)), ("screen", 2, 5, (9,) * 9),
+    ("hemisphere", 4, 6, ())])
+def test_rows_of_every_stage(kind, sector, seed, stalls):
+    stages, came = played(kind, sector=sector, seed=seed, stalls=stalls)
+    wanted = list(stages.stages())
+    assert [item["final"] for item in came] == [0] * len(wanted) + [1]
+    first_row, first_column, first_ray = 0, 0, 0
+    places = {}
+    for shell, rays in stages.rays.items():
+        places[shell] = first_row, first_column, first_ray
+        first_row, first_column = first_row + rays.rows, first_column + rays.columns
+        first_ray += rays.rows * rays.columns
+    for number, (item, (window, shell, _)) in enumerate(zip(came, wanted, strict=False)):
+        rows, rays = rows_of(stages, window, shell), stages.rays[shell]
+        assert (item["stage"], item["shell"], item["rows"]) == (number % 16, shell, len(rows)), number
+        assert (item["first_column"], item["first_ray"], item["columns"]) == (*places[shell][1:], rays.columns)
+        if len(rows):
+            assert (item["row"], item["row_number"]) == (places[shell][0] + rows[0], rows[0]), number
+
+
+def test_a_stage_after_the_latency():
+    stages, came = played("hemisphere", sector=0, seed=3, items=slice(0, 0))
+    assert len(came) == SHELLS
+    cycles = BENCH.cycles["o"]
+    latency = {shell: documented_latency(StageRows, CONFIG, rows=rays.rows) for shell, rays in stages.rays.items()}
+    assert cycles[0] - BENCH.cycles["i"][0] == latency[2]
+    assert [b - a for a, b in pairwise(cycles[:-1])] == [latency[shell] - 1 for shell in range(3, SHELLS + 1)]
