@@ -40,6 +40,11 @@ UNITS = {
         "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
         "RayMemory": TAG, "ReadOut": {}, "Collector": {},
     },
+    "ctu": {
+        "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
+        "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
+        "CellNumber": TAG, "CellTraversal": TAG,
+    },
     "memsys": {
         # A location per grid ray of a shell.
         "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
