@@ -22,7 +22,7 @@ SHELLS, WINDOWS = 4, slice(0, 4)
 def played(kind, *, sector, seed, items=WINDOWS, stalls=()):
     """The stages, with the cycles."""
     stages = WindowStages(kind, CONFIG, seed=seed, sector=sector, last_shell=SHELLS)
-    stages.items, stages.subshells = ([*values[items], values[-1]] for values in (stages.items, stages.subshells))
+    stages.only(items)
     came = BENCH.run(Schedule(
         items={"i_table": [(0, write) for write in stages.tables],
                "i": [(0 if number else len(stages.tables) + 2, item) for number, item in enumerate(stages.items)]},

@@ -6,12 +6,14 @@ import numpy as np
 
 from golden.config import Config
 from golden.ctu.sector import Sector, sector_rays, subshell_rays
+from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.grids import shells
+from golden.stimulus.ctu.records import TraversalRecord
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.icu.frustum_load import frustum_payload
 
-__all__ = ["CASES", "FRUSTA", "WindowStages"]
+__all__ = ["CASES", "FRUSTA", "SECTORS", "RecordStages", "WindowStages"]
 
 FRUSTA = {"hemisphere": random_hemisphere, "screen": random_screen}
 # By frustum: all of it; parts that reach the first column, the last one, and neither; a last row.
@@ -40,17 +42,21 @@ class WindowStages:
 
     def __init__(self, kind: str, config: Config, *, seed: int, sector: int = 0, last_shell: int = 6):
         random = np.random.default_rng(seed)
-        self.record, self.kind, self.last_shell = FRUSTA[kind](random, config), kind, last_shell
-        given = SECTORS[kind][sector]
-        self.sector = Sector(*given) if given else Sector.whole(self.record)
-        of = shells(self.record)
+        record, given = FRUSTA[kind](random, config), SECTORS[kind][sector]
+        sector = Sector(*given) if given else Sector.whole(record)
+        self._prepare(record, sector, shells(record), last_shell, config)
+        self._give([*self._drawn(random), ((0, 0, 0, 0), 0, True)])
+
+    def _prepare(self, record, sector, of, last_shell, config):
+        self.record, self.sector, self.last_shell = record, sector, last_shell
         self.rays = {shell: of(shell) for shell in range(2, last_shell + 1)}
         self._places = GridPlaces(self.rays.values())
         self.tables = grid_writes(list(self.rays.values()), config)
         self.ports = {"frustum": frustum_payload(self.record, self.sector, config), "last_shell": last_shell,
                       "lead": 15, "stops": 0}
-        self.subshells = [*self._drawn(random), ((0, 0, 0, 0), 0, True)]
-        names = ("column_first", "column_count", "row_first", "row_count")
+
+    def _give(self, subshells):
+        self.subshells, names = subshells, ("column_first", "column_count", "row_first", "row_count")
         self.items = [{"window": dict(zip(names, window, strict=True)), "shell": shell, "last": int(last)}
                       for window, shell, last in self.subshells]
 
@@ -94,6 +100,10 @@ class WindowStages:
             made.append({"shell": shell, "last": 1, **stage})
         return [*made, {"final": 1}]
 
+    def only(self, items: slice) -> None:
+        """Leave all windows away but some and the last subshell."""
+        self._give([*self.subshells[items], self.subshells[-1]])
+
     def hit(self, coverage) -> None:
         """Count the cases that these windows are."""
         record, sector = self.record, self.sector
@@ -123,3 +133,34 @@ class WindowStages:
                 "first row": mask[0].any(), "screen": record.is_screen and mask.any(),
                 "screen's border": record.is_screen and (rays.column_position < 0).any()
                 and mask[:, rays.column_position < 0].any()})
+
+
+class RecordStages(WindowStages):
+    """The subshells of one cluster in a scene, with golden's windows.
+
+    Parameters
+    ----------
+    place
+        The frustum.
+    number
+        Of the cluster.
+    """
+
+    def __init__(self, place: TraversalRecord, number: int, config: Config):
+        played = place.sectors[number]
+        cluster = place.shelling.cluster(place.record, played.sector)
+        tests = place.shelling.tests(place.record, RayMemory(len(place.record), config))
+        self._prepare(place.record, played.sector, cluster.traversal.rays, cluster.traversal.last_shell, config)
+        windows = [tuple(map(int, tests.window(patch))) for patch in played.subshells.patches]
+        listed = [(window, int(shell), False) for window, shell in zip(windows, played.subshells.shell, strict=True)]
+        self._give([*listed, ((0, 0, 0, 0), 0, True)])
+        # Of golden's stages how many rays were asked for.
+        self.looked_at = {(one.stage.subshell, one.stage.shell): one.stage.looked_at for one in played.played
+                          if one.stage.shell > 1}
+
+    def asked(self) -> dict[tuple[int, int], int]:
+        """By subshell and shell how many rays are asked for."""
+        numbers = [number for number, (window, shell, last) in enumerate(self.subshells) if last or window[1]
+                   for _ in range(2, (self.last_shell if last else min(shell, self.last_shell)) + 1)]
+        return {(number, shell): int(mask.sum())
+                for number, (_, shell, mask) in zip(numbers, self.stages(), strict=True)}
