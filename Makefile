@@ -54,7 +54,7 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network; tables in out/bench/
+bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory; tables in out/bench/
 	@echo "== measuring into $(OUT)/bench/"
 	$(BIN)/python -m tb.bench.casting
 	$(BIN)/python -m tb.bench.schedule
@@ -63,6 +63,8 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.exactness
 	$(BIN)/python -m tb.bench.network
 	$(BIN)/python -m tb.bench.network_load
+	$(BIN)/python -m tb.bench.caches
+	$(BIN)/python -m tb.bench.main_memory
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	$(BIN)/python -m hw report icu --preset small

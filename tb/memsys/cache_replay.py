@@ -15,7 +15,7 @@ from tb.lib.clocking import start
 from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stream import Sink, Source
 
-__all__ = ["KEY_BITS", "replay"]
+__all__ = ["DELAY", "KEY_BITS", "replay"]
 
 KEY_BITS, DELAY = 16, 20
 

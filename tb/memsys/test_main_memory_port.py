@@ -408,9 +408,10 @@ async def rates(dut):
         await bench.send(bench.reads, [{"address": BASE + 0x1000, "length": most - 1, "tag": 0}] * count)
         await bench.arrive(bench.replies, count * most)
         taken = bench.replies.cycles
-        # The first half of the beats comes while nothing has been waited for yet.
-        middle = len(taken) // 2
-        found[cycles] = (len(taken) - 1 - middle) / (taken[-1] - taken[middle])
+        # The first beats come while nothing has been waited for yet. Then whole rounds of all slots.
+        middle, round_ = len(taken) // 2, bench.config.memory.outstanding * bench.config.memory.burst_beats
+        span = (len(taken) - 1 - middle) // round_ * round_
+        found[cycles] = span / (taken[middle + span] - taken[middle])
         port.stop()
         bench.stop()
     Path(options()["rates"]).write_text(json.dumps(found))
