@@ -10,12 +10,16 @@ from hw.ctu.cell_number import CellNumber
 from hw.ctu.cell_steps import CellSteps
 from hw.ctu.traversal_start import TraversalStart
 from hw.formats import Formats
+from hw.lib.arbiter import Arbiter
+from hw.lib.round_robin import RoundRobin
 
 __all__ = ["CellTraversal"]
 
 
 class CellTraversal(wiring.Component):
-    """`TraversalStart`, `CellSteps` and `CellNumber` in a row.
+    """`TraversalStart`, then `CellSteps` and `CellNumber`, or several of both.
+
+    A ray begins where there is room for it, one after the other.
 
     Parameters
     ----------
@@ -23,6 +27,8 @@ class CellTraversal(wiring.Component):
         The configuration.
     tag
         Shape of what goes along.
+    pipelines
+        How many of both, at least 1.
 
     Members
     -------
@@ -33,41 +39,64 @@ class CellTraversal(wiring.Component):
         need not be a cell.
     origin, shape
         The frustum's origin in cells and the grid's cells along each axis; the same while rays are under way.
+    steps
+        In which pipelines a ray steps in this cycle.
 
     Timing
     ------
-    Latency: ``3 * product_registers + 26`` cycles to a ray's first cell. One cell per cycle where at least 5 rays wait
-    or are under way; stands while a cell waits.
+    Latency: ``3 * product_registers + 27`` cycles to a ray's first cell, with several pipelines one more. One
+    ray per cycle, and one cell per cycle and pipeline where at least 5 rays wait or are under way in each; stands while
+    a cell waits. One item per cycle comes out.
+
+    Errors
+    ------
+    ValueError
+        Pipelines out of range.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal`. Source: Shen 1993, section 5.3.4.5.
     """
 
-    def __init__(self, *, config: Config, tag):
+    def __init__(self, *, config: Config, tag, pipelines: int = 1):
+        if not isinstance(pipelines, int) or pipelines < 1:
+            raise ValueError(f"Pipelines must be at least 1, not {pipelines!r}")
         formats = Formats(config)
         step = StructLayout({"tag": tag, "is_cell": 1, "last": 1})
-        self._start, self._steps = TraversalStart(config=config, tag=tag), CellSteps(config=config, tag=tag)
-        self._number = CellNumber(config=config, tag=step)
+        self._start = TraversalStart(config=config, tag=tag)
+        self._steps = [CellSteps(config=config, tag=tag) for _ in range(pipelines)]
+        self._numbers = [CellNumber(config=config, tag=step) for _ in range(pipelines)]
         super().__init__({
             "i": In(self._start.i.signature.flip()),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "cell": formats.cell, "is_cell": 1, "last": 1}))),
-            "origin": In(ArrayLayout(formats.place, 3)), "shape": In(ArrayLayout(formats.grid_count, 3))})
-        self.latency = self._start.latency + self._steps.latency + self._number.latency
+            "origin": In(ArrayLayout(formats.place, 3)), "shape": In(ArrayLayout(formats.grid_count, 3)),
+            "steps": Out(pipelines)})
+        self._merge = Arbiter(self._numbers[0].o.payload.shape(), count=pipelines) if pipelines > 1 else None
+        self.latency = self._start.latency + self._steps[0].latency + self._numbers[0].latency + (pipelines > 1)
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.start, m.submodules.steps, m.submodules.number = start, steps, number = (
-            self._start, self._steps, self._number)
-        wiring.connect(m, wiring.flipped(self.i), start.i)
-        wiring.connect(m, start.o, steps.i)
-        m.d.comb += start.origin.eq(self.origin)
-        m.d.comb += [block.shape.eq(self.shape) for block in (start, steps, number)]
-        met, made = steps.o, number.o
+        m.submodules.start, count = self._start, len(self._steps)
+        wiring.connect(m, wiring.flipped(self.i), self._start.i)
+        m.d.comb += [self._start.origin.eq(self.origin), self._start.shape.eq(self.shape)]
+        m.submodules.turns = turns = RoundRobin(count=count)
+        free, begins = turns.asks, self._start.o
+        m.d.comb += [turns.wants.eq(free), begins.ready.eq(free.any()), turns.goes.eq(begins.valid & free.any())]
+        for k, (steps, number) in enumerate(zip(self._steps, self._numbers, strict=True)):
+            m.submodules[f"steps_{k}"], m.submodules[f"number_{k}"] = steps, number
+            met, given = steps.o, number.i
+            m.d.comb += [
+                steps.shape.eq(self.shape), number.shape.eq(self.shape), free[k].eq(steps.i.ready),
+                steps.i.valid.eq(begins.valid & turns.first[k]), steps.i.payload.eq(begins.payload),
+                given.valid.eq(met.valid), met.ready.eq(given.ready), given.payload.index.eq(met.payload.index),
+                given.payload.tag.tag.eq(met.payload.tag), self.steps[k].eq(met.valid & met.ready),
+                *(given.payload.tag[name].eq(met.payload[name]) for name in ("is_cell", "last"))]
+        source, made = self._numbers[0].o, self._numbers[0].o.payload
+        if self._merge is not None:
+            m.submodules.merge = merge = self._merge
+            for number, taker in zip(self._numbers, merge.i, strict=True):
+                wiring.connect(m, number.o, taker)
+            source, made = merge.o, merge.o.payload.item
         m.d.comb += [
-            number.i.valid.eq(met.valid), met.ready.eq(number.i.ready), number.i.payload.index.eq(met.payload.index),
-            self.o.valid.eq(made.valid), made.ready.eq(self.o.ready), self.o.payload.cell.eq(made.payload.cell),
-            self.o.payload.tag.eq(made.payload.tag.tag)]
-        for name in ("is_cell", "last"):
-            m.d.comb += [number.i.payload.tag[name].eq(met.payload[name]),
-                         self.o.payload[name].eq(made.payload.tag[name])]
-        m.d.comb += number.i.payload.tag.tag.eq(met.payload.tag)
+            self.o.valid.eq(source.valid), source.ready.eq(self.o.ready), self.o.payload.cell.eq(made.cell),
+            self.o.payload.tag.eq(made.tag.tag),
+            *(self.o.payload[name].eq(made.tag[name]) for name in ("is_cell", "last"))]
         return m

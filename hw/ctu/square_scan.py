@@ -42,8 +42,9 @@ def words(config: Config, level: int) -> int:
     """Words of the largest section: any one whose tiles the settle map has room for."""
     icu, side = config.icu, 1 << SIDE_BITS * (level + 1)
     tiles, across = icu.rays >> 2 * icu.tile_bits, 1 << icu.side_bits - icu.tile_bits
-    return max(-(-min(across, tiles // columns) // side) << (-(-columns // side) - 1).bit_length()
-               for columns in range(1, min(across, tiles) + 1))
+    # At least two: a memory of a single word has no address.
+    return max(2, *(-(-min(across, tiles // columns) // side) << (-(-columns // side) - 1).bit_length()
+                    for columns in range(1, min(across, tiles) + 1)))
 
 
 class SquareScan(wiring.Component):
