@@ -103,7 +103,7 @@ class _Side:
     """One who asks: the walk over the four vertices of a patch, and what is read."""
 
     def __init__(self, of, patch, address, there, i, o, vertex, wrong, number, *, node=None):
-        self._i, self._wrong, self._number = i, wrong, number
+        self._i, self._wrong, self._number, self._shown = i, wrong, number, vertex
         formats, icu = of._formats, of._icu
         shape = {"patch": icu.patch, "address": formats.place_bits, "there": 1}
         self._given = {"patch": patch, "address": address, "there": there}
@@ -138,5 +138,6 @@ class _Side:
         with m.If(given.valid & given.ready):
             m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._given.items())]
         latency = self.pipeline.latency
-        m.d.comb += [self._wrong.eq(self.pipeline.moves(latency) & (self._first.value == 0) & ~self._there.value)]
+        m.d.comb += [self._wrong.eq(self.pipeline.moves(latency) & (self._first.value == 0) & ~self._there.value),
+                     self._number.eq(self._shown.patch)]
         self.pipeline.add_to(m)

@@ -1,0 +1,268 @@
+"""Memory system of a cluster: from the cells that its traversal meets to the vertices of every patch in them, once."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+from hw.lib.arbiter import Arbiter
+from hw.lib.queue import Queue
+from hw.memsys.cell_table import CellTable
+from hw.memsys.filter import Filter
+from hw.memsys.local_bus_interface import LocalBusInterface
+from hw.memsys.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.patch_table import PatchTable
+from hw.memsys.patch_type_memory import PatchTypeMemory
+from hw.memsys.path_fault import PathFault
+from hw.memsys.path_formats import PathFormats
+from hw.memsys.timeout import Timeout
+from hw.memsys.vertex_merge import VertexMerge
+from hw.memsys.work_count import WorkCount
+
+__all__ = ["MemorySystem"]
+
+# Cells and patches that wait in front of the filters, and patches that wait for each place where they may be.
+CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE = 16, 32, 4
+# Cells, and patches, that there is room for, more than enough: the queues, what the filters hold, and what has been
+# asked for.
+MOST = 1023
+LOADS = {"cells": "cell_load", "lists": "list_load", "types": "type_load", "geometry": "geometry_load"}
+
+
+class MemorySystem(wiring.Component):
+    """Opens each cell once per frustum and gives each patch in it once, from the nearest place that has it: the
+    cluster's own memory, another cluster's, or the bus.
+
+    ::
+
+        i_cell - queue - cell filter - CellTable -+- PatchTable -+- queue - patch filter - PatchTypeMemory -+- own
+                                                  '-- bus -------'                                          |- remote
+                                                                      o_vertex <- VertexMerge --------------+- bus
+                                      i_asked - PatchTypeMemory - LocalPatchGeometry - o_answer
+
+    What is wrong is told, and drops out; nothing waits for it.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i_load_cells, i_load_lists, i_load_types, i_load_geometry
+        `PathFormats.cell_load`, ``list_load``, ``type_load`` and ``geometry_load``. Always ready; not while anything
+        is under way, here or at those who ask.
+    scene, cluster
+        `PathFormats.scene`, and which cluster this is. The same from loading on.
+    i_start
+        Begins a frustum; taken when it is ``drained``. No payload.
+    i_cell
+        Cells as they are met.
+    o_vertex
+        `Formats.patch_vertex`, four vertices of a patch one after the other, to the intersection unit.
+    o_request, i_reply, i_asked, o_answer
+        The network interface's ``i_request``, ``o_reply``, ``o_request`` and ``i_reply``.
+    o_bus, i_bus
+        The local bus' ``i_request`` and ``o_reply`` of this cluster.
+    drained
+        All cells have been opened, and all vertices of all patches in them have left.
+    fault, clear
+        What went wrong first, `PathFormats.fault`, until it is cleared.
+    counters
+        ``seen`` and ``opened`` cells, ``named`` and ``found`` patches, and those by place: ``own``, ``remote``, bus
+        ``hits`` and ``misses``, of this frustum; ``answered`` patches of others, ``stalls``: cycles in which a
+        vertex waited for the intersection unit, since reset.
+
+    Timing
+    ------
+    Latency: ``31`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
+    entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with what it asks.
+
+    Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
+    """
+
+    latency = 31
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, PathFormats(config)
+        formats, icu = self._formats, Formats(config)
+        self._icu, node = icu, config.noc.node_bits
+        asked = stream.Signature(StructLayout({"node": node, "patch": icu.patch}))
+        self._counted = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
+        super().__init__({
+            **{f"i_load_{name}": In(stream.Signature(getattr(formats, load), always_ready=True))
+               for name, load in LOADS.items()},
+            "scene": In(formats.scene), "cluster": In(formats.cluster), "i_start": In(stream.Signature(0)),
+            "i_cell": In(stream.Signature(icu.cell)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
+            "o_request": Out(asked), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_asked": In(asked),
+            "o_answer": Out(stream.Signature(StructLayout({"node": node, "vertex": icu.patch_vertex}))),
+            "o_bus": Out(stream.Signature(formats.request)),
+            "i_bus": In(stream.Signature(formats.bus_reply, always_ready=True)),
+            "drained": Out(1), "fault": Out(formats.fault), "clear": In(1),
+            "counters": Out(StructLayout(dict.fromkeys(self._counted, 32)))})
+
+    def elaborate(self, platform):
+        m = Module()
+        config, memsys = self._config, self._config.memsys
+        filters = {"generation_bits": memsys.filter_generation_bits}
+        m.submodules.cell_queue = self._cell_queue = Queue(self._icu.cell, depth=CELL_QUEUE)
+        m.submodules.cell_filter = self._cell_filter = Filter(
+            bits=self._icu.cell.width, count=memsys.scene_cells, **filters)
+        m.submodules.cell_table = self._cell_table = CellTable(config=config)
+        m.submodules.patch_table = self._patch_table = PatchTable(config=config)
+        m.submodules.patch_queue = self._patch_queue = Queue(self._formats.listed_bits, depth=PATCH_QUEUE)
+        m.submodules.patch_filter = self._patch_filter = Filter(
+            bits=self._formats.listed_bits, count=1 << self._icu.patch.width, **filters)
+        m.submodules.types = self._types = PatchTypeMemory(config=config)
+        m.submodules.geometry = self._geometry = LocalPatchGeometry(config=config)
+        m.submodules.merge = self._merge = VertexMerge(config=config, count=3)
+        m.submodules.bus = self._bus = LocalBusInterface(config=config)
+        m.submodules.cells = self._cells = WorkCount(enters=1, leaves=4, most=MOST)
+        m.submodules.patches = self._patches = WorkCount(enters=1, leaves=4, most=MOST)
+        self._add_start(m)
+        self._add_cells(m)
+        self._add_lists(m)
+        self._add_patches(m)
+        self._add_asked(m)
+        self._add_ends(m)
+        return m
+
+    def _add_start(self, m):
+        """Tables, and a frustum's beginning: both filters empty at the same time."""
+        for load, table in ((self.i_load_cells, self._cell_table), (self.i_load_lists, self._patch_table),
+                            (self.i_load_types, self._types), (self.i_load_geometry, self._geometry)):
+            wiring.connect(m, wiring.flipped(load), table.i_load)
+        filters = self._cell_filter, self._patch_filter
+        m.d.comb += [
+            self._cell_table.lists.eq(self.scene.lists), self._patch_table.patches.eq(self.scene.patches),
+            self._cell_filter.limit.eq(self.scene.cells), self._patch_filter.limit.eq(self.scene.patches),
+            self._geometry.cluster.eq(self.cluster), self.drained.eq(self._cells.empty & self._patches.empty)]
+        begun = Signal(2)
+        started = [Signal(name=f"started_{k}") for k in range(2)]
+        for k, one in enumerate(filters):
+            m.d.comb += [one.i_start.valid.eq(self.i_start.valid & self.drained & ~begun[k]),
+                         started[k].eq(begun[k] | (one.i_start.valid & one.i_start.ready))]
+        m.d.comb += self.i_start.ready.eq(started[0] & started[1])
+        with m.If(self.i_start.valid):
+            m.d.sync += [bit.eq(now & ~self.i_start.ready) for bit, now in zip(begun, started, strict=True)]
+
+    def _add_cells(self, m):
+        """Through the filter and the table to their lists, here or on the bus."""
+        queue, table, out = self._cell_queue, self._cell_table, self._cell_table.o
+        m.d.comb += [
+            queue.i.payload.eq(self.i_cell.payload), queue.i.valid.eq(self.i_cell.valid & ~self.i_start.valid),
+            self.i_cell.ready.eq(queue.i.ready & ~self.i_start.valid)]
+        wiring.connect(m, queue.o, self._cell_filter.i)
+        wiring.connect(m, self._cell_filter.o, table.i)
+        found, lists, cells = out.payload, self._patch_table.i, self._bus.i_cell
+        nothing = found.wrong | found.is_empty
+        self._no_list = Signal()
+        m.d.comb += [
+            lists.payload.eq(found.list), lists.valid.eq(out.valid & ~nothing & found.is_own),
+            cells.payload.eq(found.cell), cells.valid.eq(out.valid & ~nothing & ~found.is_own),
+            out.ready.eq(nothing | Mux(found.is_own, lists.ready, cells.ready)),
+            self._no_list.eq(out.valid & nothing)]
+
+    def _add_lists(self, m):
+        """Entries of both kinds of lists to the patch queue."""
+        m.submodules.lists = lists = Arbiter(self._formats.listed_bits, count=2)
+        own, bus = self._patch_table.o, self._bus.o_listed
+        # Of a place without an id only the end of the list is taken.
+        is_id = bus.payload.item.is_id
+        m.d.comb += [
+            lists.i[0].valid.eq(own.valid), lists.i[0].payload.eq(own.payload.number), own.ready.eq(lists.i[0].ready),
+            lists.i[1].valid.eq(bus.valid & is_id), lists.i[1].payload.eq(bus.payload.item.number),
+            bus.ready.eq(lists.i[1].ready | ~is_id)]
+        m.d.comb += [
+            self._patch_queue.i.valid.eq(lists.o.valid), lists.o.ready.eq(self._patch_queue.i.ready),
+            self._patch_queue.i.payload.eq(lists.o.payload.item)]
+        wiring.connect(m, self._patch_queue.o, self._patch_filter.i)
+        # A cell leaves with its last entry, which counts as a patch from then on.
+        m.d.comb += [
+            self._cells.enters.eq(self.i_cell.valid & self.i_cell.ready),
+            self._cells.leaves[0].eq(self._cell_filter.dropped), self._cells.leaves[1].eq(self._no_list),
+            self._cells.leaves[2].eq(own.valid & own.ready & own.payload.last),
+            self._cells.leaves[3].eq(bus.valid & bus.ready & bus.payload.last)]
+        m.d.comb += self._patches.enters.eq(sum(one.valid & one.ready for one in lists.i))
+
+    def _add_patches(self, m):
+        """From the filter to the nearest place, and the vertices from there."""
+        wiring.connect(m, self._patch_filter.o, self._types.i)
+        found, out = self._types.o.payload, self._types.o
+        own, remote, bus = places = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
+            self._geometry.i.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
+        for name, queue in zip(("own", "remote", "bus"), places, strict=True):
+            m.submodules[f"{name}_patches"] = queue
+        is_here = found.is_held & (found.cluster == self.cluster)
+        chosen = Signal(3)
+        m.d.comb += [
+            chosen.eq(Mux(found.wrong, 0, Mux(is_here, 0b001, Mux(found.is_held, 0b010, 0b100)))),
+            own.i.payload.patch.eq(found.patch), own.i.payload.address.eq(found.address),
+            remote.i.payload.node.eq(found.cluster), remote.i.payload.patch.eq(found.patch),
+            bus.i.payload.eq(found.patch), out.ready.eq(found.wrong)]
+        for place, queue in zip(chosen, places, strict=True):
+            m.d.comb += queue.i.valid.eq(out.valid & place)
+            with m.If(place):
+                m.d.comb += out.ready.eq(queue.i.ready)
+        wiring.connect(m, own.o, self._geometry.i)
+        wiring.connect(m, remote.o, wiring.flipped(self.o_request))
+        wiring.connect(m, bus.o, self._bus.i_patch)
+        merge = self._merge
+        wiring.connect(m, self._geometry.o, merge.i[0])
+        wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
+        wiring.connect(m, self._bus.o_vertex, merge.i[2])
+        wiring.connect(m, merge.o, wiring.flipped(self.o_vertex))
+        wiring.connect(m, self._bus.o_request, wiring.flipped(self.o_bus))
+        wiring.connect(m, wiring.flipped(self.i_bus), self._bus.i_reply)
+        self._lost = Signal()
+        m.d.comb += [
+            self._lost.eq(out.valid & found.wrong),
+            self._patches.leaves[0].eq(self._patch_filter.dropped), self._patches.leaves[1].eq(self._lost),
+            self._patches.leaves[2].eq(self._bus.lost_patch), self._patches.leaves[3].eq(merge.left.any())]
+
+    def _add_asked(self, m):
+        """What other clusters ask for."""
+        wiring.connect(m, wiring.flipped(self.i_asked), self._types.i_asked)
+        wiring.connect(m, self._types.o_asked, self._geometry.i_asked)
+        wiring.connect(m, self._geometry.o_asked, wiring.flipped(self.o_answer))
+
+    def _add_ends(self, m):
+        """The first fault; counters."""
+        m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits + 2)
+        vertex, count = self.o_vertex, self.counters
+        # A vertex that waits for the intersection unit is not our fault.
+        m.d.comb += [
+            timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
+            timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
+                             | self._patches.enters.any() | self._patches.leaves.any() | self._cells.leaves.any())]
+        types, geometry, cells, patches = self._types, self._geometry, self._cell_filter, self._patch_filter
+        code, number = self.fault.code, self.fault.number
+        with m.If(self.clear):
+            m.d.sync += self.fault.as_value().eq(0)
+        with m.Elif(code == PathFault.NONE):
+            for happens, what, which in (
+                    (timeout.expired, PathFault.TIMEOUT, 0),
+                    (geometry.asked_wrong, PathFault.RESIDENCE, geometry.asked_number),
+                    (geometry.wrong, PathFault.RESIDENCE, geometry.number),
+                    (self._bus.lost_cell | self._bus.lost_patch, PathFault.BUS, self._bus.number),
+                    (self._lost, PathFault.RESIDENCE, types.o.payload.patch),
+                    (patches.wrong, PathFault.PATCH, patches.number),
+                    (self._cell_table.o.valid & self._cell_table.o.payload.wrong, PathFault.LIST,
+                     self._cell_table.o.payload.cell),
+                    (cells.wrong, PathFault.CELL, cells.number)):
+                with m.If(happens):
+                    m.d.sync += [code.eq(what), number.eq(which)]
+        m.d.comb += [count.seen.eq(cells.seen), count.opened.eq(cells.passed), count.named.eq(patches.seen),
+                     count.found.eq(patches.passed)]
+        before_hits, before_misses = (Signal(32, name=f"{name}_before") for name in ("hits", "misses"))
+        m.d.comb += [count.hits.eq(self._bus.hits - before_hits), count.misses.eq(self._bus.misses - before_misses)]
+        for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1])):
+            m.d.sync += count[name].eq(count[name] + happens)
+        m.d.sync += [
+            count.stalls.eq(count.stalls + (vertex.valid & ~vertex.ready)),
+            count.answered.eq(count.answered + (self.i_asked.valid & self.i_asked.ready))]
+        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.sync += [count.own.eq(0), count.remote.eq(0), before_hits.eq(self._bus.hits),
+                         before_misses.eq(self._bus.misses)]
