@@ -10,6 +10,7 @@ from golden.noc.routing import route
 from golden.noc.topology import Topology
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.filter import Filter
 from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
@@ -29,6 +30,11 @@ def _patch_cache(policies):
                                 key=config.icu.patch_bits, tag=4, policies=policies)
 
 
+def _filter(config, bits, count):
+    """Of numbers of so many bits."""
+    return Filter(bits=bits, count=count, generation_bits=config.memsys.filter_generation_bits)
+
+
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the
 # name of their class, or else how they are made.
 TAG = {"tag": 1}
@@ -43,7 +49,8 @@ UNITS = {
     "ctu": {
         "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
         "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
-        "CellNumber": TAG, "CellTraversal": TAG,
+        "CellNumber": TAG, "CellTraversal": TAG, "Survival": TAG, "NearWindow": TAG, "SettleSweep": {}, "GridEntries": TAG,
+        "RayTraversal": {}, "TraversalUnit": {},
     },
     "memsys": {
         # A location per grid ray of a shell.
@@ -52,6 +59,11 @@ UNITS = {
         # Patches, under all placements and without the fully associative one.
         "PatchCache": _patch_cache(tuple(CachePolicy)),
         "PatchCache-sets": _patch_cache((CachePolicy.DIRECT, CachePolicy.LRU)),
+        "MemorySystem": {}, "CellFilter": lambda config: _filter(config, 24, config.memsys.scene_cells),
+        "PatchFilter": lambda config: _filter(config, config.icu.patch_bits + 1, 1 << config.icu.patch_bits),
+        "CellTable": {}, "PatchTable": {}, "PatchTypeMemory": {}, "LocalPatchGeometry": {}, "VertexMerge": {"count": 3},
+        "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
+        "SystemBusInterface": {},
     },
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
