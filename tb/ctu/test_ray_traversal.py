@@ -1,0 +1,248 @@
+# amaranth: UnusedElaboratable=no
+"""The back end of cell traversal against golden's records: barrier order, free running, throughput."""
+
+from collections import Counter
+from types import SimpleNamespace
+
+import cocotb
+import numpy as np
+import pytest
+from cocotb.triggers import ClockCycles
+
+from golden.cast.fixed_hits import read_out
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors_by_code
+from golden.icu.ray_memory import RayMemory
+from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
+from hw.ctu.ray_traversal import RayTraversal
+from tb.ctu.traversal_bench import STAGES, Intersection, Place, Surroundings
+from tb.golden.cast.frusta import random_frustum, speckled_frustum
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import DEPTHS, config_of
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import PAUSES
+from tb.lib.payload import unpack
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.timing import documented_latency
+
+MODULE = "tb.ctu.test_ray_traversal"
+STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
+# So many slots that each grid ray has one of its own in these scenes.
+BARRIER = {"ctu.lead": 0, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
+           "ctu.shell_bits": 3, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
+
+
+def recorded(name, config):
+    """A record of golden's."""
+    scene, cell, clusters, screen = name
+    return traversal_record(scene, cell=cell, config=config, clusters=clusters, pixels=(24, 16) if screen else None)
+
+
+def drawn(seed, config):
+    """The same of a random frustum that is hard to cast, without subshells."""
+    frustum = (random_frustum if seed % 3 else speckled_frustum)(seed)
+    shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.0625), by_code=True)
+    memory = RayMemory(len(frustum.record), config)
+    tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
+    cluster, played = shelling.cluster(frustum.record, whole), []
+    for place in cluster.schedule(None, tests.window):
+        stage = cluster.explore(*place, memory.inverse)
+        if stage is not None:
+            played.append(SimpleNamespace(stage=stage))
+            tests.run(stage, whole, ShellingCounts())
+    return SimpleNamespace(
+        shelling=shelling, record=frustum.record, hits=read_out(memory, frustum.record, tests.patches, config),
+        sectors=[SimpleNamespace(sector=whole, subshells=None, played=played)])
+
+
+def places(name, config):
+    """Of a record: each cluster's place and what golden did there."""
+    record = recorded(name, config)
+    return [(Place(record.shelling, record.record, one.sector, config), one.played) for one in record.sectors]
+
+
+async def play(around, played):
+    """The stages one after the other, each with golden's settle map when it begins."""
+    around.words = around.place.words(played[0].codes)
+    await around.begin()
+    assert [cell for cell, _ in around.cells] == played[0].stage.cells.tolist()
+    for number, one in enumerate(played[1:]):
+        around.words = around.place.words(one.codes)
+        await around.swept()
+        before = len(around.cells)
+        await around.request.send(around.place.requests(number, one.stage.shell, one.stage.window))
+        await around.until(lambda number=number: around.over == number + 1)
+        came = around.cells[before:]
+        assert {stage for _, stage in came} <= {number % STAGES}
+        got, wanted = Counter(cell for cell, _ in came), Counter(one.stage.cells.tolist())
+        assert got == wanted, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - wanted} came, "
+                               f"{wanted - got} did not")
+    assert not around.final
+    await around.request.send([around.place.final()])
+    await around.until(lambda: around.final)
+
+
+@cocotb.test()
+async def cells_of_golden(dut):
+    """In barrier order the same cells in the same shells of each subshell, as often as golden meets them."""
+    await start(dut, cycles=options()["cycles"])
+    given = options()
+    config = config_of(given["changes"])
+    pauses = [("random", "bursts"), ("none", "none"), ("bursts", "random")]
+    for number, (place, played) in enumerate(places(given["record"], config)):
+        source, sink = pauses[number % len(pauses)]
+        around = Surroundings(dut, place, source=source, sink=sink, stalls=0.2, seed=number)
+        await ClockCycles(dut.clk, 3)
+        assert_known(dut, STREAMS)
+        await play(around, played)
+        around.stop()
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """Nothing of before a reset comes out of the next frustum."""
+    await start(dut, cycles=options()["cycles"])
+    config = config_of(options()["changes"])
+    (place, played), *_ = places(options()["record"], config)
+    for cut in (50, 150):
+        around = Surroundings(dut, place)
+        around.words = place.words(played[0].codes)
+        await around.begin()
+        one = played[1].stage
+        task = cocotb.start_soon(around.request.send(place.requests(0, one.shell, one.window)))
+        await ClockCycles(dut.clk, cut)
+        task.cancel()
+        around.stop()
+        await reset(dut)
+    around = Surroundings(dut, place)
+    await play(around, played)
+
+
+# Times that a cell takes until its patches have been tested: none, long, and one cell much longer than others.
+DELAYS = {"none": lambda random: 0, "long": lambda random: random.integers(20, 400),
+          "stragglers": lambda random: 900 if random.random() < 0.05 else random.integers(1, 60)}
+
+
+async def cast(around, tests, stages, lead):
+    """All stages, as many of them under way as the lead allows."""
+    await around.begin()
+    for number, (_, shell, window) in enumerate(stages):
+        await around.until(lambda number=number: around.over + lead >= number)
+        await around.request.send(around.place.requests(number, shell, window))
+    await around.request.send([around.place.final()])
+    await around.until(lambda: around.final)
+    assert tests.idle, "the frustum is over while patches are tested"
+
+
+@cocotb.test()
+async def free_running(dut):
+    """Whenever patches are tested: golden's cells and more, and golden's hits; and the stages overlap."""
+    given = options()
+    await start(dut, cycles=given["cycles"])
+    config, overlaps = config_of(given["changes"]), 0
+    for number in range(given["runs"]):
+        seed = given["seed"] * 1000 + number
+        record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
+        one = record.sectors[seed % len(record.sectors)]
+        place = Place(record.shelling, record.record, one.sector, config)
+        pauses = list(PAUSES)
+        around = Surroundings(dut, place, source=pauses[seed % 4], sink=pauses[seed // 4 % 4], seed=seed)
+        tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
+        stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
+        await cast(around, tests, stages, config.ctu.lead)
+        wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
+        missing = wanted - {cell for cell, _ in around.cells}
+        assert not missing, f"run {seed}: cells {sorted(missing)[:5]} of golden's are missing"
+        mine = one.sector.mask(record.record).ravel()
+        different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))
+        assert not len(different), f"run {seed}: {len(different)} rays hit something else"
+        overlaps += unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))["overlaps"]
+        around.stop()
+        tests.stop()
+    assert overlaps, "stages must overlap"
+
+
+@cocotb.test()
+async def a_step_per_cycle(dut):
+    """With rays that all go on the ring of steps is busy in nearly every cycle."""
+    given = options()
+    await start(dut, cycles=given["cycles"])
+    config = config_of(given["changes"])
+    (place, played), *_ = places(given["record"], config)
+    around = Surroundings(dut, place)
+    around.words = place.words(played[0].codes * 0)
+    await around.begin()
+    for number, one in enumerate(played[1:]):
+        shell, pyramid = one.stage.shell, SettlePyramid(one.codes, config)
+        going = survivors_by_code(place.rays[shell], pyramid, one.threshold, place.sector, place.record).ravel()
+        asked = place.asked(shell, one.stage.window)
+        await around.until(lambda number=number: around.over + config.ctu.lead >= number)
+        await around.request.send(place.requests(number, shell, one.stage.window, asked[going[asked]]))
+    await around.request.send([place.final()])
+    await around.until(lambda: around.final)
+    await ClockCycles(dut.clk, 3)
+    counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
+    assert counters["rays"] == sum(one.stage.grid_rays for one in played)
+    assert counters["steps"] == sum(one.stage.turns for one in played)
+    busy = counters["steps"] / counters["cycles"]
+    cocotb.log.info("busy %.3f: %s", busy, counters)
+    assert busy >= given["busy"], f"steps in only {busy:.3f} of the cycles: {counters}"
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_cells_of_golden(simulator):
+    run(("cornell", 0.5, 1, False), BARRIER, simulator)
+
+
+@pytest.mark.sim
+def test_reset_in_flight():
+    run(("cornell", 0.5, 2, False), BARRIER, "verilator", tests=("reset_in_flight", "cells_of_golden"))
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_free_running(simulator):
+    run(("cornell", 0.5, 2, False), {**BARRIER, "ctu.lead": 2, "ctu.ray_slots": 64}, simulator, tests=("free_running",),
+        pipelines=2, runs=1)
+
+
+# So many slots that each grid ray has one of its own, in the largest of the scenes too.
+LARGE = {**BARRIER, "ctu.ray_slots": 1 << 15, "ctu.shell_bits": 6, "ctu.grid_row_bits": 11, "ctu.grid_column_bits": 13,
+         "icu.rays": 4096}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("cell", CELLS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_cells_of_golden_in_scenes(scene, cell):
+    run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000)
+
+
+@pytest.mark.nightly
+def test_cells_of_golden_on_screens():
+    run(("lobby", 0.125, 4, True), LARGE, "verilator", cycles=3_000_000)
+
+
+@pytest.mark.nightly
+def test_500_free_runs():
+    run(None, {**LARGE, "ctu.lead": 2, "ctu.ray_slots": 256}, "verilator", tests=("free_running",), pipelines=2,
+        runs=500, cycles=30_000_000)
+
+
+@pytest.mark.nightly
+def test_busy_at_small_cells():
+    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.lead": 15}, "verilator", tests=("a_step_per_cycle",),
+        cycles=100_000, busy=0.95)
+
+
+@pytest.mark.parametrize(("levels", "registers"), zip((3, 1, 2), DEPTHS, strict=True))
+def test_latency(levels, registers):
+    config = config_of({"ctu.pyramid_levels": levels, "icu.product_registers": registers})
+    assert RayTraversal(config=config).latency == documented_latency(RayTraversal, config)
+
+
+def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, **given):
+    what = "-".join(map(str, (tests[0], *(record or ("random",)), simulator)))
+    simulate(RayTraversal(config=config_of(changes), pipelines=pipelines), MODULE, tests, simulator=simulator,
+             name=f"ray-traversal-{what}", changes=changes, record=record, cycles=cycles, **given)

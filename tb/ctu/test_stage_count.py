@@ -1,0 +1,78 @@
+"""Stages are over in their order, and none too early."""
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
+from tb.lib.configurations import config_of
+from tb.lib.timing import documented_latency
+
+LEAVES, STAGES = 3, 30
+
+
+@pytest.mark.parametrize(("lead", "seed"), [(0, 1), (1, 2), (2, 3), (5, 4)])
+def test_random_stages(lead, seed):
+    """Rays come and go in any order, and what their cells lead to ends some time later."""
+    config = config_of({"ctu.lead": lead})
+    dut, random = StageCount(config=config, leaves=LEAVES), np.random.default_rng(seed)
+    assert dut.latency == documented_latency(StageCount, config)
+    index = (1 << stage_index_bits(config)) - 1
+    # By stage, counted from the near cells' on: rays under way, the cycle until which its cells lead to something,
+    # whether it is closed, and when nothing was left of it.
+    rays, until, closed, quiet = {}, {}, set(), {}
+
+    async def testbench(ctx):
+        over = newest = 0
+        cycle, done = 0, False
+        ctx.set(dut.begins, 1)
+        await ctx.tick()
+        ctx.set(dut.begins, 0)
+        while not done:
+            cycle += 1
+            assert cycle < 20_000, "the bench hangs"
+            near = newest == 0
+            enters = not near and newest < STAGES and newest - over <= lead and random.random() < 0.4
+            closes = newest < STAGES and newest - over <= lead and random.random() < 0.1
+            leaving = []
+            for stage in random.permutation([stage for stage, count in rays.items() for _ in range(count)])[:LEAVES]:
+                if random.random() < 0.3:
+                    leaving.append(int(stage))
+            if enters:
+                rays[newest] = rays.get(newest, 0) + 1
+            ctx.set(dut.enters.valid, int(enters))
+            ctx.set(dut.enters.payload, (newest + FIRST) % 16)
+            for place in range(LEAVES):
+                ctx.set(dut.left[place].valid, int(place < len(leaving)))
+                if place < len(leaving):
+                    stage = leaving[place]
+                    ctx.set(dut.left[place].payload, (stage + FIRST) % 16)
+                    rays[stage] -= 1
+                    if random.random() < 0.5:
+                        until[stage] = cycle + int(random.integers(1, 40))
+            ctx.set(dut.closes, int(closes))
+            ctx.set(dut.closed_all, int(newest == STAGES))
+            busy = {(stage + FIRST) & index for stage, end in until.items() if end >= cycle}
+            # What leaves in this cycle is settled no more in the next one.
+            ctx.set(dut.settled, (2 << index) - 1 & ~sum(1 << one for one in busy_before))
+            busy_before.clear()
+            busy_before.update(busy)
+            if closes:
+                closed.add(newest)
+                newest += 1
+            for stage in closed:
+                if not rays.get(stage) and until.get(stage, 0) <= cycle:
+                    quiet.setdefault(stage, cycle)
+            *_, is_over, near_over, finished = await ctx.tick().sample(dut.over, dut.near_over, dut.done)
+            if is_over:
+                assert over in quiet, f"stage {over} is over too early"
+                over += 1
+            assert near_over == (over > (1 if is_over else 0)) or is_over
+            done = finished
+        assert over == STAGES
+
+    busy_before = set()
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(testbench)
+    simulator.run()

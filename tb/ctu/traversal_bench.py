@@ -1,0 +1,270 @@
+"""What stands around the back end of cell traversal in a simulator: who asks for grid rays, and who tests patches."""
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from golden.cast.cluster_casting import Stage
+from golden.cast.fixed_hits import read_out
+from golden.cast.shelling import ShellingCounts
+from golden.ctu.sector import sector_rays, subshell_rays
+from golden.icu.ray_memory import RayMemory
+from golden.icu.settle_code import settle_code
+from golden.memsys.filter import Filter
+from hw.ctu.stage_count import FIRST, stage_index_bits
+from hw.formats import Formats
+from tb.ctu.grid_load import GridPlaces, unit_writes
+from tb.icu.frustum_load import frustum_payload
+from tb.lib.pauses import PAUSES
+from tb.lib.payload import pack, unpack
+from tb.lib.stream import Monitor, Sink, Source
+
+__all__ = ["Intersection", "Place", "Surroundings"]
+
+# Stages are numbered modulo this.
+STAGES = 16
+# Cycles from a tile's last word to its squares, and more.
+SWEEP = 60
+
+
+class Place:
+    """A cluster's part of a frustum, and what its traversal is given.
+
+    Parameters
+    ----------
+    shelling, record, sector
+        The scene with its cells, the frustum, the cluster's part.
+    """
+
+    def __init__(self, shelling, record, sector, config):
+        self.shelling, self.record, self.sector, self.config = shelling, record, sector, config
+        self.cluster = shelling.cluster(record, sector)
+        self.traversal = traversal = self.cluster.traversal
+        self.rays = {shell: traversal.rays(shell) for shell in range(2, traversal.last_shell + 1)}
+        self.places = GridPlaces(self.rays.values())
+        self.formats = formats = Formats(config)
+        self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
+        self.frustum = pack(formats.traversal_frustum, {
+            "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),
+            "place": shelling.table.place(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
+        near = traversal.open(1, None).tolist()
+        self.near = [pack(formats.near_cell, {"cell": cell, "is_cell": 1, "last": k == len(near) - 1})
+                     for k, cell in enumerate(near)] or [pack(formats.near_cell, {"last": 1})]
+        self.tiles_across = frustum_payload(record, sector, config)["tiles_across"]
+
+    def asked(self, shell, window):
+        """Numbers of the grid rays of a stage."""
+        inside = sector_rays(self.rays[shell], self.sector, self.record)
+        if window is not None:
+            inside &= subshell_rays(self.rays[shell], window, self.record)
+        return np.flatnonzero(inside)
+
+    def requests(self, stage, shell, window, chosen=None):
+        """The requests of a stage, its number counted from 0 on; the last of them closes it."""
+        numbers = self.asked(shell, window) if chosen is None else chosen
+        shape = self.formats.grid_request
+        asked = [self.places.request(self.rays[shell], int(number)) for number in numbers]
+        return [*(pack(shape, {**one, "stage": stage % STAGES}) for one in asked),
+                pack(shape, {"stage": stage % STAGES, "shell": shell, "last": 1})]
+
+    def final(self):
+        """The request behind the last stage."""
+        return pack(self.formats.grid_request, {"final": 1})
+
+    def words(self, codes):
+        """Settle codes of the section's rows and columns as words, tile by tile."""
+        side = 1 << self.config.icu.tile_bits
+        rows, columns = codes.shape
+        # What lies beyond the border is never written.
+        whole = np.zeros((-(-rows // side) * side, self.tiles_across * side), dtype=np.int64)
+        whole[:rows, :columns] = codes
+        tiles = whole.reshape(len(whole) // side, side, -1, side).transpose(0, 2, 1, 3).reshape(-1, side * side)
+        return [pack(self.formats.settle_word, tile) for tile in tiles.tolist()]
+
+
+class Surroundings:
+    """Streams of a `RayTraversal`, and a settle map that a test writes.
+
+    Parameters
+    ----------
+    place
+        What is given.
+    stalls
+        Share of the cycles in which the settle map does not answer.
+
+    Members
+    -------
+    cells
+        What has come: cell and stage, the near cells' first; ``final`` once it is over.
+    words
+        The settle map's.
+    sweeps
+        How often its first tile has been asked for.
+    over
+        Stages that are over.
+    """
+
+    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0):
+        self.dut, self.place, self._edge = dut, place, RisingEdge(dut.clk)
+        self._random = np.random.default_rng(seed)
+        self.cells, self.final, self.over, self.sweeps = [], False, 0, 0
+        self.words, self._stalls = [], stalls
+        self._shape = place.formats.met_cell
+        self.request = Source(dut, "i", pauses=PAUSES[source](seed))
+        self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
+        self.out = Sink(dut, "o", pauses=PAUSES[sink](seed + 1), seen=self._came)
+        self._over = Monitor(dut, "o_over", seen=self._ended)
+        # Of a payload without bits Verilog makes a port that nobody drives.
+        self._over.payload = None
+        self.index = (1 << stage_index_bits(place.config)) - 1
+        self.dut.settled.value = (2 << self.index) - 1
+        self._tasks = [cocotb.start_soon(self._settle())]
+        self.heard = None
+
+    def stop(self):
+        """Nothing more."""
+        for task in self._tasks:
+            task.cancel()
+        for one in (self.out, self._over):
+            one.stop()
+        for one in (self.request, self.near, self.frustum, self.table):
+            one.valid.value = 0
+        self.dut.o_tile__ready.value = self.dut.i_word__valid.value = 0
+
+    def _came(self, item):
+        cell = unpack(self._shape, item)
+        if cell["final"]:
+            assert not self.final, "a frustum is over once"
+            self.final = True
+            return
+        assert not self.final, "a cell came when the frustum was over"
+        self.cells.append((cell["cell"], cell["stage"]))
+        if self.heard is not None:
+            self.heard(cell["cell"], cell["stage"])
+
+    def _ended(self, _):
+        self.over += 1
+
+    async def _settle(self):
+        """One tile per cycle, in order, some cycles later."""
+        dut, edge, waiting, cycle = self.dut, self._edge, [], 0
+        dut.o_tile__ready.value = 1
+        dut.i_word__valid.value = 0
+        offers = False
+        while True:
+            await edge
+            cycle += 1
+            if offers and int(dut.i_word__ready.value):
+                waiting.pop(0)
+                offers = False
+            if int(dut.o_tile__valid.value) and int(dut.o_tile__ready.value):
+                tile = int(dut.o_tile__payload.value)
+                self.sweeps += tile == 0
+                waiting.append((cycle + 4, self.words[tile]))
+            if not offers:
+                offers = bool(waiting) and waiting[0][0] <= cycle and self._random.random() >= self._stalls
+                dut.i_word__valid.value = offers
+                if offers:
+                    dut.i_word__payload.value = waiting[0][1]
+            dut.o_tile__ready.value = len(waiting) < 8
+
+    async def begin(self):
+        """Tables, frustum, near cells."""
+        await self.table.send(self.place.tables)
+        await self.frustum.send([self.place.frustum])
+        await self.near.send(self.place.near)
+        # The last of them has been seen.
+        await ClockCycles(self.dut.clk, 2)
+
+    async def swept(self):
+        """Until all squares are of the codes that are there now."""
+        for more in (2, 3):
+            until = self.sweeps + more - 1
+            while self.sweeps < until:
+                await self._edge
+        await ClockCycles(self.dut.clk, SWEEP)
+
+    async def until(self, condition):
+        """Wait; the watchdog bounds it."""
+        while not condition():
+            await self._edge
+
+
+class Intersection:
+    """Finds the patches of cells and tests them, each cell after a time of its own.
+
+    Parameters
+    ----------
+    around
+        The surroundings, whose settle map it writes.
+    delay
+        From a random generator to the cycles that a cell takes.
+    """
+
+    def __init__(self, around, *, delay, seed):
+        place = around.place
+        self._around, self._place, self._delay = around, place, delay
+        self._random = np.random.default_rng(seed)
+        self.memory = RayMemory(len(place.record), place.config)
+        self.tests = place.shelling.tests(place.record, self.memory)
+        table = place.shelling.table
+        self._cells, self._patches = Filter(len(table)), Filter(len(place.shelling.geometry))
+        self._waiting, self._counts = [], ShellingCounts()
+        self._show()
+        around.heard = self._hear
+        self._task = cocotb.start_soon(self._run())
+
+    def _show(self):
+        record, sector = self._place.record, self._place.sector
+        codes = settle_code(self.memory.inverse.reshape(record.rows, record.columns), self._place.config)
+        self._around.words = self._place.words(
+            codes[sector.first_row:sector.end_row, sector.first_column:sector.end_column])
+
+    def _hear(self, cell, stage):
+        stage &= self._around.index
+        self._waiting.append([int(self._delay(self._random)), cell, stage])
+        self._settle()
+
+    def _settle(self):
+        """Which stages' cells lead to nothing any more."""
+        busy = {stage for *_, stage in self._waiting}
+        self._around.dut.settled.value = (2 << self._around.index) - 1 & ~sum(1 << stage for stage in busy)
+
+    async def _run(self):
+        edge = RisingEdge(self._around.dut.clk)
+        while True:
+            self._settle()
+            await edge
+            for one in self._waiting:
+                one[0] -= 1
+            due = [cell for left, cell, _ in self._waiting if left <= 0]
+            if due:
+                self._waiting = [one for one in self._waiting if one[0] > 0]
+                self._test(np.array(due))
+
+    def _test(self, cells):
+        table = self._place.shelling.table
+        opened = self._cells.first(cells)
+        found = self._patches.first(table.patches.read(table.entries(opened)))
+        if len(found):
+            stage = Stage(subshell=0, shell=2, window=None, looked_at=0, grid_rays=0, cell_steps=0, turns=0,
+                          cells=cells, opened=opened, found=found)
+            self.tests.run(stage, self._place.sector, self._counts)
+            self._show()
+
+    @property
+    def idle(self):
+        """No cell waits for its patches' tests."""
+        return not self._waiting
+
+    def stop(self):
+        """Test nothing more."""
+        self._task.cancel()
+        self._around.heard = None
+
+    def hits(self):
+        """What the rays hit."""
+        return read_out(self.memory, self._place.record, self.tests.patches, self._place.config)
+
+
+assert FIRST == STAGES - 1
