@@ -13,8 +13,8 @@ class Fault(enum.Enum, shape=4):
     asked. ``READ_REPLY``, ``WRITE_REPLY``: memory answered with an error. ``READ_TIMEOUT``, ``WRITE_TIMEOUT``: it did
     not answer. ``READ_PROTOCOL``, ``WRITE_PROTOCOL``: it answered what nobody asked for, or with another number of
     beats. ``IMAGE``: no image, or one of another version. ``REGION``: a region lies outside the image, or has another
-    number of records than it must have. ``POINTER``: a record points outside the table that it points into. ``PLACE``:
-    a result has no place in its region.
+    number of records than it must have. ``POINTER``: a record points outside the table that it points into, or says
+    another length of it. ``PLACE``: a result has no place in its region.
     """
 
     NONE = 0

@@ -21,6 +21,7 @@ class RuleKind(enum.Enum, shape=3):
     """What must hold of the numbers of a record.
 
     ``BELOW``: a < records of the table. ``MAYBE``: so, or -1. ``RANGE``: a + b <= records. ``SPAN``: a < b <= records.
+    ``SAME``: a = records.
     """
 
     NONE = 0
@@ -28,6 +29,7 @@ class RuleKind(enum.Enum, shape=3):
     MAYBE = 2
     RANGE = 3
     SPAN = 4
+    SAME = 5
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ def _rules():
             ("clusters", RuleKind.SPAN, "rows", "first_row", "end_row"),
             ("clusters", RuleKind.RANGE, "subshells", "first_subshell", "subshells"),
             ("clusters", RuleKind.RANGE, "residents", "first_resident", "residents"),
+            ("frustum", RuleKind.SAME, "columns", "columns", None),
+            ("frustum", RuleKind.SAME, "rows", "rows", None),
             ("subshells", RuleKind.BELOW, "patches", "patch", None),
             ("residents", RuleKind.BELOW, "patches", "patch", None),
             ("near_cells", RuleKind.BELOW, "cells", "cell", None),
@@ -75,7 +79,9 @@ def _rules():
         early = first % WORD_BYTES != 0
         if b and last - first != WORD_BYTES // 2:
             raise ValueError(f"Fields of a rule must be neighbours, not {region}.{a} and {region}.{b}")
-        yield Rule(names.index(region), last // WORD_BYTES, kind, names.index(table), early)
+        # A high half alone is looked at with the next word.
+        word = last // WORD_BYTES + (early and not b)
+        yield Rule(names.index(region), word, kind, names.index(table), early)
 
 
 RULES = tuple(_rules())

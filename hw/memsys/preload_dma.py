@@ -29,8 +29,8 @@ class PreloadDma(wiring.Component):
     and the geometry of its resident set, a patch for each local address.
 
     Everything is checked before it goes out: magic and version; that each region lies in the image, is aligned, and has
-    as many records as it may; and what `TableCheck` knows of records. With the first thing that is wrong the command
-    ends, with a fault.
+    as many records as it may; that there is a hit for each ray; and what `TableCheck` knows of records. With the first
+    thing that is wrong the command ends, with a fault, and what has come of it before must not be used.
 
     Parameters
     ----------
@@ -106,7 +106,8 @@ class PreloadDma(wiring.Component):
         self._own = Signal(StructLayout(dict.fromkeys(
             ("first_subshell", "subshells", "first_resident", "residents"), COUNT_BITS)))
         self._position = Signal(COUNT_BITS)
-        self._size, self._patches = Signal(64, reset_less=True), Signal(COUNT_BITS, reset_less=True)
+        self._size = Signal(64, reset_less=True)
+        self._patches, self._rows = (Signal(COUNT_BITS, reset_less=True, name=name) for name in ("patches", "rows"))
         # The first thing that went wrong.
         self._code = Signal(Fault)
         m.d.comb += [self.o_done.payload.code.eq(self._code), self.o_done.payload.address.eq(self._base)]
@@ -189,12 +190,15 @@ class PreloadDma(wiring.Component):
         for name, taken in ("hits", self.hits), ("sums", self.sums):
             with m.If(write.en & (region == RegionNumber[name.upper()].value)):
                 m.d.sync += [taken.address.eq(self._command.image + offset), taken.count.eq(low)]
-        for name, taken in ("columns", self.columns), ("patches", self._patches):
+        for name, taken in ("columns", self.columns), ("rows", self._rows), ("patches", self._patches):
             with m.If(write.en & (region == RegionNumber[name.upper()].value)):
                 m.d.sync += taken.eq(low)
 
     def _add_checks(self, m):
-        """Each region ends within the image: offset + count x size, bit by bit of the size; and it is not too long."""
+        """Each region ends within the image: offset + count x size, bit by bit of the size; and it is not too long.
+
+        Then hits = columns x rows, in the same way.
+        """
         icu, reader = self._config.icu, self._reader
         lines, patches = 1 << icu.side_bits, 1 << icu.patch_bits
         most = {"cell_grid": 1, "frustum": 1, "patches": patches, "residence": patches, "sums": patches + 1,
@@ -202,7 +206,8 @@ class PreloadDma(wiring.Component):
         most = Array(Const(most.get(region.name, (1 << COUNT_BITS) - 1), COUNT_BITS) for region in REGIONS)
         sizes = Array(Const(size, 8) for size in RECORD_BYTES)
         end = Signal(self._config.memory.address_bits + 9, reset_less=True)
-        term, size = Signal(COUNT_BITS + 8, reset_less=True), Signal(8, reset_less=True)
+        factor_bits = max(8, icu.side_bits + 1)
+        term, size, rays = Signal(COUNT_BITS + 8, reset_less=True), Signal(factor_bits, reset_less=True), Signal()
         region, place = self._region, self._place.data
         with m.State("Wait for a command"):
             m.d.comb += self.i.ready.eq(1)
@@ -220,7 +225,7 @@ class PreloadDma(wiring.Component):
             m.d.sync += self._in_header.eq(0)
             m.next = "Take a region"
         with m.State("Take a region"):
-            m.d.sync += [end.eq(place.offset), term.eq(place.count), size.eq(sizes[region])]
+            m.d.sync += [end.eq(place.offset), term.eq(place.count), size.eq(sizes[region]), rays.eq(0)]
             m.next = "Add its size"
             with m.If(self._code != Fault.NONE):
                 m.next = "Answer"
@@ -230,6 +235,8 @@ class PreloadDma(wiring.Component):
                 m.d.sync += end.eq(end + term)
             with m.If(size == 0):
                 m.next = "Compare its end"
+                with m.If(rays):
+                    m.next = "Compare the rays"
         with m.State("Compare its end"):
             m.d.sync += region.eq(region + 1)
             m.next = "Take a region"
@@ -239,8 +246,17 @@ class PreloadDma(wiring.Component):
             with m.If(wrong | same | more):
                 self._fail(m, Fault.REGION)
             with m.If(region == len(REGIONS) - 1):
-                m.d.sync += region.eq(RegionNumber.CLUSTERS.value)
-                m.next = "Find the cluster"
+                m.next = "Count the rays"
+        with m.State("Count the rays"):
+            m.d.sync += [end.eq(0), term.eq(self.columns), size.eq(self._rows), rays.eq(1)]
+            m.next = "Add its size"
+            with m.If(self._code != Fault.NONE):
+                m.next = "Answer"
+        with m.State("Compare the rays"):
+            with m.If(end != self.hits.count):
+                self._fail(m, Fault.REGION)
+            m.d.sync += region.eq(RegionNumber.CLUSTERS.value)
+            m.next = "Find the cluster"
 
     def _add_regions(self, m):
         """Region after region, those that have been asked for; the cluster's record before all."""

@@ -50,14 +50,15 @@ class TableCheck(wiring.Component):
                 for value in (Mux(early, self._before, low), Mux(early, low, high)))
         kind, limit = (pipeline.delay(pipeline.input(value), 1) for value in (self._rule.kind.as_value(), self.limit))
         total, rises = pipeline.register(lambda a, b: (a + b, a < b), a, b)
-        below, within, ends = pipeline.register(
-            lambda a, b, total, limit: (a < limit, total <= limit, b <= limit), a, b, total, limit)
+        below, within, ends, same = pipeline.register(
+            lambda a, b, total, limit: (a < limit, total <= limit, b <= limit, a == limit), a, b, total, limit)
         none = pipeline.register(lambda a: a.all(), a)
         bad = pipeline.register(
-            lambda kind, below, within, ends, rises, none: Mux(
+            lambda kind, below, within, ends, rises, none, same: Mux(
                 kind == RuleKind.BELOW.value, ~below, Mux(kind == RuleKind.MAYBE.value, ~below & ~none, Mux(
-                    kind == RuleKind.RANGE.value, ~within, Mux(kind == RuleKind.SPAN.value, ~(rises & ends), 0)))),
-            kind, below, within, ends, rises, none)
+                    kind == RuleKind.RANGE.value, ~within, Mux(kind == RuleKind.SPAN.value, ~(rises & ends), Mux(
+                        kind == RuleKind.SAME.value, ~same, 0))))),
+            kind, below, within, ends, rises, none, same)
         for name in "region", "word", "data", "tag":
             pipeline.output(self.o.payload[name], pipeline.input(self.i.payload[name]))
         pipeline.output(self.o.payload.bad, bad)
