@@ -91,6 +91,8 @@ class Surroundings:
         What is given.
     stalls
         Share of the cycles in which the settle map does not answer.
+    asks
+        The test asks for grid rays and is told which stages are over; otherwise the front end is.
 
     Members
     -------
@@ -104,18 +106,19 @@ class Surroundings:
         Stages that are over.
     """
 
-    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0):
+    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0, asks=True):
         self.dut, self.place, self._edge = dut, place, RisingEdge(dut.clk)
         self._random = np.random.default_rng(seed)
         self.cells, self.final, self.over, self.sweeps = [], False, 0, 0
         self.words, self._stalls = [], stalls
         self._shape = place.formats.met_cell
-        self.request = Source(dut, "i", pauses=PAUSES[source](seed))
+        self.request = Source(dut, "i", pauses=PAUSES[source](seed)) if asks else None
         self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
         self.out = Sink(dut, "o", pauses=PAUSES[sink](seed + 1), seen=self._came)
-        self._over = Monitor(dut, "o_over", seen=self._ended)
-        # Of a payload without bits Verilog makes a port that nobody drives.
-        self._over.payload = None
+        self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
+        if asks:
+            # Of a payload without bits Verilog makes a port that nobody drives.
+            self._over.payload = None
         self.index = (1 << stage_index_bits(place.config)) - 1
         self.dut.settled.value = (2 << self.index) - 1
         self._tasks = [cocotb.start_soon(self._settle())]
@@ -126,9 +129,11 @@ class Surroundings:
         for task in self._tasks:
             task.cancel()
         for one in (self.out, self._over):
-            one.stop()
+            if one is not None:
+                one.stop()
         for one in (self.request, self.near, self.frustum, self.table):
-            one.valid.value = 0
+            if one is not None:
+                one.valid.value = 0
         self.dut.o_tile__ready.value = self.dut.i_word__valid.value = 0
 
     def _came(self, item):

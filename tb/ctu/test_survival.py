@@ -1,0 +1,240 @@
+"""Survival by squares swept from the settle map: golden's decisions, and "live" while codes are old."""
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors_by_code
+from golden.stimulus.ctu.grids import shells
+from golden.stimulus.frusta import random_hemisphere, random_screen
+from hw.ctu.survival import Survival
+from tb.ctu.grid_load import GridPlaces, grid_writes
+from tb.icu.frustum_load import frustum_payload, tiles
+from tb.lib.configurations import config_of
+from tb.lib.coverage import Coverage
+from tb.lib.pauses import PAUSES
+from tb.lib.timing import documented_latency
+
+RAYS, SHELLS = 240, (2, 3, 5, 8)
+
+
+class Case:
+    """A section of a frustum, its settle codes, and grid rays of some shells."""
+
+    def __init__(self, config, seed, *, screen, whole, rays=RAYS):
+        self.config, self.random = config, np.random.default_rng(seed)
+        random = self.random
+        self.record = record = (random_screen if screen else random_hemisphere)(random, config)
+        first = random.integers([record.columns // 2, record.rows // 2]).tolist()
+        end = random.integers(np.array(first) + 1, [record.columns, record.rows], endpoint=True).tolist()
+        self.section = Sector.whole(record) if whole else Sector(first[0], end[0], first[1], end[1])
+        self.grids = [shells(record)(shell) for shell in SHELLS]
+        self.thresholds = {grid.shell: int(threshold) for grid, threshold in zip(
+            self.grids, random.permutation([60, 110, 200, 256]), strict=True)}
+        self.write(self.draw())
+        places = GridPlaces(self.grids)
+        asked = [(grid, number) for grid in self.grids for number in range(grid.rows * grid.columns)]
+        chosen = np.sort(random.permutation(len(asked))[:rays])
+        self.asked = [asked[k] for k in chosen]
+        self.items = [{"tag": tag, **{name: places.request(*one)[name] for name in ("shell", "row", "column")}}
+                      for tag, one in enumerate(self.asked)]
+
+    def draw(self):
+        """High codes, and some low ones near each other."""
+        random, section = self.random, self.section
+        shape = section.end_row - section.first_row, section.end_column - section.first_column
+        codes = random.integers(100, 256, size=shape)
+        for row, column in zip(*(random.integers(count, size=2) for count in shape), strict=True):
+            codes[row:row + 5, column:column + 5] = random.integers(256)
+        return codes
+
+    def wanted(self):
+        """Whether each of the grid rays goes on."""
+        pyramid = SettlePyramid(self.codes, self.config)
+        going = {grid.shell: survivors_by_code(grid, pyramid, self.thresholds[grid.shell], self.section,
+                                               self.record).ravel() for grid in self.grids}
+        return [bool(going[grid.shell][number]) for grid, number in self.asked]
+
+    def write(self, codes):
+        """Into the settle map: what lies beyond the section's border is never written."""
+        self.codes = codes
+        side, (across, down) = 1 << self.config.icu.tile_bits, tiles(self.section, self.config)
+        whole = np.zeros((down * side, across * side), dtype=np.int64)
+        whole[:self.codes.shape[0], :self.codes.shape[1]] = self.codes
+        self.words = whole.reshape(down, side, across, side).transpose(0, 2, 1, 3).reshape(down * across, -1).tolist()
+
+
+class Bench:
+    """Survival in Amaranth's simulator, with a settle map."""
+
+    def __init__(self, case, *, source="none", sink="none", stall=0.0):
+        self.case, self.dut = case, Survival(config=case.config, tag=12)
+        self._pauses, self._stops, self._stall = PAUSES[source](1), PAUSES[sink](2), stall
+        self.lived, self.dropped, self.taken = {}, {}, {}
+        self._cycle, self.sweeps, self.ready, self.holds = 0, 0, True, False
+
+    def run(self, test):
+        """Until the testbench is over."""
+        async def testbench(ctx):
+            await self._begin(ctx)
+            await test(ctx, self)
+
+        simulator = Simulator(self.dut)
+        simulator.add_clock(1e-8)
+        for process in testbench, self._settle, self._take:
+            simulator.add_testbench(process, background=process is not testbench)
+        simulator.run()
+
+    async def _begin(self, ctx):
+        case, dut = self.case, self.dut
+        ctx.set(dut.frustum, frustum_payload(case.record, case.section, case.config))
+        for write in grid_writes(case.grids, case.config, thresholds=case.thresholds):
+            ctx.set(dut.i_table.valid, 1)
+            ctx.set(dut.i_table.payload, write)
+            await ctx.tick()
+        ctx.set(dut.i_table.valid, 0)
+        await self.start(ctx)
+
+    async def start(self, ctx):
+        """A frustum."""
+        ctx.set(self.dut.i_start.valid, 1)
+        await ctx.tick().until(self.dut.i_start.ready)
+        ctx.set(self.dut.i_start.valid, 0)
+        self.sweeps = 0
+
+    async def swept(self, ctx):
+        """Until all squares are of the present codes."""
+        until = self.sweeps + 3
+        while self.sweeps < until:
+            await ctx.tick()
+        await ctx.tick().repeat(60)
+
+    async def send(self, ctx, items):
+        """Requests, until all of them are decided; which of them go on."""
+        self.lived, self.dropped, self.taken = {}, {}, {}
+        for item in items:
+            while next(self._pauses):
+                ctx.set(self.dut.i.valid, 0)
+                await ctx.tick()
+            ctx.set(self.dut.i.payload, item)
+            ctx.set(self.dut.i.valid, 1)
+            await ctx.tick().until(self.dut.i.ready)
+        ctx.set(self.dut.i.valid, 0)
+        waited = 0
+        while len(self.lived) + len(self.dropped) < len(items):
+            await ctx.tick()
+            waited += 1
+            assert waited < 20_000, "the bench hangs"
+        return [item["tag"] in self.lived for item in items]
+
+    async def _take(self, ctx):
+        """Who goes on and who does not, and when; ``ready`` comes and goes."""
+        dut = self.dut
+        drops = [getattr(dut, f"o_dropped_{level}") for level in range(self.case.config.ctu.pyramid_levels)]
+        signals = [dut.i.valid & dut.i.ready, dut.i.payload.tag,
+                   *(signal for one in (dut.o, *drops) for signal in (one.valid, one.payload))]
+        while True:
+            ready = not next(self._stops)
+            ctx.set(dut.o.ready, ready)
+            _, _, takes, taken, valid, tag, *dropped = await ctx.tick().sample(*signals)
+            self._cycle += 1
+            if takes:
+                self.taken[taken] = self._cycle
+            if valid and ready:
+                assert tag not in self.lived, "a grid ray goes on once"
+                self.lived[tag] = self._cycle
+            for valid, tag in zip(dropped[::2], dropped[1::2], strict=True):
+                if valid:
+                    assert tag not in self.dropped, "a grid ray is dropped once"
+                    self.dropped[tag] = self._cycle
+            assert not set(self.lived) & set(self.dropped)
+
+    async def _settle(self, ctx):
+        """The settle map's words, some cycles late."""
+        dut, waiting, offers = self.dut, [], False
+        ctx.set(dut.o_tile.ready, 1)
+        while True:
+            *_, asks, tile, taken = await ctx.tick().sample(dut.o_tile.valid, dut.o_tile.payload, dut.i_word.ready)
+            waiting = [(left - 1, word) for left, word in waiting]
+            if offers and taken:
+                waiting.pop(0)
+                offers = False
+            if asks and self.ready:
+                self.sweeps += tile == 0
+                waiting.append((4, self.case.words[tile]))
+            offers = bool(waiting) and waiting[0][0] <= 0 and (
+                offers or (not self.holds and self.case.random.random() >= self._stall))
+            ctx.set(dut.i_word.valid, int(offers))
+            if offers:
+                ctx.set(dut.i_word.payload, waiting[0][1])
+            self.ready = len(waiting) < 8
+            ctx.set(dut.o_tile.ready, int(self.ready))
+
+
+# Sections of the whole frustum and of a part of it, all depths of the pyramid, small tiles, and pauses.
+CASES = [
+    ({"ctu.pyramid_levels": 2}, 11, {"screen": False, "whole": True}, {}),
+    ({"ctu.pyramid_levels": 1}, 12, {"screen": True, "whole": True}, {"source": "random", "sink": "bursts"}),
+    pytest.param({"ctu.pyramid_levels": 3, "icu.tile_bits": 1}, 13, {"screen": False, "whole": False},
+                 {"source": "bursts", "sink": "random", "stall": 0.4}, marks=pytest.mark.nightly),
+]
+
+
+@pytest.mark.parametrize(("changes", "seed", "kind", "pauses"), CASES)
+def test_decisions_of_golden(changes, seed, kind, pauses):
+    config = config_of(changes)
+    case = Case(config, seed, **kind)
+    coverage = Coverage(["goes on", "does not", "lives while codes are unknown", "dies when codes have grown",
+                         "begins live again"])
+
+    async def test(ctx, bench):
+        # Until the first sweep is over every grid ray with rays of the section near it goes on.
+        first = case.wanted()
+        bench.holds = True
+        early = await bench.send(ctx, case.items[::8])
+        assert all(came or not wanted for wanted, came in zip(first[::8], early, strict=True))
+        coverage.hit("lives while codes are unknown", [came and not wanted for wanted, came in zip(first[::8], early,
+                                                                                                strict=True)])
+        bench.holds = False
+        await bench.swept(ctx)
+        assert await bench.send(ctx, case.items) == first
+        # Codes grow; until the next sweep has found them, more go on.
+        case.write(np.maximum(case.codes, case.random.integers(120, 256, size=case.codes.shape)))
+        grown = case.wanted()
+        meanwhile = await bench.send(ctx, case.items[::8])
+        assert all(came or not wanted for wanted, came in zip(grown[::8], meanwhile, strict=True))
+        await bench.swept(ctx)
+        assert await bench.send(ctx, case.items) == grown
+        coverage.hit_all({"goes on": first, "does not": np.invert(first),
+                          "dies when codes have grown": np.array(first) & ~np.array(grown)})
+        # A new frustum: all codes are 0 until they have been read again.
+        await bench.start(ctx)
+        bench.holds = True
+        again = await bench.send(ctx, case.items[::8])
+        coverage.hit("begins live again", [came and not now for came, now in zip(again, grown[::8], strict=True)])
+
+    Bench(case, **pauses).run(test)
+    coverage.check()
+
+
+def test_a_grid_ray_per_cycle_after_the_latency():
+    for levels in (1, 2, 3):
+        config = config_of({"ctu.pyramid_levels": levels})
+        # A small section, of which no window has more than a word of squares.
+        case = Case(config, 21, screen=True, whole=False, rays=60)
+        case.section = Sector(0, min(16, case.record.columns), 0, min(16, case.record.rows))
+        case.write(np.zeros((case.section.end_row, case.section.end_column), dtype=np.int64))
+
+        async def test(ctx, bench, case=case):
+            await bench.swept(ctx)
+            await bench.send(ctx, case.items)
+            taken = list(bench.taken.values())
+            assert taken[-1] - taken[0] == len(taken) - 1, "grid rays must be taken without a gap"
+            latencies = {bench.lived[tag] - bench.taken[tag] for tag in bench.lived}
+            assert latencies == {bench.dut.latency}
+
+        bench = Bench(case)
+        assert bench.dut.latency == documented_latency(Survival, config)
+        bench.run(test)
