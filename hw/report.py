@@ -49,8 +49,8 @@ UNITS = {
     "ctu": {
         "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
         "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
-        "CellNumber": TAG, "CellTraversal": TAG, "Survival": TAG, "NearWindow": TAG, "SettleSweep": {}, "GridEntries": TAG,
-        "RayTraversal": {}, "TraversalUnit": {},
+        "CellNumber": TAG, "CellTraversal": TAG, "Survival": TAG, "NearWindow": TAG, "SettleSweep": {},
+        "GridEntries": TAG, "RayTraversal": {}, "TraversalUnit": {},
     },
     "memsys": {
         # A location per grid ray of a shell.

@@ -1,0 +1,124 @@
+"""Traversal unit: from a frustum and a list of subshells to cells."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.ctu.ct_ray_generator import CtRayGenerator
+from hw.ctu.ray_traversal import RayTraversal
+from hw.ctu.subshell_generator import SubshellGenerator
+from hw.ctu.subshell_windows import SubshellWindows
+from hw.formats import Formats
+
+__all__ = ["TraversalUnit"]
+
+
+class TraversalUnit(wiring.Component):
+    """The Cell Traversal Unit of one cluster.
+
+    ::
+
+        i_frustum - SubshellGenerator - SubshellWindows - CtRayGenerator - RayTraversal - o
+                            |                  |                 '--------- o_over ---'
+                     o_entry, i_entry   o_patch, i_vertex
+
+    A frustum: write its tables, give its numbers, send the near cells. It is over with the final item.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    pipelines
+        Traversal pipelines, see `golden.config.Ctu.traversal_pipelines`.
+
+    Members
+    -------
+    i_frustum
+        ``traversal`` (`Formats.traversal_frustum`), ``last_shell``, and ``subshells`` (`SubshellGenerator`, ``i``).
+        Taken when the last one is over. The intersection unit has begun the frustum before.
+    i_table, i_slack
+        `Formats.grid_table_write`, and `Formats.table_write`, of which SLACK is taken. Always ready; not while a
+        frustum is under way.
+    i_near
+        `Formats.near_cell`, the cells of shell 1.
+    o_entry, i_entry
+        See `SubshellGenerator`, ``o_read`` and ``i_read``.
+    o_patch, i_vertex
+        See `SubshellWindows`.
+    o
+        `Formats.met_cell`.
+    settled, o_tile, i_word, counters
+        See `RayTraversal`.
+    error
+        See `SubshellGenerator`.
+
+    Timing
+    ------
+    See the blocks. ``lead`` stages more than one are under way at most.
+
+    Golden counterpart: `golden.ctu.unit.CellTraversalUnit`, `golden.cast.cluster_casting.ClusterCasting`. Source: Shen
+    1993, section 5.3.4.
+    """
+
+    def __init__(self, *, config: Config, pipelines: int = 1):
+        self._config, formats = config, Formats(config)
+        self._back = RayTraversal(config=config, pipelines=pipelines)
+        self._subshells, self._windows = SubshellGenerator(config=config), SubshellWindows(config=config)
+        self._rays = CtRayGenerator(config=config)
+        self._given = StructLayout({
+            "traversal": formats.traversal_frustum, "last_shell": formats.shell,
+            "subshells": self._subshells.i.payload.shape()})
+        # Streams that go straight through, by the name inside.
+        self._straight = (
+            (self._back, {"i_near": "i_near", "o": "o", "o_tile": "o_tile", "i_word": "i_word"}),
+            (self._subshells, {"o_entry": "o_read", "i_entry": "i_read"}),
+            (self._windows, {"o_patch": "o_patch", "i_vertex": "i_vertex", "i_slack": "i_table"}))
+        members = {}
+        for block, names in self._straight:
+            for outer, inner in names.items():
+                members[outer] = block.signature.members[inner]
+        super().__init__({
+            "i_frustum": In(stream.Signature(self._given)),
+            "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)), **members,
+            "settled": In(self._back.settled.shape()), "error": Out(self._subshells.error.shape()),
+            "counters": Out(self._back.counters.shape())})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.subshells, m.submodules.windows = subshells, windows = self._subshells, self._windows
+        m.submodules.rays, m.submodules.back = rays, back = self._rays, self._back
+        for block, names in self._straight:
+            for outer, inner in names.items():
+                ours, theirs = wiring.flipped(getattr(self, outer)), getattr(block, inner)
+                wiring.connect(m, *((theirs, ours) if outer.startswith("o") else (ours, theirs)))
+
+        # A frustum is kept, and then all begin it.
+        kept, runs = Signal(self._given), Signal()
+        waits = {block: Signal(name=f"waits_{name}") for name, block in (("subshells", subshells), ("back", back))}
+        given = self.i_frustum
+        m.d.comb += given.ready.eq(~runs)
+        starts = {subshells: subshells.i, back: back.i_frustum}
+        with m.If(given.valid & given.ready):
+            m.d.sync += [kept.eq(given.payload), runs.eq(1), *(wait.eq(1) for wait in waits.values())]
+        for block, start in starts.items():
+            m.d.comb += start.valid.eq(waits[block])
+            with m.If(start.valid & start.ready):
+                m.d.sync += waits[block].eq(0)
+        with m.If(self.o.valid & self.o.ready & self.o.payload.final):
+            m.d.sync += runs.eq(0)
+        frustum = kept.traversal.frustum
+        m.d.comb += [
+            subshells.i.payload.eq(kept.subshells), back.i_frustum.payload.eq(kept.traversal),
+            windows.frustum.eq(frustum), rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell),
+            rays.lead.eq(self._config.ctu.lead)]
+
+        wiring.connect(m, subshells.o, windows.i)
+        wiring.connect(m, windows.o, rays.i)
+        wiring.connect(m, rays.o, back.i)
+        m.d.comb += [rays.i_over.valid.eq(back.o_over.valid), back.settled.eq(self.settled),
+                     self.error.eq(subshells.error), self.counters.eq(back.counters)]
+        for block in rays, back:
+            m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
+        return m
