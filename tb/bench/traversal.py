@@ -15,7 +15,7 @@ import numpy as np
 from golden.cast.shelling import Shelling, ShellingCounts
 from golden.ctu.cell_traversal import Traversal
 from golden.ctu.grid_rays import INDEX_FRACTION
-from golden.ctu.sector import Sector
+from golden.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.survival import survivors_by_code
 from golden.ctu.unit import CellTraversalUnit, global_directions
@@ -34,6 +34,7 @@ CELL, RAYS, RATIO = 0.0625, (256, 64), 64
 CLUSTERS, POINTS = (1, 2, 4, 8, 16), (3, 6, 9, 12)
 # Subshells at once, and shells of each that are ahead of what is known; the first is the barrier.
 WAYS = ((1, 0), (1, 1), (1, CONFIG.ctu.lead), (2, 0), (4, 0), (4, CONFIG.ctu.lead), (8, CONFIG.ctu.lead))
+SLOTS = (1024, 4096, 16384)
 # Cycles from a cell to the first vertices of its patches, and from there to the settle map (docs/intersection-unit.md).
 MEMORY, INTERSECTION = 60, 202
 
@@ -268,6 +269,39 @@ def overlap(name: str, place: Place) -> list[str]:
     return rows
 
 
+def slots(name: str, place: Place) -> list[str]:
+    """Grid rays sent with few slots in the ray memory, of those sent with one for each of them."""
+    record, plan = place.record(POINTS[0]), place.plan(1)
+    sector, memory = plan.partition.sections[0], RayMemory(len(record), CONFIG)
+    tests, cluster = place.shelling.tests(record, memory), place.shelling.cluster(record, sector)
+    unit = cluster.traversal
+    grids = [unit.rays(shell) for shell in range(2, unit.last_shell + 1)]
+    sizes = [grid.rows * grid.columns for grid in grids]
+    first = np.cumsum([0, *sizes])
+    seen = {count: np.full(count, -1) for count in (*SLOTS, int(first[-1]))}
+    sent = dict.fromkeys(seen, 0)
+    for stage_place in cluster.schedule(plan.subshells[0], tests.window):
+        inverse = memory.inverse
+        stage = cluster.explore(*stage_place, inverse)
+        if stage is None:
+            continue
+        if stage.shell > 1:
+            rays = grids[stage.shell - 2]
+            pyramid = SettlePyramid.of(inverse.reshape(record.rows, record.columns), sector, CONFIG)
+            inside = sector_rays(rays, sector, record)
+            if stage.window is not None:
+                inside &= subshell_rays(rays, stage.window, record)
+            going = inside & survivors_by_code(rays, pyramid, unit.threshold(stage.shell, CONFIG), sector, record)
+            number = first[stage.shell - 2] + np.flatnonzero(going)
+            for count, slot in seen.items():
+                other = number[slot[number % count] != number]
+                sent[count] += len(other)
+                slot[other % count] = other
+        tests.run(stage, sector, ShellingCounts())
+    *few, every = sent.values()
+    return [f"| {name} | {first[-1]} | {every} | {' | '.join(f'{100 * (more / every - 1):+.0f} %' for more in few)} |"]
+
+
 @click.command()
 @click.argument("scenes", nargs=-1)
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/traversal.md")
@@ -275,10 +309,10 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     """Write the tables for SCENES (default: lobby, room1627, cubes, man, phone)."""
     places = {name: Place(name) for name in scenes or SCENES}
     tables = []
-    for measure in survival, balance, overlap:
+    for measure in survival, slots, balance, overlap:
         tables.append([row for name, place in places.items() for row in measure(name, place)])
         click.echo("\n".join(tables[-1]))
-    codes, balances, overlaps = tables
+    codes, again, balances, overlaps = tables
     ways = " | ".join(f"{at_once} at once, lead {lead}" for at_once, lead in WAYS)
     write_report(output, [
         "# Cell traversal", "", provenance("numpy") + ".", "",
@@ -289,6 +323,10 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "of single rays, in barrier order; the hits are the same. Cells and grid rays per frustum.", "",
         "| scene | clusters | cells | 4 x 4 | 8 x 8 | grid rays sent | 4 x 4 | 8 x 8 | patches found, 4 x 4 |",
         "|---" * 9 + "|", *codes, "",
+        "## Slots of the ray memory", "",
+        "Point 4, one cluster, subshells, barrier order: grid rays that there are, those sent with a slot for each, "
+        "and how many more with so many slots (`ctu.ray_slots`).", "",
+        f"| scene | grid rays | sent | {' | '.join(map(str, SLOTS))} |", "|---" * (3 + len(SLOTS)) + "|", *again, "",
         "## The busiest cell traversal beside the busiest intersection", "",
         "Mean over the points.", "",
         "* ICU: max(cycles of the window walks, 4 x patches).",
