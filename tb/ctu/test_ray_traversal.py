@@ -236,7 +236,7 @@ def test_busy_at_small_cells():
         cycles=100_000, busy=0.95)
 
 
-@pytest.mark.parametrize(("levels", "registers"), zip((3, 1, 2), DEPTHS, strict=True))
+@pytest.mark.parametrize(("levels", "registers"), list(zip((3, 1, 2), DEPTHS, strict=True)))
 def test_latency(levels, registers):
     config = config_of({"ctu.pyramid_levels": levels, "icu.product_registers": registers})
     assert RayTraversal(config=config).latency == documented_latency(RayTraversal, config)
