@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.config import Numbers
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
 from golden.scene.camera import Camera
 from golden.scene.patch_geometry import PatchGeometry
@@ -13,12 +14,12 @@ __all__ = ["hard_records"]
 
 
 def hard_records(scene: Scene, *, origins: int, rays: tuple[int, int], pixels: tuple[int, int],
-                 seed: int) -> tuple[PatchGeometry, list[FrustumRecord]]:
-    """A hemisphere and a screen from each of some origins (see `random_origin`), and the scene's own view."""
+                 seed: int, numbers: Numbers = CONFIG.numbers) -> tuple[PatchGeometry, list[FrustumRecord]]:
+    """In these numbers a hemisphere and a screen from each of some origins (see `random_origin`), and the own view."""
     random = np.random.default_rng(seed)
     places = [random_origin(scene, random) for _ in range(origins)]
     own = scene.camera or default_camera(scene)
-    geometry = PatchGeometry.of(scene, CONFIG.numbers, [*(origin for origin, _, _ in places), own.eye])
+    geometry = PatchGeometry.of(scene, numbers, [*(origin for origin, _, _ in places), own.eye])
     coordinates = geometry.coordinates
     cameras = [Camera(eye=tuple(origin), target=tuple(origin + normal), up=tuple(random.normal(size=3)),
                       fov=float(random.choice([20, 60, 100]))) for origin, normal, _ in places]

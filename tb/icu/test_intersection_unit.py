@@ -42,7 +42,7 @@ class Frusta:
     def __init__(self, dut, bench, *, scene, origins=1, rays=(64, 16), pixels=(60, 45), seed=1):
         self.dut, self.bench, self.rays = dut, bench, rays
         self.geometry, self.records = hard_records(scene_of(scene), origins=origins, rays=rays, pixels=pixels,
-                                                   seed=seed)
+                                                   seed=seed, numbers=bench.config.numbers)
         self.naive = NaiveFixed(self.geometry, bench.config)
         self.pairs, self.inside = 0, 0
 
