@@ -372,7 +372,5 @@ def test_all_policies_and_pauses():
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize(("name", "cell"), [("cornell", 0.25), ("lobby", 0.125)])
-def test_in_verilator(name, cell):
-    """Two scenes that are too large for the tables, the second one for the resident sets too."""
-    run(name, cell, SMALL | {"memsys.own_patches": 64}, "verilator")
+def test_in_verilator():
+    run("cornell", 0.25, SMALL, "verilator")
