@@ -20,7 +20,7 @@ from hw.ctu.ray_traversal import RayTraversal
 from tb.ctu.traversal_bench import STAGES, Intersection, Place, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
-from tb.lib.configurations import DEPTHS, config_of
+from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.pauses import PAUSES
 from tb.lib.payload import unpack
@@ -221,7 +221,8 @@ def test_cells_of_golden_in_scenes(scene, cell):
 
 @pytest.mark.nightly
 def test_cells_of_golden_on_screens():
-    run(("lobby", 0.125, 4, True), LARGE, "verilator", cycles=3_000_000)
+    run(("lobby", 0.125, 4, True), {**LARGE, "ctu.pyramid_levels": 3, "icu.product_registers": 3}, "verilator",
+        cycles=3_000_000)
 
 
 @pytest.mark.nightly
@@ -236,13 +237,10 @@ def test_busy_at_small_cells():
         cycles=100_000, busy=0.95)
 
 
-@pytest.mark.parametrize(("levels", "registers"), list(zip((3, 1, 2), DEPTHS, strict=True)))
-def test_latency(levels, registers):
-    config = config_of({"ctu.pyramid_levels": levels, "icu.product_registers": registers})
-    assert RayTraversal(config=config).latency == documented_latency(RayTraversal, config)
-
-
 def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, **given):
     what = "-".join(map(str, (tests[0], *(record or ("random",)), simulator)))
-    simulate(RayTraversal(config=config_of(changes), pipelines=pipelines), MODULE, tests, simulator=simulator,
+    config = config_of(changes)
+    component = RayTraversal(config=config, pipelines=pipelines)
+    assert component.latency == documented_latency(RayTraversal, config) + (pipelines > 1)
+    simulate(component, MODULE, tests, simulator=simulator,
              name=f"ray-traversal-{what}", changes=changes, record=record, cycles=cycles, **given)
