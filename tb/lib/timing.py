@@ -11,8 +11,8 @@ __all__ = ["documented_latency"]
 def documented_latency(component: type, config: Config, **more: int) -> int:
     """The value of the formula in the line ``Latency:`` of a component's docstring, for a configuration.
 
-    The formula is Python, with the knobs of `Config` by name, ``bits(n)`` for the bits of the number n, the component's
-    arguments as they are unless given, and ``more``.
+    The formula is Python, with the knobs of `Config` by name, ``bits(n)`` for the bits of the number n, other arguments
+    of the component as they are unless given, and ``more``.
 
     Errors
     ------
@@ -24,5 +24,5 @@ def documented_latency(component: type, config: Config, **more: int) -> int:
     knobs = {path.partition(".")[2]: value for path, value in config.parameters().items()}
     arguments = {name: argument.default for name, argument in inspect.signature(component).parameters.items()
                  if isinstance(argument.default, int)}
-    names = {**knobs, **arguments, **more, "bits": lambda number: int(number).bit_length(), "max": max, "min": min}
+    names = {**arguments, **knobs, **more, "bits": lambda number: int(number).bit_length(), "max": max, "min": min}
     return eval(" ".join(found[1].split()), {"__builtins__": {}}, names)

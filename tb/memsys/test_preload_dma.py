@@ -302,8 +302,9 @@ def image():
 def run(name, image, changes, simulator):
     changes = {**SMALL, **changes}
     config = config_of(changes)
-    assert PreloadDma(config=config).latency == documented_latency(PreloadDma, config)
-    simulate(Preload(config=config), MODULE, ALL, simulator=simulator, name=name, changes=changes, image=str(image),
+    dut = Preload(config=config)
+    assert dut.dma.latency == documented_latency(PreloadDma, config)
+    simulate(dut, MODULE, ALL, simulator=simulator, name=name, changes=changes, image=str(image),
              clusters=CLUSTERS)
 
 

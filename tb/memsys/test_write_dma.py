@@ -350,8 +350,9 @@ def image():
 def run(name, image, changes, simulator, tests=ALL):
     changes = {**SMALL, **changes}
     config = config_of(changes)
-    assert WriteDma(config=config).latency == documented_latency(WriteDma, config)
-    simulate(Writes(config=config), MODULE, tests, simulator=simulator, name=name, changes=changes, image=str(image))
+    dut = Writes(config=config)
+    assert dut.dma.latency == documented_latency(WriteDma, config)
+    simulate(dut, MODULE, tests, simulator=simulator, name=name, changes=changes, image=str(image))
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
