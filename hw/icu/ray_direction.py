@@ -19,8 +19,13 @@ def direction(pipeline: Pipeline, column: Staged, row: Staged, is_screen, config
     numbers = config.numbers
     first, second = (pipeline.combine(lambda pair, k=k: pair[k], row) for k in range(2))
     around = [pipeline.combine(lambda pair, k=k: pair[k], column) for k in range(2)]
-    across = [pipeline.register(lambda value: round_shift(value, numbers.direction_fraction), pipeline.product(
-        first, value, registers=config.icu.product_registers)) for value in around]
+
+    def rounded(product):
+        # Of two entries of at most 1: as wide as they are, which is an operand of a multiplier.
+        return round_shift(product, numbers.direction_fraction)[:numbers.direction.width].as_signed()
+
+    across = [pipeline.register(rounded, pipeline.product(first, value, registers=config.icu.product_registers))
+              for value in around]
 
     def chosen(screen, hemisphere):
         return pipeline.register(lambda a, b: Mux(is_screen, a, b).as_signed(), screen, hemisphere)
