@@ -247,6 +247,8 @@ class Ctu:
         Shells have numbers below 2^b; 3 to 10.
     grid_row_bits, grid_column_bits
         The grid rays of all shells together have at most 2^b rows and 2^b columns; 6 to 18.
+    near_cell_bits
+        Shell 1 has at most 2^b cells; 5 to 14. Those of a hemisphere are 27, of a screen the more the wider it is.
     """
 
     pipelines: int = 0
@@ -258,11 +260,12 @@ class Ctu:
     shell_bits: int = 6
     grid_row_bits: int = 11
     grid_column_bits: int = 13
+    near_cell_bits: int = 9
 
     def __post_init__(self):
         for name, low, high in (("pipelines", 0, 4), ("lead", 0, 15), ("pyramid_levels", 1, 3),
                                 ("subshell_bits", 4, 14), ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
-                                ("grid_column_bits", 6, 18)):
+                                ("grid_column_bits", 6, 18), ("near_cell_bits", 5, 14)):
             _check_range("ctu", name, getattr(self, name), low, high)
         for name, low, high in (("ray_slots", 8, 1 << 18), ("deferred", 4, 256)):
             _check_power_of_two("ctu", name, getattr(self, name), low, high)

@@ -17,6 +17,7 @@ from golden.ctu.sector import Sector
 from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
+from golden.icu.sbb import SphericalWindows
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
@@ -25,7 +26,7 @@ __all__ = ["ALIGNMENT", "MAGIC", "REGIONS", "VERSION", "Field", "MemoryImage", "
            "machine_image", "pack_beats", "unpack_beats"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
-VERSION = 1
+VERSION = 2
 # Every region begins at a multiple of this, so that no record of up to 64 bytes crosses a 4 KiB border.
 ALIGNMENT = 64
 # What an empty place in a table of patch or cluster numbers holds.
@@ -143,7 +144,7 @@ REGIONS = (
         Field("z_scale", "u4", "R coordinate of depth 1, unsigned 1.16"),
         Field("half_angles", "f8", "slopes of a screen's x = 1 and y = 1, for the host; 1 in a hemisphere", 2),
         Field("place", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
-        Field("reserved", "u4", "0"),
+        Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
     )),
     Region("columns", "frustum", "column of rays", "Ray table, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
@@ -151,6 +152,8 @@ REGIONS = (
     Region("rows", "frustum", "row of rays", "Ray table, signed 1.16, and the weights that the collector adds.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
         Field("weight", "u8", "form factor of one ray in units of 2^-W; screen: 0"),
+        Field("slack", "u4", "how far the table's azimuths may be off, in units of an angle; screen: 0"),
+        Field("reserved", "u4", "0"),
     )),
     Region("near_cells", "frustum", "cell", "The cells of shell 1, which are opened without grid rays.", (
         Field("cell", "u4", "cell number, ascending"),
@@ -297,7 +300,7 @@ def machine_image(record: FrustumRecord, geometry: PatchGeometry, table: CellTab
         raise InputError(f"memory image: Frustum must have the schedule's {plan.partition.columns} x "
                          f"{plan.partition.rows} rays, not {record.columns} x {record.rows}")
     regions = {**_scene_regions(geometry, table), **_phase_regions(plan, len(geometry)),
-               **_frustum_regions(record, table, weights), **_shell_regions(record, table, config),
+               **_frustum_regions(record, table, config, weights), **_shell_regions(record, table, config),
                "hits": _records("hits", len(record), patch=NONE), "sums": _records("sums", len(geometry) + 1)}
     return MemoryImage({region.name: regions[region.name] for region in REGIONS})
 
@@ -409,14 +412,17 @@ def _phase_regions(plan, patches):
             "residents": _records("residents", sum(residents), patch=plan.sets.chosen)}
 
 
-def _frustum_regions(record, table, weights):
-    frustum = _records("frustum", 1, is_screen=int(record.is_screen), half_angles=record.half_angles,
-                       place=table.place(record.origin), **{
+def _frustum_regions(record, table, config, weights):
+    is_screen = record.is_screen
+    frustum = _records("frustum", 1, is_screen=int(is_screen), half_angles=record.half_angles,
+                       place=table.place(record.origin),
+                       longest_direction=0 if is_screen else record.longest_direction, **{
         name: np.ravel(getattr(record, name)) for name in
         ("source", "columns", "rows", "column_bits", "row_bits", "origin", "matrix", "to_global", "z_scale")})
     return {"frustum": frustum, "columns": _records("columns", record.columns, table=_pairs(record.column_table)),
             "rows": _records("rows", record.rows, table=_pairs(record.row_table),
-                             weight=0 if weights is None else weights)}
+                             weight=0 if weights is None else weights,
+                             slack=0 if is_screen else SphericalWindows(record, config).azimuth_slack)}
 
 
 def _shell_regions(record, table, config):

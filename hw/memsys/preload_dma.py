@@ -20,6 +20,8 @@ __all__ = ["PreloadDma"]
 PATCH_WORDS = 6
 # Patches whose ids are read at once.
 CHUNK_BITS = 4
+# Regions that are written, and such as are read again.
+PLACES = ("hits", "sums", "cells", "patch_lists", "patches")
 
 
 class PreloadDma(wiring.Component):
@@ -48,9 +50,9 @@ class PreloadDma(wiring.Component):
         `MemoryFormats.fault`, one for each command. Where a region is wrong its address.
     o_request, i_reply
         `MainMemoryPort`'s ``i_read`` and ``o_read``.
-    hits, sums, columns
-        Of the image that was read last: ``address`` and ``count`` of what the machine writes, and how many columns of
-        rays there are.
+    hits, sums, cells, patch_lists, patches, columns
+        Of the image that was read last: ``address`` and ``count`` of what the machine writes and of what it reads
+        again, and how many columns of rays there are.
 
     Timing
     ------
@@ -71,7 +73,7 @@ class PreloadDma(wiring.Component):
             "o_done": Out(stream.Signature(self._formats.fault)),
             "o_request": Out(stream.Signature(self._formats.request(0))),
             "i_reply": In(stream.Signature(self._formats.reply(0))),
-            "hits": Out(place), "sums": Out(place), "columns": Out(COUNT_BITS)})
+            **{name: Out(place) for name in PLACES}, "columns": Out(COUNT_BITS)})
         self._tag = StructLayout({"record": COUNT_BITS, "last": 1, "error": 1})
         self._check = TableCheck(tag=self._tag)
         self.latency = self._check.latency
@@ -107,7 +109,7 @@ class PreloadDma(wiring.Component):
             ("first_subshell", "subshells", "first_resident", "residents"), COUNT_BITS)))
         self._position = Signal(COUNT_BITS)
         self._size = Signal(64, reset_less=True)
-        self._patches, self._rows = (Signal(COUNT_BITS, reset_less=True, name=name) for name in ("patches", "rows"))
+        self._rows = Signal(COUNT_BITS, reset_less=True)
         # The first thing that went wrong.
         self._code = Signal(Fault)
         m.d.comb += [self.o_done.payload.code.eq(self._code), self.o_done.payload.address.eq(self._base)]
@@ -187,10 +189,11 @@ class PreloadDma(wiring.Component):
             with m.If(~number[0]):
                 m.d.sync += [offset.eq(word.data),
                              wide.eq((word.data[len(offset):] != 0) | (word.data[:ALIGNMENT.bit_length() - 1] != 0))]
-        for name, taken in ("hits", self.hits), ("sums", self.sums):
+        for name in PLACES:
+            taken = getattr(self, name)
             with m.If(write.en & (region == RegionNumber[name.upper()].value)):
                 m.d.sync += [taken.address.eq(self._command.image + offset), taken.count.eq(low)]
-        for name, taken in ("columns", self.columns), ("rows", self._rows), ("patches", self._patches):
+        for name, taken in ("columns", self.columns), ("rows", self._rows):
             with m.If(write.en & (region == RegionNumber[name.upper()].value)):
                 m.d.sync += taken.eq(low)
 
@@ -199,10 +202,13 @@ class PreloadDma(wiring.Component):
 
         Then hits = columns x rows, in the same way.
         """
-        icu, reader = self._config.icu, self._reader
+        icu, ctu, reader = self._config.icu, self._config.ctu, self._reader
         lines, patches = 1 << icu.side_bits, 1 << icu.patch_bits
-        most = {"cell_grid": 1, "frustum": 1, "patches": patches, "residence": patches, "sums": patches + 1,
-                "columns": lines, "rows": lines}
+        # Shells are counted from shell 2 on.
+        most = {"cell_grid": 1, "frustum": 1, "cells": self._config.memsys.scene_cells, "patches": patches,
+                "residence": patches, "sums": patches + 1, "columns": lines, "rows": lines,
+                "near_cells": 1 << ctu.near_cell_bits, "shells": (1 << ctu.shell_bits) - 2,
+                "grid_rows": 1 << ctu.grid_row_bits, "grid_columns": 1 << ctu.grid_column_bits}
         most = Array(Const(most.get(region.name, (1 << COUNT_BITS) - 1), COUNT_BITS) for region in REGIONS)
         sizes = Array(Const(size, 8) for size in RECORD_BYTES)
         end = Signal(self._config.memory.address_bits + 9, reset_less=True)
@@ -241,8 +247,8 @@ class PreloadDma(wiring.Component):
             m.d.sync += region.eq(region + 1)
             m.next = "Take a region"
             wrong = (end > self._size) | (place.count > most[region])
-            same = (region == RegionNumber.RESIDENCE.value) & (place.count != self._patches)
-            more = (region == RegionNumber.SUMS.value) & (place.count != self._patches + 1)
+            same = (region == RegionNumber.RESIDENCE.value) & (place.count != self.patches.count)
+            more = (region == RegionNumber.SUMS.value) & (place.count != self.patches.count + 1)
             with m.If(wrong | same | more):
                 self._fail(m, Fault.REGION)
             with m.If(region == len(REGIONS) - 1):

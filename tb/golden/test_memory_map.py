@@ -10,12 +10,14 @@ from golden.errors import InputError
 from golden.fixed import round_shift
 from golden.frustum import Hemisphere, Screen, screen_record
 from golden.icu.collector import collect
+from golden.icu.sbb import SphericalWindows
 from golden.memory_map import (
     ALIGNMENT,
     ENTRY,
     HEADER,
     MAGIC,
     REGIONS,
+    VERSION,
     MemoryImage,
     from_bytes,
     layout_tables,
@@ -144,6 +146,16 @@ def test_ray_directions_can_be_made_from_the_tables_alone(scene, back):
     assert np.array_equal(np.stack(parts, axis=-1).reshape(-1, 3), scene.record.all_directions())
 
 
+def test_bounds_of_windows_and_distances_are_those_of_the_blocks(scene, back):
+    slack, longest = back["rows"]["slack"], int(back["frustum"]["longest_direction"][0])
+    if scene.record.is_screen:
+        assert not slack.any()
+        assert longest == 0
+    else:
+        assert np.array_equal(slack, SphericalWindows(scene.record, CONFIG).azimuth_slack)
+        assert longest == scene.record.longest_direction
+
+
 def test_results_return_and_their_sums_are_the_collectors(scene, back):
     hits, _ = scene.shelling.cast(scene.record)
     written = from_bytes(back.with_results(hits).to_bytes())
@@ -232,8 +244,8 @@ def test_what_is_no_image_is_refused(image):
         from_bytes(data[:40])
     with pytest.raises(InputError, match=f"Magic must be {MAGIC}, not"):
         from_bytes(b"\0" * 4 + data[4:])
-    with pytest.raises(InputError, match="Version must be 1, not 2"):
-        from_bytes(data[:4] + b"\2" + data[5:])
+    with pytest.raises(InputError, match=f"Version must be {VERSION}, not {VERSION + 1}"):
+        from_bytes(data[:4] + bytes([VERSION + 1]) + data[5:])
     with pytest.raises(InputError, match="Size must be"):
         from_bytes(data[:-64])
     start = HEADER.dtype.itemsize
