@@ -3,25 +3,21 @@
 
 import random
 from collections import deque
-from itertools import pairwise
 
-import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
-from golden.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
-from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
+from hw.memsys.path_formats import BEATS, RequestKind
 from hw.memsys.system_bus_interface import SystemBusInterface
-from tb.lib.payload import pack
 from tb.lib.timing import documented_latency
-from tb.memsys.memory_path import scene_image
+from tb.memsys.bus_scene import BusScene
 
 CONFIG = PRESETS["tiny"].replace({"memsys.reply_ids": 4, "memsys.cache_fetches": 4, "icu.patch_bits": 8,
                                   "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.cache_ways": 2,
                                   "memsys.lfu_lines": 4, "memsys.lfu_count_bits": 3})
-FORMATS, BASE, COUNT = PathFormats(CONFIG), 0x2000, 24
+BASE = 0x2000
 
 
 class Bench:
@@ -30,12 +26,7 @@ class Bench:
     def __init__(self, *, policies=tuple(CachePolicy), latency=12, slow=True):
         self.dut = SystemBusInterface(config=CONFIG, policies=policies)
         self.random, self._latency, self._slow = random.Random(3), latency, slow
-        draw = random.Random(4)
-        self.cells = [(4 * k, draw.randrange(1, 9)) for k in range(20)]
-        self.lists = [draw.randrange(COUNT) for _ in range(90)]
-        self.vertices = [[[draw.randrange(1 << 24) for _ in range(3)] for _ in range(4)] for _ in range(COUNT)]
-        self.image, self.bases = scene_image([a for a, _ in self.cells], [b for _, b in self.cells], self.lists,
-                                             self.vertices, [0] * COUNT)
+        self.scene = BusScene(CONFIG)
         self.replies, self.cycles, self.asked = ([], []), ([], []), []
 
     def run(self, policy, requests):
@@ -43,8 +34,8 @@ class Bench:
         dut = self.dut
 
         async def drive(ctx):
-            ctx.set(dut.scene, {"cells": len(self.cells), "lists": len(self.lists), "patches": COUNT})
-            ctx.set(dut.bases, {name: BASE + offset for name, offset in self.bases.items()})
+            ctx.set(dut.scene, self.scene.counts)
+            ctx.set(dut.bases, {name: BASE + offset for name, offset in self.scene.bases.items()})
             ctx.set(dut.i_invalidate.payload, policy)
             ctx.set(dut.i_invalidate.valid, 1)
             await ctx.tick().until(dut.i_invalidate.ready)
@@ -76,7 +67,7 @@ class Bench:
                     for k in range(asked.length + 1):
                         at = asked.address - BASE + 8 * k
                         beats.append((cycle + self._latency, {
-                            "data": int.from_bytes(self.image[at:at + 8], "little"), "tag": asked.tag,
+                            "data": int.from_bytes(self.scene.image[at:at + 8], "little"), "tag": asked.tag,
                             "last": k == asked.length, "error": 0}))
                 for reply, came, cycles in zip(dut.o_reply, self.replies, self.cycles, strict=True):
                     if ctx.get(reply.valid & reply.ready):
@@ -93,47 +84,14 @@ class Bench:
         return self
 
 
-def grouped(beats):
-    """Replies of their beats."""
-    ends = [k + 1 for k, beat in enumerate(beats) if beat["last"]]
-    return [beats[a:b] for a, b in pairwise([0, *ends])]
-
-
-def key_of(kind, draw):
-    if kind is RequestKind.PATCH:
-        return draw.choice([draw.randrange(6), draw.randrange(COUNT)])
-    return draw.choice([draw.randrange(4), draw.randrange(20)]) | draw.randrange(2) * (1 << FORMATS.cell_bits)
-
-
 @pytest.mark.parametrize("policy", [CachePolicy.LRU, *(pytest.param(policy, marks=pytest.mark.nightly) for policy in (
     CachePolicy.DIRECT, CachePolicy.LFU))])
 def test_hits_are_goldens_access_by_access(policy):
-    draw = random.Random(9)
-    requests = [(draw.randrange(2), kind, key_of(kind, draw)) for kind in (draw.choice(list(RequestKind))
-                                                                          for _ in range(90))]
+    requests = BusScene(CONFIG).requests(90, seed=9)
     bench = Bench().run(policy, requests)
-    config = CONFIG.replace({"memsys.cache_policy": policy.name.lower()})
     for kind in RequestKind:
         mine = [(cluster, key) for cluster, which, key in requests if which is kind]
-        golden = Cache.of(config.memsys, lines=8)
-        hit, _, _ = golden.access(np.array([key for _, key in mine]))
-        replies = grouped(bench.replies[kind.value])
-        for (cluster, key), held, beats in zip(mine, hit, replies, strict=True):
-            assert {beat["cluster"] for beat in beats} == {cluster}
-            assert {beat["hit"] for beat in beats} == {int(held)}, (kind, key)
-            data = [beat["data"] for beat in beats]
-            if kind is RequestKind.PATCH:
-                assert data == [key, *(sum(part << 24 * axis for axis, part in enumerate(one))
-                                       for one in bench.vertices[key])]
-                continue
-            part, cell = divmod(key, 1 << FORMATS.cell_bits)
-            pointer, count = bench.cells[cell]
-            entries = bench.lists[pointer:pointer + count][4 * part:4 * part + 4]
-            # A part behind the list's end is an error, or empty if the one before it was full.
-            assert any(beat["error"] for beat in beats) == (4 * part > count)
-            assert data[:len(entries)] == [pack(FORMATS.cell_beat, {
-                "number": entry, "is_id": 1, "more": 4 * part + 4 < count}) for entry in entries]
-            assert len(beats) == max(1, len(entries))
+        bench.scene.check(kind, mine, bench.scene.hits(mine, policy.name.lower(), 8), bench.replies[kind.value])
 
 
 def test_hits_come_beat_after_beat():

@@ -22,18 +22,19 @@ CHANGES = {**SMALL, "memory.timeout_bits": 12}
 class Regions:
     """Bytes at an address, as cocotbext-axi asks a target for them; some cannot be had."""
 
-    def __init__(self, data, failed=lambda address: False):
-        self.data, self._failed = bytearray(data), failed
+    def __init__(self, data, failed=lambda address: False, *, base=BASE):
+        self.data, self._failed, self._base = bytearray(data), failed, base
 
     async def read(self, address, length):
         if self._failed(address):
             raise ValueError(f"nothing can be read at {address:#x}")
-        return bytes(self.data[address - BASE:address - BASE + length])
+        return bytes(self.data[address - self._base:address - self._base + length])
 
     async def write(self, address, data):
         if self._failed(address):
             raise ValueError(f"nothing can be written at {address:#x}")
-        self.data[address - BASE:address - BASE + len(data)] = data
+        at = address - self._base
+        self.data[at:at + len(data)] = data
 
 
 def attach(dut, target):
