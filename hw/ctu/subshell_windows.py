@@ -39,8 +39,9 @@ class SubshellWindows(wiring.Component):
     config
         The configuration.
     interval
-        Cycles from a vertex to the next one, at least 15. In 18 cycles one multiplier makes all products of
-        `G2rTransform`.
+        Cycles from a vertex to the next one, at least 15. In 16 cycles three multipliers make all products, two of
+        them those of `G2rTransform`; for these one is enough in 18. From 18 on each CORDIC is one stage that goes
+        round, below it is two.
 
     Members
     -------
@@ -70,7 +71,7 @@ class SubshellWindows(wiring.Component):
     section 5.3.4.2.
     """
 
-    def __init__(self, *, config: Config, interval: int = 18):
+    def __init__(self, *, config: Config, interval: int = 16):
         if not isinstance(interval, int) or interval < 15:
             raise ValueError(f"Interval must be at least 15, not {interval!r}")
         formats = self._formats = Formats(config)

@@ -10,7 +10,7 @@ from golden.cordic import gain
 from golden.icu.sbb import GAIN_FRACTION
 from hw.formats import Formats
 from hw.lib.cordic import cordic
-from hw.lib.fixed import magnitude, normalise, round_shift, shift_right, with_sign
+from hw.lib.fixed import magnitude, normalise, round_shift, serial_product, shift_right, with_sign
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["SphericalCoordinates"]
@@ -93,8 +93,10 @@ class SphericalCoordinates(wiring.Component):
                                [chosen(positive, signs[0]), chosen(signs[0], signs[1])])
         first, length = cordic(pipeline, guarded(a), guarded(b), linear=self.is_screen, icu=icu, width=width)
 
-        lengthened = pipeline.product(z, pipeline.constant(Const(round(gain(icu) * 2**GAIN_FRACTION))),
-                                      registers=icu.product_registers)
+        scale = round(gain(icu) * 2**GAIN_FRACTION)
+        # There is time for it where vertices are far apart.
+        lengthened = serial_product(pipeline, z, scale) if interval > 1 else pipeline.product(
+            z, pipeline.constant(Const(scale)), registers=icu.product_registers)
         lengthened = pipeline.register(lambda value: round_shift(value, GAIN_FRACTION - icu.cordic_guard), lengthened)
         length = shift_right(pipeline, length, by, width)
         # The screen's second pair waits with short numbers until the first CORDIC is done.

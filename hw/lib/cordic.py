@@ -1,6 +1,6 @@
 """CORDIC in vectoring mode as steps of a pipeline: angles and lengths (circular), quotients (linear)."""
 
-from amaranth.hdl import Const, Mux, Value
+from amaranth.hdl import Array, Const, Mux, Value
 
 from golden.config import Icu
 from golden.cordic import turns
@@ -33,33 +33,30 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Value, icu: Icu,
     Returns
     -------
     Angle (low ``angle_bits`` bits) or quotient (signed, in units of 2^-``cordic_stages``) in `accumulator_bits` bits,
-    and the length times `golden.cordic.gain`. ``cordic_stages + 2`` cycles.
+    and the length times `golden.cordic.gain`. ``cordic_stages + 2`` cycles; where items are far apart, stages share
+    adders (`Pipeline.rounds`).
 
     Golden counterpart: `golden.cordic.circular`, `golden.cordic.linear`.
     """
     bits, stages = accumulator_bits(icu), icu.cordic_stages
-    circular = [*turns(icu), 0]
-    quotient = [0, *(1 << stages - k for k in range(1, stages + 1))]
+    circular = Array(Const(int(turn), bits) for turn in [*turns(icu), 0])
+    quotient = Array(Const(step, bits) for step in [0, *(1 << stages - k for k in range(1, stages + 1))])
 
     def forward(value, behind):
         return Mux(behind, -value, value)[:width].as_signed()
 
-    behind = pipeline.combine(lambda x: x[-1] & ~linear, x)
-    angle = pipeline.register(lambda behind: Mux(behind, Const(1 << icu.angle_bits - 1, bits), 0), behind)
-    x, y = (pipeline.register(forward, value, behind) for value in (x, y))
-    for k in range(stages + 1):
-        above = pipeline.combine(lambda y: ~y[-1], y)
-        turn = Mux(linear, Const(quotient[k], bits), Const(int(circular[k]), bits))
+    def stepped(value, step, subtract, idle):
+        return Mux(idle, value, add_or_subtract(value, step, subtract)[:len(value)].as_signed()).as_signed()
 
-        def stepped(value, step, subtract, idle):
-            moved = add_or_subtract(value, step, subtract)[:len(value)].as_signed()
-            return moved if idle is None else Mux(idle, value, moved).as_signed()
-
+    def stage(k, x, y, angle):
+        above = ~y[-1]
         # A stage that only one of the two has leaves the other's numbers as they are.
-        idle_y = linear if k == 0 else ~linear if k == stages else None
-        idle_x = linear if k < stages else Const(1)
-        next_x = pipeline.register(lambda x, y, above, k=k, idle=idle_x: stepped(x, y >> k, ~above, idle), x, y, above)
-        next_y = pipeline.register(lambda x, y, above, k=k, idle=idle_y: stepped(y, x >> k, above, idle), x, y, above)
-        angle = pipeline.register(lambda angle, above, turn=turn: stepped(angle, turn, ~above, None), angle, above)
-        x, y = next_x, next_y
+        idle_x, idle_y = linear | (k == stages), (linear & (k == 0)) | (~linear & (k == stages))
+        return (stepped(x, y >> k, ~above, idle_x), stepped(y, x >> k, above, idle_y),
+                stepped(angle, Mux(linear, quotient[k], circular[k]), ~above, 0))
+
+    behind = pipeline.combine(lambda x: x[-1] & ~linear, x)
+    angle = pipeline.combine(lambda behind: Mux(behind, Const(1 << icu.angle_bits - 1, bits), 0).as_signed(), behind)
+    x, y, angle = pipeline.rounds(
+        stage, stages + 1, *(pipeline.combine(forward, value, behind) for value in (x, y)), angle)
     return angle, x

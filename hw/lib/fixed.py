@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
-from amaranth.hdl import Cat, Const, Mux, Value
+from amaranth.hdl import Array, Cat, Const, Mux, Value
 
 from hw.lib.pipeline import Pipeline, Staged
 
-__all__ = ["add_or_subtract", "extreme", "magnitude", "normalise", "round_shift", "shift_left", "shift_right",
-           "small_product", "split_limbs", "total", "with_sign"]
+__all__ = ["add_or_subtract", "extreme", "magnitude", "normalise", "round_shift", "serial_product", "shift_left",
+           "shift_right", "small_product", "split_limbs", "total", "with_sign"]
 
 # Multiplexers between two registers of a shifter.
 LEVELS = 2
@@ -111,6 +111,18 @@ def small_product(pipeline: Pipeline, a: Staged, b: Staged) -> Staged:
 
     return total(pipeline, [pipeline.register(lambda a, b, bit=bit: row(a, b, bit), a, b)
                             for bit in range(len(a.value))])
+
+
+def serial_product(pipeline: Pipeline, a: Staged, b: int) -> Staged:
+    """``a b`` of a signed value and a number above 0 without a multiplier: a bit of the number per cycle."""
+    places = b.bit_length()
+    bits = Array(Const(b >> place & 1, 1) for place in reversed(range(places)))
+    width = len(a.value) + places
+
+    def row(number, total, a):
+        return ((total << 1) + Mux(bits[number], a, 0))[:width].as_signed(), a
+
+    return pipeline.rounds(row, places, pipeline.constant(Const(0, width).as_signed()), a)[0]
 
 
 def add_or_subtract(a: Value, b: Value, subtract: Value) -> Value:

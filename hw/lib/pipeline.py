@@ -92,7 +92,7 @@ class Pipeline:
             raise ValueError(f"Interval must be 1 where the output can wait, not {interval!r}")
         self._advance = Signal(name="advance") if self._stalls else None
         self._delayed, self._ports, self._outputs = [], [], []
-        self._held, self._multipliers = [], []
+        self._held, self._multipliers, self._rounds = [], [], []
         self._kept = None
         self._valid = [Staged(i.valid, 0)]
 
@@ -155,6 +155,35 @@ class Pipeline:
             a, b = self.delay(a, 1), self.delay(b, 1)
         return self.register(lambda a, b: a * b, a, b, registers=max(1, registers - 1))
 
+    def rounds(self, function: Callable, count: int, *operands: Staged) -> tuple[Staged, ...]:
+        """``operands`` in registers, and ``count`` times what ``function`` of the round's number and of their values
+        makes of them: ``count + 1`` cycles.
+
+        The number is an int with registers for each round; where items are several cycles apart it is a value, and as
+        many rounds as there are cycles have one set of registers. Values keep their widths.
+        """
+        age = self._age(operands)
+        operands = [self._at(operand, age) for operand in operands]
+        if self._interval == 1:
+            values = self.register(lambda *values: values, *operands)
+            for number in range(count):
+                values = self.register(lambda *values, number=number: function(number, *values), *values)
+            return values
+        values = [operand.value for operand in operands]
+        done = 0
+        while True:
+            # A set gives the next one its last round while it takes the next item; the last set has nobody to give it
+            # to.
+            here = min(self._interval, count - done)
+            registers = [Signal(Value.cast(value).shape(), reset_less=True) for value in values]
+            number = Signal(range(done, done + here), init=done) if here > 1 else done
+            following = function(number, *registers) if here else registers
+            self._rounds.append((age, registers, values, following, number, done))
+            if here < self._interval:
+                break
+            done, age, values = done + here, age + here, following
+        return tuple(Staged(register, age + here + 1) for register in registers)
+
     def read(self, port, address: Staged) -> Staged:
         """What a memory's read port (domain ``sync``) gives for an address: one cycle older."""
         self._ports.append((port, address))
@@ -193,6 +222,13 @@ class Pipeline:
             valid = valid & self._at(self._kept, latency).value
         for multiplier in self._multipliers:
             multiplier.add_to(m, self.valid)
+        for age, registers, values, following, number, first in self._rounds:
+            with m.If(self.valid(age)):
+                m.d.sync += [register.eq(value) for register, value in zip(registers, values, strict=True)]
+            with m.Else():
+                m.d.sync += [register.eq(value) for register, value in zip(registers, following, strict=True)]
+            if isinstance(number, Signal):
+                m.d.sync += number.eq(Mux(self.valid(age), first, number + 1))
         for register, source, age in self._held:
             with m.If(self.valid(age)):
                 m.d.sync += register.eq(source)

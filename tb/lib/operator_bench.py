@@ -14,8 +14,9 @@ from tb.lib.payload import pack, unpack
 __all__ = ["run_operator"]
 
 
-def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns: Sequence) -> tuple[list, int]:
-    """What an operator of pipelines makes of rows of operands, one per cycle, in Amaranth's own simulator.
+def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns: Sequence, *,
+                 interval: int = 1) -> tuple[list, int]:
+    """What an operator of pipelines makes of rows of operands in Amaranth's own simulator.
 
     Parameters
     ----------
@@ -25,22 +26,27 @@ def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns
         From the pipeline and the staged operands to the list of staged results.
     columns
         Values of each operand.
+    interval
+        Cycles from a row to the next one.
 
     Returns
     -------
     Values of each result, and the latency.
     """
-    operator = _Operator(operands, results, apply)
+    operator = _Operator(operands, results, apply, interval)
     shape, came = operator.i.payload.shape(), []
 
     async def drive(ctx):
-        for cycle in range(len(columns[0]) + operator.latency):
-            if cycle < len(columns[0]):
-                row = {f"_{k}": int(column[cycle]) for k, column in enumerate(columns)}
-                ctx.set(operator.i.payload.as_value(), pack(shape, row))
-            ctx.set(operator.i.valid, cycle < len(columns[0]))
-            assert ctx.get(operator.o.valid) == (cycle >= operator.latency)
-            if cycle >= operator.latency:
+        rows = [{f"_{k}": int(column[row]) for k, column in enumerate(columns)} for row in range(len(columns[0]))]
+        for cycle in range((len(rows) - 1) * interval + operator.latency + 1):
+            row, waits = divmod(cycle, interval)
+            enters = waits == 0 and row < len(rows)
+            # What is not a row's is nobody's.
+            ctx.set(operator.i.payload.as_value(), pack(shape, rows[row]) if enters else (1 << shape.size) // 3)
+            ctx.set(operator.i.valid, enters)
+            leaves = cycle >= operator.latency and (cycle - operator.latency) % interval == 0
+            assert ctx.get(operator.o.valid) == leaves
+            if leaves:
                 came.append(unpack(operator.o.payload.shape(), ctx.get(operator.o.payload.as_value())))
             await ctx.tick()
 
@@ -54,12 +60,12 @@ def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns
 class _Operator(wiring.Component):
     """An operator between two streams."""
 
-    def __init__(self, operands, results, apply):
+    def __init__(self, operands, results, apply, interval):
         operands, results = (StructLayout({f"_{k}": shape for k, shape in enumerate(shapes)})
                              for shapes in (operands, results))
         super().__init__({"i": In(stream.Signature(operands, always_ready=True)),
                           "o": Out(stream.Signature(results, always_ready=True))})
-        self._pipeline = Pipeline(self.i, self.o)
+        self._pipeline = Pipeline(self.i, self.o, interval=interval)
         values = [self._pipeline.input(self.i.payload[name]) for name, _ in operands]
         for (name, _), value in zip(results, apply(self._pipeline, *values), strict=True):
             self._pipeline.output(self.o.payload[name], value)

@@ -19,12 +19,12 @@ def pairs():
     return np.concatenate([np.repeat(edge, 8), x]), np.concatenate([np.tile(edge, 8), y])
 
 
-def run(icu, x, y, *, is_linear, shape):
+def run(icu, x, y, *, is_linear, shape, interval=1):
     width = BITS + icu.cordic_guard + 4
     return run_operator(
         [signed(width)] * 2, [shape, signed(width)],
         lambda p, x, y: list(cordic(p, x, y, linear=Const(is_linear), icu=icu, width=width)),
-        [x << icu.cordic_guard, y << icu.cordic_guard])
+        [x << icu.cordic_guard, y << icu.cordic_guard], interval=interval)
 
 
 @pytest.mark.parametrize("icu", KNOBS, ids=str)
@@ -44,4 +44,14 @@ def test_quotients(icu):
     x, y = x[x > 0], y[x > 0]
     (quotient, _), latency = run(icu, x, y, is_linear=1, shape=signed(accumulator_bits(icu)))
     assert quotient == linear(y, x, icu).tolist()
+    assert latency == icu.cordic_stages + 2
+
+
+@pytest.mark.parametrize("interval", [6, 17, 18, 25])
+def test_stages_of_items_far_apart(interval):
+    icu, (x, y) = Icu(), (value[::5] for value in pairs())
+    (angle, length), latency = run(icu, x, y, is_linear=0, shape=unsigned(icu.angle_bits), interval=interval)
+    expected = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
+    assert angle == expected[0].tolist()
+    assert length == expected[1].tolist()
     assert latency == icu.cordic_stages + 2

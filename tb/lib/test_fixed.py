@@ -120,6 +120,15 @@ def test_shifts(width, shape):
     assert latency == steps // fixed.LEVELS
 
 
+@pytest.mark.parametrize(("factor", "interval"), [(1, 1), (107936, 1), (107936, 5), (107936, 17), (262143, 40)])
+def test_serial_product(factor, interval):
+    values = draw(signed(18))[::8]
+    (came,), latency = run_operator([signed(18)], [signed(18 + factor.bit_length())],
+                                    lambda p, a: [fixed.serial_product(p, a, factor)], [values], interval=interval)
+    check(came, values * factor)
+    assert latency == factor.bit_length() + 1
+
+
 def test_small_product():
     a, b = np.meshgrid(np.arange(-8, 8), draw(signed(18)))
     (came,), latency = run_operator([signed(4), signed(18)], [signed(24)],
