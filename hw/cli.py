@@ -8,6 +8,7 @@ from golden.commands.command_line import CommandLine
 from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 from golden.config import PRESETS
 from golden.errors import InputError
+from hw.registers.page import page
 from hw.report import UNITS, measure, table
 from hw.synthesis.flow import tool_versions
 
@@ -18,7 +19,7 @@ __all__ = ["main"]
              context_settings={"max_content_width": 110, "show_default": True})
 @click.version_option(package_name="radiosity-engine", prog_name="hw")
 def main():
-    """Radiosity Engine, hardware: area and clock of its blocks."""
+    """Radiosity Engine, hardware: area and clock of its blocks, and its registers."""
 
 
 @main.command()
@@ -46,3 +47,13 @@ def report(block, units, route, seed, folder, preset, assignments):
     text = table(rows, block=block, preset=preset, config=config, seed=seed)
     (folder / f"{block}.md").write_text(text)
     click.echo(text, nl=False)
+
+
+@main.command()
+@click.option("-o", "--output", "path", type=FILE, help="Where to.  [default: print it]")
+def registers(path):
+    """The page on the registers."""
+    if path is None:
+        click.echo(page(), nl=False)
+    else:
+        path.write_text(page())

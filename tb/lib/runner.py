@@ -45,7 +45,7 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     Parameters
     ----------
     component
-        An Amaranth component.
+        An Amaranth component, or Verilog with a module ``top``.
     module, tests
         Where the coroutines are, and their names.
     simulator
@@ -61,7 +61,7 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
         A coroutine failed, or there was none of one of the names.
     """
     seed = int(os.environ.get("SEED", "1"))
-    text = _export(component)
+    text = component if isinstance(component, str) else _export(component)
     _find_tools()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     failed = _run(text, module, tests, simulator, name, seed, given, waves=waves)

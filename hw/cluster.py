@@ -1,0 +1,240 @@
+"""Cluster: cell traversal, memory system and intersection of one section."""
+
+from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.control.cast_control import CastControl
+from hw.control.control_formats import ControlFormats
+from hw.control.frustum_load import FrustumLoad
+from hw.control.near_cells import NearCells
+from hw.ctu.ray_traversal import COUNTERS as TRAVERSAL_COUNTERS
+from hw.ctu.subshell_generator import ListError
+from hw.ctu.subshell_table import SubshellTable
+from hw.ctu.traversal_unit import TraversalUnit
+from hw.formats import Formats
+from hw.icu.intersection_unit import COUNTERS as INTERSECTION_COUNTERS
+from hw.icu.intersection_unit import IntersectionUnit
+from hw.lib.arbiter import Arbiter
+from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.memory_system import MemorySystem
+from hw.memsys.path_fault import PathFault
+from hw.memsys.path_formats import PathFormats
+from hw.memsys.table_load import TableLoad
+from hw.registers.engine_registers import COUNTER_BITS
+from hw.registers.error_code import LIST, PATH, ErrorCode
+
+__all__ = ["COUNTERS", "Cluster", "cluster_members"]
+
+# Vertices of patches of subshells: of as many patches as cell traversal asks for at once.
+SUBSHELL_VERTICES = 16
+MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
+COUNTERS = ("cycles", *(f"intersection_{name}" for name in INTERSECTION_COUNTERS),
+            *(f"traversal_{name}" for name in TRAVERSAL_COUNTERS), *(f"memory_{name}" for name in MEMORY_COUNTERS))
+# Streams straight from the units.
+_MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_out", "o_hit", "i_sums", "o_sum")
+
+
+def cluster_members(config: Config) -> dict:
+    """What a cluster shows the engine."""
+    formats, path, control, node = Formats(config), PathFormats(config), ControlFormats(config), config.noc.node_bits
+    asked = stream.Signature(StructLayout({"node": node, "patch": formats.patch}))
+    return {
+        "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
+        "loads": Out(1), "scene": In(path.scene), "i_cast": In(stream.Signature(0)), "busy": Out(1),
+        "cycles": Out(32), "sections": Out(ArrayLayout(formats.section, 2)), "i_read_out": In(stream.Signature(1)),
+        "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
+                                                    "hit": formats.hit, "last": 1}))),
+        "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
+        "o_sum": Out(stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))),
+        "o_request": Out(asked), "i_reply": In(stream.Signature(formats.patch_vertex)), "i_asked": In(asked),
+        "o_answer": Out(stream.Signature(StructLayout({"node": node, "vertex": formats.patch_vertex}))),
+        "o_bus": Out(stream.Signature(path.request)),
+        "i_bus": In(stream.Signature(path.bus_reply, always_ready=True)),
+        "fault": Out(control.fault), "clear": In(1), "counter": In(COUNTER_BITS), "count": Out(32)}
+
+
+class Cluster(wiring.Component):
+    """Casts its section of a frustum with the tables that it has been given.
+
+    ::
+
+        i_word -+- FrustumLoad - tables, numbers                                           o_request, o_bus
+                '- TableLoad -.                                                                   |
+        TraversalUnit - cells - MemorySystem - vertices - IntersectionUnit -+- o_hit        MemorySystem
+              |    '- patches of subshells -'                    |          '- o_sum
+              '------------- settle map -------------------------'
+
+    Patches whose windows are subshells are the cluster's own; traversal asks for them as other clusters do.
+
+    Parameters
+    ----------
+    config
+        The configuration; how many clusters there are says ``noc``.
+
+    Members
+    -------
+    number
+        Which cluster this is, and which node. The same from reset on.
+    reset
+        Forgets all but the tables.
+    i_word, loads
+        `ControlFormats.load_word`; words wait to be stored. Not while a cast is under way.
+    scene
+        `PathFormats.scene`. The same from loading on.
+    i_cast, busy, cycles
+        See `CastControl`.
+    sections
+        Of the present frustum, and of the one before.
+    i_read_out, o_hit, i_sums, o_sum
+        See `IntersectionUnit`.
+    o_request, i_reply, i_asked, o_answer, o_bus, i_bus
+        See `MemorySystem`.
+    fault, clear
+        What went wrong first, `ControlFormats.fault`, until it is cleared.
+    counter, count
+        Which of `COUNTERS`, and its value two cycles later.
+
+    Timing
+    ------
+    See the units.
+
+    Golden counterpart: `golden.cast.cluster_casting.ClusterCasting`. Source: Shen 1993, section 5.3.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, Formats(config)
+        self._memory, self._intersection = MemorySystem(config=config), IntersectionUnit(config=config)
+        self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
+        super().__init__(cluster_members(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory, m.submodules.intersection = memory, intersection = self._memory, self._intersection
+        m.submodules.traversal = traversal = self._traversal
+        m.submodules.load = self._load = load = FrustumLoad(config=self._config)
+        m.submodules.control = self._control = control = CastControl(config=self._config)
+        for block, names in (memory, _MEMORY), (intersection, _INTERSECTION):
+            for name in names:
+                ours, theirs = wiring.flipped(getattr(self, name)), getattr(block, name)
+                wiring.connect(m, *((theirs, ours) if name.startswith("o") else (ours, theirs)))
+        m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number), memory.clear.eq(self.clear)]
+        self._add_load(m, memory, intersection, traversal, load)
+        self._add_cast(m, memory, intersection, traversal, load, control)
+        self._add_subshells(m, memory, traversal, load)
+        self._add_ends(m, memory, intersection, traversal, control)
+        return ResetInserter(self.reset)(m)
+
+    def _add_load(self, m, memory, intersection, traversal, load):
+        """Words to the tables of all units."""
+        m.submodules.words = words = SkidBuffer(self.i_word.payload.shape())
+        m.submodules.tables = tables = TableLoad(config=self._config)
+        wiring.connect(m, wiring.flipped(self.i_word), words.i)
+        given, mine = words.o.payload, Signal()
+        m.d.comb += [
+            self.loads.eq(words.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
+            load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given), words.o.ready.eq(load.i.ready | ~mine),
+            tables.i.valid.eq(words.o.valid & mine & load.i.ready),
+            *(tables.i.payload[name].eq(given[name]) for name in ("region", "record", "word", "data"))]
+        for name in ("cells", "lists", "types", "geometry"):
+            wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
+        wiring.connect(m, load.o_grid, traversal.i_table)
+        table, ours, theirs = load.o_table, intersection.i_table, traversal.i_slack
+        m.d.comb += [
+            ours.valid.eq(table.valid), ours.payload.eq(table.payload), table.ready.eq(ours.ready),
+            theirs.valid.eq(table.valid & ours.ready), theirs.payload.eq(table.payload)]
+
+    def _add_cast(self, m, memory, intersection, traversal, load, control):
+        """A frustum's beginning, cells, patches, the settle map."""
+        numbers = load.numbers
+        frustum = Signal(self._formats.frustum)
+        m.d.comb += [
+            *(frustum[name].eq(numbers[name]) for name in frustum.shape().members if name in numbers.shape().members),
+            frustum.section.eq(load.section), frustum.tiles_across.eq(control.tiles_across),
+            control.section.eq(load.section)]
+        wiring.connect(m, wiring.flipped(self.i_cast), control.i)
+        m.d.comb += [self.busy.eq(control.busy), self.cycles.eq(control.cycles)]
+        wiring.connect(m, control.o_memory, memory.i_start)
+        m.submodules.near = near = NearCells(config=self._config)
+        wiring.connect(m, load.o_near, near.i_load)
+        wiring.connect(m, near.o, traversal.i_near)
+        asked = traversal.i_frustum.payload
+        m.d.comb += [
+            intersection.i_frustum.valid.eq(control.o_intersection.valid), intersection.i_frustum.payload.eq(frustum),
+            control.o_intersection.ready.eq(intersection.i_frustum.ready),
+            near.i.valid.eq(control.o_near.valid), near.i.payload.eq(load.near_cells),
+            control.o_near.ready.eq(near.i.ready),
+            traversal.i_frustum.valid.eq(control.o_traversal.valid),
+            control.o_traversal.ready.eq(traversal.i_frustum.ready), asked.traversal.frustum.eq(frustum),
+            *(asked.traversal[name].eq(numbers[name]) for name in ("to_global", "place", "cells")),
+            asked.last_shell.eq(load.last_shell), asked.subshells.first.eq(0),
+            asked.subshells["count"].eq(load.subshells), asked.subshells.patches.eq(self.scene.patches)]
+        with m.If(intersection.i_frustum.valid & intersection.i_frustum.ready):
+            m.d.sync += [self.sections[0].eq(load.section), self.sections[1].eq(self.sections[0])]
+
+        met = traversal.o
+        m.d.comb += [
+            memory.i_cell.valid.eq(met.valid & ~met.payload.final), memory.i_cell.payload.eq(met.payload.cell),
+            met.ready.eq(memory.i_cell.ready | met.payload.final),
+            control.final.eq(met.valid & met.ready & met.payload.final), control.drained.eq(memory.drained),
+            # Which stage a patch is for is not known: all of them wait for all patches.
+            traversal.settled.eq(control.idle.replicate(len(traversal.settled)))]
+        wiring.connect(m, memory.o_vertex, intersection.i_vertex)
+        vertex, goes = Signal(2), Signal()
+        m.d.comb += [
+            goes.eq(intersection.i_vertex.valid & intersection.i_vertex.ready), control.enters.eq(goes & (vertex == 0)),
+            intersection.o_done.ready.eq(1), control.leaves.eq(intersection.o_done.valid)]
+        with m.If(goes):
+            m.d.sync += vertex.eq(vertex + 1)
+        wiring.connect(m, traversal.o_tile, intersection.i_settle)
+        wiring.connect(m, intersection.o_settle, traversal.i_word)
+
+    def _add_subshells(self, m, memory, traversal, load):
+        """The list, and its patches beside those that other clusters ask for."""
+        m.submodules.list = table = SubshellTable(config=self._config)
+        wiring.connect(m, load.o_subshell, table.i_load)
+        wiring.connect(m, traversal.o_entry, table.i)
+        wiring.connect(m, table.o, traversal.i_entry)
+        m.submodules.asked = asked = Arbiter(self.i_asked.payload.shape(), count=2)
+        m.submodules.vertices = vertices = Queue(traversal.i_vertex.payload.shape(), depth=SUBSHELL_VERTICES)
+        others, mine, answer = asked.i[0], asked.i[1], memory.o_answer
+        wiring.connect(m, wiring.flipped(self.i_asked), others)
+        m.d.comb += [
+            mine.valid.eq(traversal.o_patch.valid), traversal.o_patch.ready.eq(mine.ready),
+            mine.payload.node.eq(self.number), mine.payload.patch.eq(traversal.o_patch.payload),
+            memory.i_asked.valid.eq(asked.o.valid), asked.o.ready.eq(memory.i_asked.ready),
+            memory.i_asked.payload.eq(asked.o.payload.item)]
+        # No other cluster asks as this one.
+        is_mine = Signal()
+        m.d.comb += [
+            is_mine.eq(answer.payload.node == self.number), vertices.i.valid.eq(answer.valid & is_mine),
+            vertices.i.payload.eq(answer.payload.vertex), self.o_answer.valid.eq(answer.valid & ~is_mine),
+            self.o_answer.payload.eq(answer.payload),
+            answer.ready.eq(Mux(is_mine, vertices.i.ready, self.o_answer.ready))]
+        wiring.connect(m, vertices.o, traversal.i_vertex)
+
+    def _add_ends(self, m, memory, intersection, traversal, control):
+        """Faults and counters."""
+        fault = self.fault
+        with m.If(self.clear):
+            m.d.sync += fault.as_value().eq(0)
+        with m.Elif(fault.code == ErrorCode.NONE):
+            with m.If(control.wrong):
+                m.d.sync += fault.code.eq(ErrorCode.SECTION)
+            with m.Elif(memory.fault.code != PathFault.NONE):
+                m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
+            with m.Elif(control.final & (traversal.error != ListError.NONE)):
+                m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
+        counters = Array([
+            control.cycles, *(intersection.counters[name] for name in INTERSECTION_COUNTERS),
+            *(traversal.counters[name] for name in TRAVERSAL_COUNTERS),
+            *(memory.counters[name] for name in MEMORY_COUNTERS)])
+        counter = Signal.like(self.counter)
+        m.d.sync += [counter.eq(self.counter), self.count.eq(counters[counter])]
+
+
+if len(COUNTERS) > 1 << COUNTER_BITS:
+    raise ValueError(f"There must be at most {1 << COUNTER_BITS} counters, not {len(COUNTERS)}")

@@ -1,0 +1,1 @@
+"""What joins the units: loading, casting, writing, and what goes wrong."""

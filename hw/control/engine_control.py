@@ -1,0 +1,163 @@
+"""Engine control: commands, what may be done when, and what goes wrong."""
+
+from amaranth.hdl import Array, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.control.control_formats import ControlFormats
+from hw.control.load_control import ALL
+from hw.memsys.fault import Fault
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.path_formats import PathFormats
+from hw.noc.network_fault import NetworkFault
+from hw.registers.engine_registers import register
+from hw.registers.error_code import NETWORK, ErrorCode
+
+__all__ = ["EngineControl"]
+
+# Cycles that a stop takes at least: longer than any way through the units.
+STOPS = 64
+
+
+class EngineControl(wiring.Component):
+    """Takes a command if it can be obeyed, keeps the first error, and ends what takes too long.
+
+    A load or a cast begins when nothing is under way. Results of the frustum before the present one may be written
+    while that one is cast. A stop holds all units in reset until main memory owes nothing.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i_command
+        The register ``command``. Always ready.
+    regions, earlier, watchdog
+        Registers, and whether ``results`` are of the earlier frustum.
+    loads, casts, writes, memory_busy
+        Busy: the load, a cluster's cast, the results, the port of main memory.
+    loading, casting, writing
+        Begin. One cycle; what begins is busy in the next one.
+    stops, clear
+        All units but the port are in reset; faults are cleared.
+    load_over, write_over, memory_fault
+        Faults: `LoadControl.o_over`, `ResultControl.o_over`, and that of the port.
+    clusters, networks
+        By cluster: `ControlFormats.fault`, `NetworkFault`.
+    status, error
+        The register ``status``; `ControlFormats.error`.
+
+    Timing
+    ------
+    Latency: ``1`` cycle from a command to its beginning.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._config, memory, control = config, MemoryFormats(config), ControlFormats(config)
+        over = stream.Signature(memory.fault, always_ready=True)
+        nodes, word = config.noc.nodes, 32
+        self._cluster = PathFormats(config).cluster
+        super().__init__({
+            "i_command": In(stream.Signature(register("command").width, always_ready=True)),
+            "regions": In(register("regions").width), "earlier": In(1), "watchdog": In(word),
+            **{name: In(1) for name in ("loads", "casts", "writes", "memory_busy")},
+            **{name: Out(1) for name in ("loading", "casting", "writing", "stops", "clear")},
+            "load_over": In(over), "write_over": In(over), "memory_fault": In(memory.fault),
+            "clusters": In(ArrayLayout(control.fault, nodes)), "networks": In(ArrayLayout(NetworkFault, nodes)),
+            "status": Out(register("status").width), "error": Out(control.error)})
+
+    def elaborate(self, platform):
+        m = Module()
+        command, nodes = register("command"), self._config.noc.nodes
+        bits = {field.name: Signal(name=f"asks_{field.name}") for field in command.fields}
+        before = 0
+        for k, bit in enumerate(bits.values()):
+            m.d.comb += bit.eq(self.i_command.valid & self.i_command.payload[k] & ~before)
+            before = self.i_command.payload[:k + 1].any()
+        nothing = self.i_command.valid & ~self.i_command.payload.any()
+
+        loaded, present, earlier = Signal(), Signal(), Signal()
+        begins = self.loading | self.casting | self.writing
+        idle, free = Signal(), Signal()
+        m.d.comb += [idle.eq(~(self.loads | self.casts | self.writes | self.stops | begins)),
+                     free.eq(~(self.loads | self.writes | self.stops | begins) & (~self.casts | self.earlier)
+                             & Mux(self.earlier, earlier, present))]
+        obeyed = {"load": idle, "cast": idle & loaded, "write": free}
+        m.d.sync += [getattr(self, target).eq(bits[name] & obeyed[name]) for name, target in
+                     (("load", "loading"), ("cast", "casting"), ("write", "writing"))]
+        m.d.comb += self.clear.eq(bits["clear"] | self.stops)
+
+        # Tables are complete after a load of all of them; a load that fails leaves them in disorder.
+        complete = Signal()
+        with m.If(self.loading):
+            m.d.sync += complete.eq((self.regions & ALL) == ALL)
+        with m.If(self.load_over.valid):
+            m.d.sync += loaded.eq((self.load_over.payload.code == Fault.NONE) & (loaded | complete))
+        with m.If(self.casting):
+            m.d.sync += [present.eq(1), earlier.eq(present)]
+
+        # How long what is under way has taken.
+        cycles, late = Signal(32), Signal()
+        m.d.sync += [cycles.eq(Mux(idle | begins, 0, cycles + 1)), late.eq(~self.stops & (cycles >= self.watchdog))]
+
+        # Errors: of clusters one after the other.
+        turn, fault, network = Signal(self._cluster), Signal.like(self.clusters[0]), Signal(NetworkFault)
+        asked = Signal.like(turn)
+        m.d.sync += [turn.eq(Mux(turn == nodes - 1, 0, turn + 1)), asked.eq(turn),
+                     fault.eq(Array(self.clusters[k].as_value() for k in range(nodes))[turn]),
+                     network.eq(Array(self.networks[k].as_value() for k in range(nodes))[turn])]
+        with m.If(self.clear):
+            m.d.sync += [fault.as_value().eq(0), network.eq(NetworkFault.NONE)]
+        error, ends = self.error, Signal()
+        wrong = {"command": (bits["load"] & ~idle) | (bits["cast"] & ~idle) | (bits["write"] & ~free) | nothing,
+                 "not_loaded": bits["cast"] & idle & ~loaded}
+        with m.If(bits["clear"]):
+            m.d.sync += error.as_value().eq(0)
+        with m.Elif(error.code == ErrorCode.NONE):
+            m.d.sync += error.cluster.eq(0)
+            with m.If(late):
+                m.d.sync += error.code.eq(ErrorCode.WATCHDOG)
+            with m.Elif(self.load_over.valid & (self.load_over.payload.code != Fault.NONE)):
+                m.d.sync += [error.code.eq(self.load_over.payload.code.as_value()),
+                             error.number.eq(self.load_over.payload.address)]
+            with m.Elif(self.write_over.valid & (self.write_over.payload.code != Fault.NONE)):
+                m.d.sync += [error.code.eq(self.write_over.payload.code.as_value()),
+                             error.number.eq(self.write_over.payload.address)]
+            with m.Elif(self.memory_fault.code != Fault.NONE):
+                m.d.sync += [error.code.eq(self.memory_fault.code.as_value()),
+                             error.number.eq(self.memory_fault.address)]
+            with m.Elif(wrong["command"]):
+                m.d.sync += error.code.eq(ErrorCode.COMMAND)
+            with m.Elif(wrong["not_loaded"]):
+                m.d.sync += error.code.eq(ErrorCode.NOT_LOADED)
+            with m.Elif(fault.code != ErrorCode.NONE):
+                m.d.sync += [error.code.eq(fault.code), error.cluster.eq(asked), error.number.eq(fault.number)]
+            with m.Elif(network != NetworkFault.NONE):
+                m.d.sync += [error.code.eq(network.as_value() + NETWORK), error.cluster.eq(asked)]
+
+        # What cannot go on ends in a reset.
+        m.d.comb += ends.eq(bits["stop"] | late | (fault.code == ErrorCode.PATH_TIMEOUT)
+                            | (network != NetworkFault.NONE))
+        left = Signal(range(STOPS + 1))
+        with m.If(self.stops):
+            m.d.sync += left.eq(Mux(left == 0, 0, left - 1))
+            with m.If((left == 0) & ~self.memory_busy):
+                m.d.sync += self.stops.eq(0)
+        with m.Elif(ends):
+            m.d.sync += [self.stops.eq(1), left.eq(STOPS)]
+        with m.If(self.stops):
+            m.d.sync += [loaded.eq(0), present.eq(0), earlier.eq(0), self.loading.eq(0), self.casting.eq(0),
+                         self.writing.eq(0)]
+        failed = error.code != ErrorCode.NONE
+        said = {"loads": self.loads | self.loading, "casts": self.casts | self.casting,
+                "writes": self.writes | self.writing, "stops": self.stops, "loaded": loaded, "failed": failed,
+                "present": present, "earlier": earlier}
+        for k, field in enumerate(register("status").fields):
+            m.d.comb += self.status[k].eq(said[field.name])
+        return m

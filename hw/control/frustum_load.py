@@ -1,0 +1,154 @@
+"""Frustum load: the words of a memory image to the tables and numbers of a frustum."""
+
+from amaranth.hdl import Cat, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.memory_map import REGIONS
+from hw.control.control_formats import ControlFormats
+from hw.formats import Formats, GridTableKind, TableKind
+from hw.memsys.image_layout import RegionNumber
+
+__all__ = ["FrustumLoad"]
+
+WORD_BYTES = 8
+# The first shell that has a record.
+FIRST_SHELL = 2
+
+
+def _elements(region, field):
+    """Of a field of 32 bits: in which word each of its elements is, and whether it is the high half."""
+    (layout,) = (one for one in REGIONS if one.name == region)
+    (about,) = (one for one in layout.fields if one.name == field)
+    first = layout.dtype.fields[field][1]
+    return [divmod(first + 4 * k, WORD_BYTES) for k in range(about.count)]
+
+
+class FrustumLoad(wiring.Component):
+    """Gives the intersection unit and the traversal unit of a cluster their tables, and keeps the numbers.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        `ControlFormats.load_word`: those of this cluster.
+    o_table
+        `Formats.table_write`, of columns and rows of rays.
+    o_grid
+        `Formats.grid_table_write`. Always ready.
+    o_near
+        ``place`` and ``cell`` of the cells of shell 1. Always ready.
+    o_subshell
+        `hw.ctu.subshell_table.SubshellTable`, ``i_load``.
+    numbers, section
+        `ControlFormats.numbers`, and the cluster's section.
+    last_shell, near_cells, subshells
+        The last shell, how many cells of shell 1 there are, and how many listed subshells.
+
+    Timing
+    ------
+    Latency: ``0`` cycles of what goes on at once, 1 of numbers. One word per cycle; stalls with ``o_table``.
+
+    Golden counterpart: `golden.memory_map`.
+    """
+
+    latency = 0
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats, control = config, Formats(config), ControlFormats(config)
+        formats = self._formats
+        near, subshells = config.ctu.near_cell_bits, config.ctu.subshell_bits
+        super().__init__({
+            "i": In(stream.Signature(control.load_word)), "o_table": Out(stream.Signature(formats.table_write)),
+            "o_grid": Out(stream.Signature(formats.grid_table_write, always_ready=True)),
+            "o_near": Out(stream.Signature(StructLayout({"place": near, "cell": formats.cell}), always_ready=True)),
+            "o_subshell": Out(stream.Signature(StructLayout({"place": subshells, "patch": 32, "shell": 32}),
+                                               always_ready=True)),
+            "numbers": Out(control.numbers), "section": Out(formats.section), "last_shell": Out(formats.shell),
+            "near_cells": Out(near + 1), "subshells": Out(32)})
+
+    def elaborate(self, platform):
+        m = Module()
+        self._add_tables(m)
+        self._add_grid(m)
+        self._add_numbers(m)
+        return m
+
+    def _add_tables(self, m):
+        """Columns and rows of rays; all else does not wait."""
+        given, out = self.i.payload, self.o_table.payload
+        width = self._formats.direction.width
+        pair = Cat(given.data[:width], given.data[32:32 + width])
+        m.d.comb += [out.index.eq(given.record), self.i.ready.eq(~self.o_table.valid | self.o_table.ready)]
+        for region, word, kind, data in (
+                (RegionNumber.COLUMNS, 0, TableKind.COLUMN, pair), (RegionNumber.ROWS, 0, TableKind.ROW, pair),
+                (RegionNumber.ROWS, 1, TableKind.WEIGHT, given.data),
+                (RegionNumber.ROWS, 2, TableKind.SLACK, given.data[:32])):
+            with m.If((given.region == region) & (given.word == word)):
+                m.d.comb += [self.o_table.valid.eq(self.i.valid), out.kind.eq(kind), out.data.eq(data)]
+
+    def _add_grid(self, m):
+        """Tables of grid rays: a record is written with its last word."""
+        formats, given, out = self._formats, self.i.payload, self.o_grid
+        low, high = given.data[:32], given.data[32:]
+        before = Signal(ArrayLayout(64, 4), reset_less=True)
+        with m.If(self.i.valid):
+            m.d.sync += before[given.word].eq(given.data)
+
+        def half(word, is_high):
+            return before[word][32:] if is_high else before[word][:32]
+
+        shell, row, column = (Signal(shape, name=name) for name, shape in (
+            ("shell", formats.grid_shell), ("row", formats.grid_row), ("column", formats.grid_column)))
+        m.d.comb += [
+            shell.begin.eq(half(0, 0)), shell.length.eq(half(0, 1) - half(0, 0)), shell.threshold.eq(half(1, 0)),
+            shell.row_border.eq(half(1, 1)), shell.first_row.eq(half(2, 0)), shell.rows.eq(half(2, 1)),
+            shell.first_column.eq(half(3, 0)), shell.columns.eq(half(3, 1)), shell.first_ray.eq(low),
+            row.table[0].eq(half(0, 0)), row.table[1].eq(half(0, 1)), row.position.eq(half(1, 0)),
+            row.first_near.eq(half(1, 1)), row.near.eq(half(2, 0)), row.column_reach.eq(half(2, 1)),
+            row.column_border.eq(low),
+            column.table[0].eq(half(0, 0)), column.table[1].eq(half(0, 1)), column.position.eq(low)]
+        for region, word, kind, record, first in (
+                (RegionNumber.SHELLS, 4, GridTableKind.SHELL, shell, FIRST_SHELL),
+                (RegionNumber.GRID_ROWS, 3, GridTableKind.ROW, row, 0),
+                (RegionNumber.GRID_COLUMNS, 1, GridTableKind.COLUMN, column, 0)):
+            with m.If((given.region == region) & (given.word == word)):
+                m.d.comb += [out.valid.eq(self.i.valid), out.payload.kind.eq(kind), out.payload.data.eq(record),
+                             out.payload.index.eq(given.record + first)]
+        m.d.comb += [
+            self.o_near.valid.eq(self.i.valid & (given.region == RegionNumber.NEAR_CELLS)),
+            self.o_near.payload.place.eq(given.record), self.o_near.payload.cell.eq(low),
+            self.o_subshell.valid.eq(self.i.valid & (given.region == RegionNumber.SUBSHELLS)
+                                     & (given.record >> self._config.ctu.subshell_bits == 0)),
+            self.o_subshell.payload.place.eq(given.record), self.o_subshell.payload.patch.eq(low),
+            self.o_subshell.payload.shell.eq(high)]
+
+    def _add_numbers(self, m):
+        """What stays in registers."""
+        given, numbers = self.i.payload, self.numbers
+        targets = [("clusters", name, [self.section[name]]) for name in self.section.shape().members]
+        targets += [("clusters", "subshells", [self.subshells]), ("cell_grid", "shape", list(numbers.cells))]
+        for name in ("is_screen", "source", "columns", "rows", "column_bits", "row_bits", "longest_direction"):
+            targets.append(("frustum", name, [numbers[name]]))
+        for name in ("origin", "place"):
+            targets.append(("frustum", name, list(numbers[name])))
+        for name in ("matrix", "to_global"):
+            targets.append(("frustum", name, [entry for line in numbers[name] for entry in line]))
+        for region, field, elements in targets:
+            for target, (word, byte) in zip(elements, _elements(region, field), strict=True):
+                half = given.data[32:] if byte else given.data[:32]
+                with m.If(self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word)):
+                    m.d.sync += target.eq(half)
+        # Of a frustum with other tables these are written anew.
+        with m.If(self.i.valid & (given.region == RegionNumber.FRUSTUM)):
+            m.d.sync += [self.last_shell.eq(FIRST_SHELL - 1), self.near_cells.eq(0)]
+        with m.If(self.i.valid & (given.region == RegionNumber.SHELLS)):
+            m.d.sync += self.last_shell.eq(given.record + FIRST_SHELL)
+        with m.If(self.i.valid & (given.region == RegionNumber.NEAR_CELLS)):
+            m.d.sync += self.near_cells.eq(given.record + 1)

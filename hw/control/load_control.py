@@ -1,0 +1,112 @@
+"""Load control: what is everybody's, then what is each cluster's own."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.memory_map import REGIONS
+from hw.control.control_formats import ControlFormats
+from hw.memsys.fault import Fault
+from hw.memsys.image_layout import RegionNumber
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.path_formats import PathFormats
+
+__all__ = ["ALL", "OWN", "LoadControl"]
+
+# Regions of which each cluster has a part of its own, as bits; those that the machine must have. A resident set is read
+# for its patches.
+OWN = sum(1 << RegionNumber[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
+ALL = sum(1 << k for k, region in enumerate(REGIONS) if region.life != "result" and region.name != "residents")
+# Cycles from the last word of a command until it is with all clusters, or they say that it is not.
+ARRIVES = 7
+
+
+class LoadControl(wiring.Component):
+    """Commands of the preload DMA, one for all clusters and one for each of them, and its words with whom they are for.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``image`` and ``regions``. Taken when the last ones have been loaded.
+    busy
+        Tables are being read.
+    o_command, i_done, i_word
+        `PreloadDma`'s ``i``, ``o_done`` and ``o``.
+    o_word
+        `ControlFormats.load_word`.
+    loads
+        A cluster has words that are not stored yet.
+    o_over
+        `MemoryFormats.fault`, one for each load. Always ready. With a fault nothing of the rest has been read.
+
+    Timing
+    ------
+    Latency: ``1`` cycle to the first command, ``0`` of a word. One word per cycle; stalls with ``o_word``.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._config, memory = config, MemoryFormats(config)
+        control, path, address = ControlFormats(config), PathFormats(config), config.memory.address_bits
+        self._cluster = path.cluster
+        word = dict(iter(control.load_word))
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"image": address, "regions": len(REGIONS)}))), "busy": Out(1),
+            "o_command": Out(stream.Signature(StructLayout({"image": address, "cluster": 16,
+                                                            "regions": len(REGIONS)}))),
+            "i_done": In(stream.Signature(memory.fault)),
+            "i_word": In(stream.Signature(StructLayout({name: field.shape for name, field in word.items()
+                                                        if name not in ("cluster", "is_all")}))),
+            "o_word": Out(stream.Signature(control.load_word)), "loads": In(1),
+            "o_over": Out(stream.Signature(memory.fault, always_ready=True))})
+
+    def elaborate(self, platform):
+        m = Module()
+        given, is_all, cluster = Signal.like(self.i.payload), Signal(), Signal(self._cluster)
+        regions, wait, command = Signal.like(given.regions), Signal(range(ARRIVES + 1)), self.o_command.payload
+        m.d.comb += [
+            regions.eq(Mux(is_all, given.regions & ~OWN, given.regions & OWN)), command.image.eq(given.image),
+            command.cluster.eq(cluster), command.regions.eq(regions),
+            self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
+            *(self.o_word.payload[name].eq(self.i_word.payload[name]) for name in self.i_word.payload.shape().members),
+            self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
+        fault = Signal.like(self.i_done.payload)
+        m.d.comb += [self.o_over.payload.eq(fault), self.busy.eq(1)]
+        with m.FSM():
+            with m.State("Wait"):
+                m.d.comb += [self.i.ready.eq(1), self.busy.eq(0)]
+                m.d.sync += [given.eq(self.i.payload), is_all.eq(1), cluster.eq(0)]
+                with m.If(self.i.valid):
+                    m.next = "Command"
+            with m.State("Command"):
+                m.d.comb += self.o_command.valid.eq(1)
+                with m.If(self.o_command.ready):
+                    m.next = "Read"
+            with m.State("Read"):
+                m.d.comb += self.i_done.ready.eq(1)
+                m.d.sync += wait.eq(0)
+                with m.If(self.i_done.valid):
+                    m.d.sync += fault.eq(self.i_done.payload)
+                    m.next = "Arrive"
+            with m.State("Arrive"):
+                m.d.sync += wait.eq(Mux(self.loads | self.o_word.valid, 0, wait + 1))
+                with m.If(wait == ARRIVES):
+                    m.next = "Next"
+            with m.State("Next"):
+                m.d.sync += is_all.eq(0)
+                with m.If(~is_all):
+                    m.d.sync += cluster.eq(cluster + 1)
+                m.next = "Command"
+                with m.If((fault.code != Fault.NONE) | ((given.regions & OWN) == 0)
+                          | (~is_all & (cluster == self._config.noc.nodes - 1))):
+                    m.d.comb += self.o_over.valid.eq(1)
+                    m.next = "Wait"
+        return m

@@ -1,0 +1,127 @@
+"""Result control: hits of one cluster after the other, then the sums of all."""
+
+from amaranth.hdl import Array, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.control.control_formats import ControlFormats
+from hw.formats import Formats
+from hw.memsys.fault import Fault
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.path_formats import PathFormats
+from hw.memsys.table_check import COUNT_BITS
+from hw.memsys.write_dma import ResultKind
+
+__all__ = ["ResultControl"]
+
+
+class ResultControl(wiring.Component):
+    """Commands of the write DMA, and of the clusters' read-out.
+
+    After a fault all clusters are read out still, so that what comes next begins at 0.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i
+        ``hits``, ``sums``: whether they are written; ``earlier``: of the frustum before the present one. Taken when the
+        last ones have been written.
+    busy
+        Results are being written.
+    results, sections, total
+        `ControlFormats.results` and the clusters' sections of that frustum; what all its weights add up to. The same
+        while it is busy.
+    o_read_out, i_hit
+        A cluster's ``i_read_out``, and a hit of it goes on (``last`` or not); ``cluster`` says whose.
+    cluster, drops
+        See above; its hits are to be taken, and not written.
+    o_sums
+        All clusters' ``i_sums``.
+    o_command, i_done
+        `WriteDma`'s ``i`` and ``o_done``.
+    o_over
+        `MemoryFormats.fault`, one each time. Always ready.
+
+    Timing
+    ------
+    Latency: ``1`` cycle to the first read-out.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._config, memory, control = config, MemoryFormats(config), ControlFormats(config)
+        formats, address = Formats(config), config.memory.address_bits
+        self._command = StructLayout({
+            "kind": ResultKind, "address": address, "count": COUNT_BITS, "columns": formats.count,
+            "section": formats.section, "total": formats.weight_sum})
+        super().__init__({
+            "i": In(stream.Signature(StructLayout({"hits": 1, "sums": 1, "earlier": 1}))), "busy": Out(1),
+            "results": In(control.results), "sections": In(ArrayLayout(formats.section, config.noc.nodes)),
+            "total": In(formats.weight_sum), "o_read_out": Out(stream.Signature(1)),
+            "i_hit": In(stream.Signature(1, always_ready=True)), "cluster": Out(PathFormats(config).cluster),
+            "drops": Out(1), "o_sums": Out(stream.Signature(config.icu.patch_bits + 1)),
+            "o_command": Out(stream.Signature(self._command)), "i_done": In(stream.Signature(memory.fault)),
+            "o_over": Out(stream.Signature(memory.fault, always_ready=True))})
+
+    def elaborate(self, platform):
+        m = Module()
+        given, is_sums, results = Signal.like(self.i.payload), Signal(), self.results
+        fault, command = Signal.like(self.i_done.payload), self.o_command.payload
+        sections = Array(self.sections[k].as_value() for k in range(self._config.noc.nodes))
+        m.d.comb += [
+            command.kind.eq(Mux(is_sums, ResultKind.SUMS, ResultKind.HITS)),
+            command.address.eq(Mux(is_sums, results.sums.address, results.hits.address)),
+            command["count"].eq(Mux(is_sums, results.sums["count"], results.hits["count"])),
+            command.columns.eq(results.columns), command.section.eq(sections[self.cluster]),
+            command.total.eq(self.total),
+            self.o_read_out.payload.eq(given.earlier), self.o_sums.payload.eq(results.sums["count"] - 1),
+            self.o_over.payload.eq(fault), self.busy.eq(1)]
+        with m.FSM():
+            with m.State("Wait"):
+                m.d.comb += [self.i.ready.eq(1), self.busy.eq(0)]
+                m.d.sync += [given.eq(self.i.payload), is_sums.eq(0), self.cluster.eq(0), fault.code.eq(Fault.NONE)]
+                with m.If(self.i.valid):
+                    m.next = "Read out"
+            with m.State("Read out"):
+                m.d.comb += self.o_read_out.valid.eq(1)
+                with m.If(self.o_read_out.ready):
+                    m.next = "Command"
+                    with m.If(~given.hits):
+                        m.next = "Drop"
+            with m.State("Drop"):
+                m.d.comb += self.drops.eq(1)
+                with m.If(self.i_hit.valid & self.i_hit.payload):
+                    m.next = "Next"
+            with m.State("Command"):
+                m.d.comb += self.o_command.valid.eq(1)
+                with m.If(self.o_command.ready):
+                    m.next = "Write"
+            with m.State("Write"):
+                m.d.comb += self.i_done.ready.eq(1)
+                with m.If(self.i_done.valid):
+                    with m.If(fault.code == Fault.NONE):
+                        m.d.sync += fault.eq(self.i_done.payload)
+                    m.next = "Next"
+            with m.State("Next"):
+                m.d.sync += self.cluster.eq(self.cluster + 1)
+                m.next = "Read out"
+                with m.If(is_sums | (self.cluster == self._config.noc.nodes - 1)):
+                    m.next = "Sums"
+            with m.State("Sums"):
+                m.d.sync += [is_sums.eq(1), self.cluster.eq(0)]
+                m.next = "Ask"
+                with m.If(is_sums | ~given.sums):
+                    m.d.comb += self.o_over.valid.eq(1)
+                    m.next = "Wait"
+            with m.State("Ask"):
+                m.d.comb += self.o_sums.valid.eq(1)
+                with m.If(self.o_sums.ready):
+                    m.next = "Command"
+        return m

@@ -1,0 +1,280 @@
+"""Engine: clusters, their networks and bus, registers, and the way to main memory."""
+
+from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.cluster import Cluster, cluster_members
+from hw.control.control_formats import ControlFormats
+from hw.control.engine_control import EngineControl
+from hw.control.load_control import LoadControl
+from hw.control.result_control import ResultControl
+from hw.control.sum_merge import SumMerge
+from hw.lib.apart import Apart
+from hw.lib.arbiter import Arbiter
+from hw.lib.fork import Fork
+from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.image_layout import RegionNumber
+from hw.memsys.local_bus import LocalBus
+from hw.memsys.main_memory_port import MainMemoryPort
+from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.preload_dma import PreloadDma
+from hw.memsys.system_bus_interface import READERS, SystemBusInterface
+from hw.memsys.write_dma import WriteDma
+from hw.noc.patch_network import PatchNetwork
+from hw.registers.axi_lite_signature import AxiLiteSignature
+from hw.registers.engine_registers import ADDRESS_BITS, COUNTER_BITS, ENGINE_REGISTERS, MAGIC, VERSION
+from hw.registers.registers import Registers
+
+__all__ = ["CLUSTER", "Engine"]
+
+# The module of a cluster where it is exported apart.
+CLUSTER = "cluster"
+
+
+class Engine(wiring.Component):
+    """The machine: casts frusta of scenes that lie in main memory.
+
+    ::
+
+        host - Registers - EngineControl - LoadControl, ResultControl
+        axi - MainMemoryPort -+- PreloadDma - words - Cluster ...  - PatchNetwork
+                              |- WriteDma - hits, SumMerge - ...
+                              '- SystemBusInterface - LocalBus - ...
+
+    Parameters
+    ----------
+    config
+        The configuration; as many clusters as ``noc`` has nodes.
+    apart
+        Clusters are instances of the module ``cluster``, which is exported on its own (`hw.export`).
+    policies
+        Those of the caches that are built; all by default.
+
+    Members
+    -------
+    host
+        `AxiLiteSignature`, with the registers of `hw.registers.engine_registers`. Counters are at ``COUNTERS_BASE``:
+        those of `hw.cluster.COUNTERS` as words, 2^``COUNTER_BITS`` of each cluster.
+    axi
+        `AxiSignature`.
+
+    Timing
+    ------
+    See the units.
+
+    Golden counterpart: `golden.cast.shelling.Shelling`, `golden.memory_map`. Source: Shen 1993, chapter 5.
+    """
+
+    def __init__(self, *, config: Config, apart: bool = False, policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
+        self._config, self._apart, self._policies = config, apart, policies
+        super().__init__({"host": In(AxiLiteSignature(address_bits=ADDRESS_BITS)),
+                          "axi": Out(AxiSignature(config=config))})
+
+    def elaborate(self, platform):
+        m = Module()
+        config, nodes = self._config, self._config.noc.nodes
+        # The last tag is the preload DMA's.
+        tag = range(READERS + 1)
+        m.submodules.registers = registers = Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)
+        m.submodules.control = control = EngineControl(config=config)
+        m.submodules.port = port = MainMemoryPort(config=config, tag=tag)
+        self._stops, self._tag = control.stops, tag
+
+        def add(name, component):
+            m.submodules[name] = ResetInserter(control.stops)(component)
+            return component
+
+        self._add_submodule = add
+        preload, write = add("preload", PreloadDma(config=config)), add("write", WriteDma(config=config))
+        load, result = add("load", LoadControl(config=config)), add("result", ResultControl(config=config))
+        bus = add("bus", LocalBus(config=config, clusters=nodes))
+        interface = add("interface", SystemBusInterface(config=config, policies=self._policies))
+        clusters = []
+        for number in range(nodes):
+            cluster = Apart(cluster_members(config), name=CLUSTER) if self._apart else Cluster(config=config)
+            m.submodules[f"cluster_{number}"] = cluster
+            m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops)]
+            clusters.append(cluster)
+        self._add_memory(m, port, preload, write, interface)
+        self._add_load(m, registers, control, preload, load, interface, clusters)
+        self._add_cast(m, registers, control, clusters, bus, interface)
+        self._add_results(m, registers, control, preload, write, result, clusters)
+        self._add_registers(m, registers, control, port, load, result, interface, clusters)
+        return m
+
+    def _add_memory(self, m, port, preload, write, interface):
+        """Who reads and who writes; while units are reset what is owed is taken, and what is due is nothing."""
+        formats = MemoryFormats(self._config)
+        asked = formats.request(self._tag)
+        reads = self._add_submodule("reads", Arbiter(asked, count=2))
+        for request, tag, given in ((interface.o_request, interface.o_request.payload.tag, reads.i[0]),
+                                    (preload.o_request, READERS, reads.i[1])):
+            m.d.comb += [
+                given.valid.eq(request.valid), request.ready.eq(given.ready), given.payload.tag.eq(tag),
+                *(given.payload[name].eq(request.payload[name]) for name in ("address", "length"))]
+        m.d.comb += [port.i_read.valid.eq(reads.o.valid & ~self._stops), reads.o.ready.eq(port.i_read.ready),
+                     port.i_read.payload.eq(reads.o.payload.item)]
+        came, is_preload = port.o_read, Signal()
+        m.d.comb += [is_preload.eq(came.payload.tag == READERS),
+                     came.ready.eq(Mux(is_preload, preload.i_reply.ready, interface.i_reply.ready) | self._stops)]
+        for reply, mine in (preload.i_reply, is_preload), (interface.i_reply, ~is_preload):
+            m.d.comb += [reply.valid.eq(came.valid & mine & ~self._stops),
+                         *(reply.payload[name].eq(came.payload[name]) for name in ("data", "last", "error"))]
+        m.d.comb += interface.i_reply.payload.tag.eq(came.payload.tag)
+        m.d.comb += [
+            port.i_write.valid.eq(write.o_request.valid & ~self._stops), write.o_request.ready.eq(port.i_write.ready),
+            *(port.i_write.payload[name].eq(write.o_request.payload[name]) for name in ("address", "length")),
+            port.i_write_data.valid.eq(write.o_data.valid | self._stops),
+            write.o_data.ready.eq(port.i_write_data.ready),
+            port.i_write_data.payload.data.eq(write.o_data.payload.data),
+            port.i_write_data.payload.strobe.eq(Mux(self._stops, 0, write.o_data.payload.strobe)),
+            write.i_written.valid.eq(port.o_written.valid & ~self._stops),
+            port.o_written.ready.eq(write.i_written.ready | self._stops),
+            write.i_written.payload.error.eq(port.o_written.payload.error)]
+        wiring.connect(m, port.axi, wiring.flipped(self.axi))
+
+    def _add_load(self, m, registers, control, preload, load, interface, clusters):
+        """Words to the clusters; what the scene is, and where."""
+        wiring.connect(m, load.o_command, preload.i)
+        wiring.connect(m, preload.o_done, load.i_done)
+        wiring.connect(m, preload.o, load.i_word)
+        words = self._add_submodule("words", Fork(load.o_word.payload.shape(), count=len(clusters)))
+        held = self._add_submodule("held", SkidBuffer(load.o_word.payload.shape()))
+        wiring.connect(m, load.o_word, held.i)
+        wiring.connect(m, held.o, words.i)
+        loads = Signal()
+        m.d.sync += loads.eq(held.o.valid | sum(cluster.loads for cluster in clusters).any())
+        m.d.comb += [
+            load.i.valid.eq(control.loading), load.i.payload.image.eq(registers.image),
+            load.i.payload.regions.eq(registers.regions), load.loads.eq(loads), control.loads.eq(load.busy)]
+        scene, takes = interface.scene, Signal()
+        places = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
+        with m.If(control.loading):
+            m.d.sync += takes.eq(registers.regions[RegionNumber.CELLS.value])
+        kept_scene, kept_bases = Signal.like(scene), Signal.like(interface.bases)
+        # Known from the header on, and the same until the next load of cells.
+        with m.If(load.busy & takes):
+            m.d.sync += [
+                *(kept_scene[name].eq(place["count"]) for name, place in places.items()),
+                *(kept_bases[name].eq(place.address) for name, place in places.items())]
+        m.d.comb += [scene.eq(kept_scene), interface.bases.eq(kept_bases)]
+        # The caches are emptied after each load of cells; nobody asks them before.
+        empties = Signal()
+        with m.If(load.o_over.valid & takes):
+            m.d.sync += empties.eq(1)
+        with m.Elif(interface.i_invalidate.ready | self._stops):
+            m.d.sync += empties.eq(0)
+        m.d.comb += [interface.i_invalidate.valid.eq(empties),
+                     interface.i_invalidate.payload.eq(CachePolicy(registers.policy))]
+        for cluster, word in zip(clusters, words.o, strict=True):
+            wiring.connect(m, word, cluster.i_word)
+            m.d.comb += cluster.scene.eq(kept_scene)
+
+    def _add_cast(self, m, registers, control, clusters, bus, interface):
+        """Clusters, bus and network."""
+        wiring.connect(m, bus.o_request, interface.i_request)
+        for kind in range(2):
+            wiring.connect(m, interface.o_reply[kind], bus.i_reply[kind])
+        for number, cluster in enumerate(clusters):
+            wiring.connect(m, cluster.o_bus, bus.i_request[number])
+            wiring.connect(m, bus.o_reply[number], cluster.i_bus)
+            m.d.comb += [cluster.i_cast.valid.eq(control.casting), cluster.clear.eq(control.clear)]
+        if len(clusters) == 1:
+            # There is nobody to ask, and nobody who asks.
+            return
+        network = self._add_submodule("network", PatchNetwork(config=self._config))
+        for number, cluster in enumerate(clusters):
+            wiring.connect(m, cluster.o_request, network.i_request[number])
+            wiring.connect(m, network.o_reply[number], cluster.i_reply)
+            wiring.connect(m, network.o_request[number], cluster.i_asked)
+            wiring.connect(m, cluster.o_answer, network.i_reply[number])
+            m.d.comb += control.networks[number].eq(network.fault[number])
+        m.d.comb += [registers.flits.eq(network.flits), registers.flit_stalls.eq(network.stalls)]
+
+    def _add_results(self, m, registers, control, preload, write, result, clusters):
+        """Hits of the cluster whose turn it is; sums of all."""
+        formats = ControlFormats(self._config)
+        present, before = Signal(formats.results), Signal(formats.results)
+        with m.If(control.casting):
+            m.d.sync += [before.eq(present), present.columns.eq(preload.columns), present.hits.eq(preload.hits),
+                         present.sums.eq(preload.sums)]
+        earlier = result.i.payload.earlier
+        given, is_earlier = registers.results, Signal()
+        m.d.comb += [
+            control.earlier.eq(given[2]), result.i.valid.eq(control.writing), result.i.payload.hits.eq(given[0]),
+            result.i.payload.sums.eq(given[1]), earlier.eq(given[2]), control.writes.eq(result.busy),
+            result.total.eq(registers.total), result.results.eq(Mux(is_earlier, before, present))]
+        with m.If(control.writing):
+            m.d.sync += is_earlier.eq(earlier)
+        hits = self._add_submodule("hits", SkidBuffer(write.i_hit.payload.shape()))
+        asks = self._add_submodule("asks", Fork(result.o_sums.payload.shape(), count=len(clusters)))
+        sums = self._add_submodule("sums", SumMerge(config=self._config, count=len(clusters)))
+        wiring.connect(m, result.o_sums, asks.i)
+        wiring.connect(m, sums.o, write.i_sum)
+        for number, cluster in enumerate(clusters):
+            wiring.connect(m, asks.o[number], cluster.i_sums)
+            wiring.connect(m, cluster.o_sum, sums.i[number])
+            m.d.comb += [result.sections[number].eq(Mux(is_earlier, cluster.sections[1], cluster.sections[0])),
+                         cluster.i_read_out.payload.eq(result.o_read_out.payload)]
+            with m.If(result.cluster == number):
+                m.d.comb += [
+                    cluster.i_read_out.valid.eq(result.o_read_out.valid),
+                    result.o_read_out.ready.eq(cluster.i_read_out.ready),
+                    hits.i.valid.eq(cluster.o_hit.valid), hits.i.payload.eq(cluster.o_hit.payload),
+                    cluster.o_hit.ready.eq(hits.i.ready)]
+        hit = hits.o
+        m.d.comb += [
+            write.i_hit.valid.eq(hit.valid & ~result.drops), write.i_hit.payload.eq(hit.payload),
+            hit.ready.eq(write.i_hit.ready | result.drops), result.i_hit.valid.eq(hit.valid & hit.ready),
+            result.i_hit.payload.eq(hit.payload.last)]
+        command = write.i.payload
+        m.d.comb += [
+            write.i.valid.eq(result.o_command.valid), result.o_command.ready.eq(write.i.ready),
+            *(command[name].eq(result.o_command.payload[name]) for name in command.shape().members)]
+        wiring.connect(m, write.o_done, result.i_done)
+
+    def _add_registers(self, m, registers, control, port, load, result, interface, clusters):
+        """What the host says and reads."""
+        wiring.connect(m, wiring.flipped(self.host), registers.host)
+        m.d.comb += [
+            control.i_command.valid.eq(registers.command.valid),
+            control.i_command.payload.eq(registers.command.payload),
+            control.regions.eq(registers.regions), control.watchdog.eq(registers.watchdog),
+            control.memory_busy.eq(port.busy), control.memory_fault.eq(port.fault), port.clear.eq(control.clear),
+            control.load_over.valid.eq(load.o_over.valid), control.load_over.payload.eq(load.o_over.payload),
+            control.write_over.valid.eq(result.o_over.valid), control.write_over.payload.eq(result.o_over.payload),
+            control.casts.eq(sum(cluster.busy for cluster in clusters).any()),
+            *(control.clusters[number].eq(cluster.fault) for number, cluster in enumerate(clusters))]
+        for name in ("read", "write"):
+            window = getattr(port, f"{name}_window")
+            m.d.comb += [getattr(window, side).eq(getattr(registers, f"{name}_{side}")) for side in ("base", "limit")]
+        m.d.comb += [
+            registers.magic.eq(MAGIC), registers.version.eq(VERSION), registers.clusters.eq(len(clusters)),
+            registers.status.eq(control.status), registers.error.eq(control.error.code),
+            registers.error_cluster.eq(control.error.cluster), registers.error_address.eq(control.error.number),
+            *(getattr(registers, f"{kind}_{what}").eq(getattr(interface, f"{kind}_{what}"))
+              for kind in ("cell", "patch") for what in ("hits", "misses"))]
+        with m.If(control.casting):
+            m.d.sync += registers.cycles.eq(0)
+        with m.Elif(control.casts):
+            m.d.sync += registers.cycles.eq(registers.cycles + 1)
+
+        # Counters: asked of all clusters, the one that is meant answers.
+        place, waits = Signal.like(registers.o_ask.payload), Signal(range(5))
+        number = place[COUNTER_BITS:]
+        for cluster in clusters:
+            m.d.comb += cluster.counter.eq(place[:COUNTER_BITS])
+        m.d.comb += [
+            registers.o_ask.ready.eq(waits == 0), registers.i_answer.valid.eq(waits == 1),
+            registers.i_answer.payload.eq(Array([
+                *(cluster.count for cluster in clusters), 0])[Mux(number >= len(clusters), len(clusters), number)])]
+        with m.If(waits > 1):
+            m.d.sync += waits.eq(waits - 1)
+        with m.Elif((waits == 1) & registers.i_answer.ready):
+            m.d.sync += waits.eq(0)
+        with m.If(registers.o_ask.valid & registers.o_ask.ready):
+            m.d.sync += [place.eq(registers.o_ask.payload), waits.eq(4)]

@@ -1,0 +1,59 @@
+"""What a frustum, or a command, can end with."""
+
+from amaranth.lib import enum
+
+from hw.ctu.subshell_generator import ListError
+from hw.memsys.fault import Fault
+from hw.memsys.path_fault import PathFault
+from hw.noc.network_fault import NetworkFault
+
+__all__ = ["ABOUT", "CODE_BITS", "ENGINE", "LIST", "NETWORK", "PATH", "ErrorCode", "error_table"]
+
+CODE_BITS = 6
+# Where the codes of the units begin: those of main memory are its own.
+PATH, NETWORK, LIST, ENGINE = 16, 24, 28, 32
+_UNITS = ((0, Fault), (PATH, PathFault), (NETWORK, NetworkFault), (LIST, ListError))
+_NAMES = {PathFault: "PATH", NetworkFault: "NETWORK", ListError: "LIST"}
+_OWN = ("COMMAND", "NOT_LOADED", "SECTION", "WATCHDOG")
+ErrorCode = enum.Enum("ErrorCode", {
+    "NONE": 0,
+    **{"_".join(filter(None, (_NAMES.get(unit), one.name))): first + one.value
+       for first, unit in _UNITS for one in unit if one.value},
+    **{name: ENGINE + k for k, name in enumerate(_OWN)}})
+ABOUT = {
+    "NONE": "all is well",
+    "READ_OUTSIDE": "an address outside the window of reads, or no multiple of a beat",
+    "WRITE_OUTSIDE": "the same of writes",
+    "READ_REPLY": "main memory has answered a read with an error",
+    "WRITE_REPLY": "the same of a write",
+    "READ_TIMEOUT": "main memory has not answered a read",
+    "WRITE_TIMEOUT": "the same of a write",
+    "READ_PROTOCOL": "main memory has given what nobody asked for, or too much or too little",
+    "WRITE_PROTOCOL": "the same of answers to writes",
+    "IMAGE": "there is no image, or one of another version",
+    "REGION": "a region outside the image, not at a multiple of 64, or of a length that it must not have",
+    "POINTER": "a record points outside the table that it points into",
+    "PLACE": "a result has no place in its region",
+    "PATH_CELL": "a cell that the scene has not",
+    "PATH_LIST": "a cell's list reaches beyond the patch lists",
+    "PATH_PATCH": "a list names a patch that there is not",
+    "PATH_RESIDENCE": "a patch is said to be where it is not",
+    "PATH_BUS": "a cell or a patch could not be read, or is malformed",
+    "PATH_TIMEOUT": "the memory system of a cluster has waited for too long; ends in a reset",
+    "NETWORK_CHECK": "a flit is not what was sent; ends in a reset",
+    "NETWORK_ORDER": "a packet has another length than its kind; ends in a reset",
+    "NETWORK_ADDRESS": "a packet has come to another node than it was for; ends in a reset",
+    "LIST_LENGTH": "a list of subshells does not fit its table",
+    "LIST_PATCH": "a subshell of a patch that there is not",
+    "LIST_SHELL": "a subshell without a shell",
+    "COMMAND": "the command cannot be obeyed now, or what it is for is not there",
+    "NOT_LOADED": "a frustum before all regions have been loaded without an error",
+    "SECTION": "a section with more tiles than the ray memory has",
+    "WATCHDOG": "a command has taken more cycles than `watchdog`; ends in a reset",
+}
+
+
+def error_table() -> str:
+    """All codes as Markdown."""
+    lines = ["| code | name | means |", "|---|---|---|"]
+    return "\n".join(lines + [f"| {one.value} | `{one.name}` | {ABOUT[one.name]} |" for one in ErrorCode]) + "\n"

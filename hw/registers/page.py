@@ -1,0 +1,55 @@
+"""The page on the registers, from the tables that the hardware is made from."""
+
+from hw.cluster import COUNTERS
+from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
+from hw.registers.error_code import error_table
+from hw.registers.register import WORD_BYTES, register_table
+
+__all__ = ["page"]
+
+_PAGE = """\
+# The registers
+
+An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
+that the hardware is made from (`hw/registers/engine_registers.py`); `tb/host.py` is a driver.
+
+Registers of more than 32 bits take two words, the low one first. An address without a register and a write to what is
+only read are answered with SLVERR and change nothing. Bytes without a strobe stay as they are, those of a command are
+0.
+
+{registers}
+## A frustum
+
+1. Put an image into main memory ([the memory map](memory-map.md)) and say where: `image`, and the windows.
+2. `regions`, and `command.load`. What has been loaded stays, so a phase or a frustum needs its own regions only: a
+   phase `residence`, `clusters`, `subshells` and `patches`, of which each cluster reads its own; a frustum those
+   whose life is one.
+3. `command.cast`.
+4. `total`, `results`, `command.write`: the hits of each ray and the sums of each patch are in the image.
+
+Results of a frustum may be written while the next one is cast (`results.earlier`); all else waits for `status`. A
+command that cannot be obeyed is an error and changes nothing.
+
+## Errors
+
+The first one stays in `error` until `command.clear`. After an error results mean nothing. Where the tables were at
+fault they must all be loaded again (`status.loaded`); so must they after a stop, be it the host's or that of an error
+that ends in a reset.
+
+{errors}
+## Counters
+
+Words from {base:#x} on, {stride} bytes for each cluster, that read as 0 beyond the last one. Those of the
+intersection unit and of the traversal unit count from the beginning of the frustum.
+
+| offset | counter |
+|---|---|
+{counters}
+"""
+
+
+def page() -> str:
+    """All of it as Markdown."""
+    counters = "\n".join(f"| {WORD_BYTES * k:#04x} | `{name}` |" for k, name in enumerate(COUNTERS))
+    return _PAGE.format(registers=register_table(ENGINE_REGISTERS), errors=error_table(), base=COUNTERS_BASE,
+                        stride=WORD_BYTES << COUNTER_BITS, counters=counters)

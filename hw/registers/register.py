@@ -1,0 +1,118 @@
+"""Registers as a table: hardware, page and driver are made from it."""
+
+import enum
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hw.registers.axi_lite_signature import DATA_BITS
+
+__all__ = ["Access", "Field", "Register", "addresses", "register_table"]
+
+WORD_BYTES = DATA_BITS // 8
+
+
+class Access(enum.Enum):
+    """Who says what a register holds."""
+
+    READ = "read"
+    WRITE = "write, read"
+    COMMAND = "command"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field:
+    """Some bits of a register."""
+
+    name: str
+    width: int
+    about: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Register:
+    """One register.
+
+    Parameters
+    ----------
+    name
+        As a Python name.
+    access
+        READ: the machine's. WRITE: the host's; it reads what it has written. COMMAND: each write is one; reads as 0.
+    about
+        What it is.
+    width
+        Bits; of more than 32 the low word comes first, and what is written takes effect word by word.
+    fields
+        From bit 0 on, without gaps; none: one number.
+    reset
+        What a WRITE register holds at first.
+    """
+
+    name: str
+    access: Access
+    about: str
+    width: int = DATA_BITS
+    fields: tuple[Field, ...] = ()
+    reset: int = 0
+
+    def __post_init__(self):
+        if not 1 <= self.width <= 2 * DATA_BITS:
+            raise ValueError(f"Width must be from 1 to {2 * DATA_BITS}, not {self.width!r}")
+        if sum(field.width for field in self.fields) > self.width:
+            raise ValueError(f"Fields of {self.name} must have at most {self.width} bits")
+        if self.access is Access.COMMAND and self.width > DATA_BITS:
+            raise ValueError(f"A command must have at most {DATA_BITS} bits, not {self.width!r}")
+
+    @property
+    def words(self) -> int:
+        """How many words it takes."""
+        return -(-self.width // DATA_BITS)
+
+    def pack(self, **fields: int) -> int:
+        """The value with these fields, the others 0."""
+        value, low, known = 0, 0, dict(fields)
+        for field in self.fields:
+            part = known.pop(field.name, 0)
+            if not 0 <= part < 1 << field.width:
+                raise ValueError(f"{self.name}.{field.name} must be from 0 to {(1 << field.width) - 1}, not {part!r}")
+            value |= part << low
+            low += field.width
+        if known:
+            raise KeyError(f"there is no {', '.join(known)} in {self.name}")
+        return value
+
+    def unpack(self, value: int) -> dict[str, int]:
+        """The fields of a value."""
+        found = {}
+        for field in self.fields:
+            found[field.name] = value & (1 << field.width) - 1
+            value >>= field.width
+        return found
+
+
+def addresses(registers: Iterable[Register]) -> dict[str, int]:
+    """The address of each register's first word: one after the other from 0 on."""
+    found, address = {}, 0
+    for register in registers:
+        if register.name in found:
+            raise ValueError(f"There must be one register of a name, not two {register.name}")
+        found[register.name] = address
+        address += WORD_BYTES * register.words
+    return found
+
+
+def register_table(registers: Iterable[Register]) -> str:
+    """All of them as Markdown."""
+    registers = tuple(registers)
+    places = addresses(registers)
+    lines = ["| address | register | bits | access | meaning |", "|---|---|---|---|---|"]
+    for register in registers:
+        reset = f" At first {register.reset}." if register.reset else ""
+        lines.append(f"| {places[register.name]:#05x} | `{register.name}` | {register.width} | "
+                     f"{register.access.value} | {register.about}{reset} |")
+        low = 0
+        for field in register.fields:
+            bits = f"{low}" if field.width == 1 else f"{low + field.width - 1}:{low}"
+            lines.append(f"| | `.{field.name}` | {bits} | | {field.about} |")
+            low += field.width
+    return "\n".join(lines) + "\n"

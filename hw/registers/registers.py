@@ -1,0 +1,143 @@
+"""Registers: an AXI4-Lite subordinate made from a table."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hw.registers.axi_lite_signature import DATA_BITS, AxiLiteSignature
+from hw.registers.register import WORD_BYTES, Access, Register, addresses
+
+__all__ = ["OKAY", "SLVERR", "Registers"]
+
+OKAY, SLVERR = 0, 2
+
+
+class Registers(wiring.Component):
+    """What the host writes goes out and stays; what the machine says is read.
+
+    An address where there is nothing, and a write to what is only read, are answered with SLVERR, change nothing and
+    read as 0. The low two bits of an address do not count. Bytes without a strobe stay as they are; of a command they
+    are 0.
+
+    Parameters
+    ----------
+    registers
+        The table; a name of each, and places from 0 on.
+    address_bits
+        Of ``host``. Addresses whose highest bit is set are those of a window that only reads.
+
+    Members
+    -------
+    host
+        `AxiLiteSignature`, of a subordinate.
+    <name>
+        By register: READ an input, WRITE an output, COMMAND a stream of what is written, always ready.
+    o_ask, i_answer
+        Words of the window that are read, by their place there, and what stands there. One at a time.
+
+    Timing
+    ------
+    Latency: ``2`` cycles from a read's address to its data, if it is not of the window, and from the later one of a
+    write's address and data to its answer. A write changes its register, or is a command, in the cycle before the
+    answer. Reads and writes do not wait for each other; of each one is under way.
+
+    Errors
+    ------
+    ValueError
+        Registers do not fit below the window.
+    """
+
+    latency = 2
+
+    def __init__(self, registers: tuple[Register, ...], *, address_bits: int):
+        self._registers, self._places = tuple(registers), addresses(registers)
+        end = WORD_BYTES * sum(register.words for register in self._registers)
+        if end > 1 << address_bits - 1:
+            raise ValueError(f"Registers must end at {1 << address_bits - 1}, not {end}")
+        self._word_bits = address_bits - 3
+        members = {}
+        for register in self._registers:
+            if register.access is Access.READ:
+                members[register.name] = In(register.width)
+            elif register.access is Access.WRITE:
+                members[register.name] = Out(register.width, init=register.reset)
+            else:
+                members[register.name] = Out(stream.Signature(register.width, always_ready=True))
+        super().__init__({
+            "host": In(AxiLiteSignature(address_bits=address_bits)), **members,
+            "o_ask": Out(stream.Signature(self._word_bits)), "i_answer": In(stream.Signature(DATA_BITS))})
+
+    def elaborate(self, platform):
+        m = Module()
+        self._add_writes(m)
+        self._add_reads(m)
+        return m
+
+    def _words(self, register):
+        """By word: its address, and where it is in the register."""
+        first = self._places[register.name] // WORD_BYTES
+        return [(first + k, slice(DATA_BITS * k, min(DATA_BITS * (k + 1), register.width)))
+                for k in range(register.words)]
+
+    def _add_writes(self, m):
+        host = self.host
+        # Address and data come in any order.
+        address, data, strobe = Signal(len(host.awaddr)), Signal(DATA_BITS), Signal(WORD_BYTES)
+        addressed, given, acts = Signal(), Signal(), Signal()
+        m.d.comb += [host.awready.eq(~addressed), host.wready.eq(~given),
+                     acts.eq(addressed & given & (~host.bvalid | host.bready))]
+        with m.If(acts):
+            m.d.sync += [addressed.eq(0), given.eq(0)]
+        with m.If(host.awvalid & host.awready):
+            m.d.sync += [addressed.eq(1), address.eq(host.awaddr)]
+        with m.If(host.wvalid & host.wready):
+            m.d.sync += [given.eq(1), data.eq(host.wdata), strobe.eq(host.wstrb)]
+        known, mask = Signal(), Signal(DATA_BITS)
+        m.d.comb += mask.eq(Cat(bit.replicate(8) for bit in strobe))
+        with m.Switch(address[2:]):
+            for register in self._registers:
+                for place, bits in self._words(register):
+                    with m.Case(place):
+                        target = getattr(self, register.name)
+                        if register.access is Access.WRITE:
+                            m.d.comb += known.eq(1)
+                            with m.If(acts):
+                                m.d.sync += target[bits].eq((target[bits] & ~mask) | (data & mask))
+                        elif register.access is Access.COMMAND:
+                            m.d.comb += [known.eq(1), target.valid.eq(acts)]
+        for register in self._registers:
+            if register.access is Access.COMMAND:
+                m.d.comb += getattr(self, register.name).payload.eq(data & mask)
+        with m.If(host.bready):
+            m.d.sync += host.bvalid.eq(0)
+        with m.If(acts):
+            m.d.sync += [host.bvalid.eq(1), host.bresp.eq(Mux(known, OKAY, SLVERR))]
+
+    def _add_reads(self, m):
+        host = self.host
+        address, addressed, asked = Signal(len(host.araddr)), Signal(), Signal()
+        known, word, window, free, acts = Signal(), Signal(DATA_BITS), Signal(), Signal(), Signal()
+        m.d.comb += [
+            host.arready.eq(~addressed), window.eq(address[-1]), free.eq(~host.rvalid | host.rready),
+            self.o_ask.valid.eq(addressed & window & ~asked), self.o_ask.payload.eq(address[2:]),
+            self.i_answer.ready.eq(addressed & window & free),
+            acts.eq(addressed & free & (~window | self.i_answer.valid))]
+        with m.If(host.arvalid & host.arready):
+            m.d.sync += [addressed.eq(1), asked.eq(0), address.eq(host.araddr)]
+        with m.If(self.o_ask.valid & self.o_ask.ready):
+            m.d.sync += asked.eq(1)
+        with m.If(acts):
+            m.d.sync += addressed.eq(0)
+        with m.Switch(address[2:]):
+            for register in self._registers:
+                for place, bits in self._words(register):
+                    with m.Case(place):
+                        m.d.comb += known.eq(1)
+                        if register.access is not Access.COMMAND:
+                            m.d.comb += word.eq(getattr(self, register.name)[bits])
+        with m.If(window):
+            m.d.comb += [known.eq(1), word.eq(self.i_answer.payload)]
+        with m.If(host.rready):
+            m.d.sync += host.rvalid.eq(0)
+        with m.If(acts):
+            m.d.sync += [host.rvalid.eq(1), host.rdata.eq(word), host.rresp.eq(Mux(known, OKAY, SLVERR))]

@@ -1,0 +1,276 @@
+"""The host's side: drives the machine through its registers and through main memory."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+
+import numpy as np
+
+from golden.cast.fixed_hits import FixedHits
+from golden.config import Config
+from golden.errors import InputError
+from golden.memory_map import REGIONS, MemoryImage
+from hw.cluster import COUNTERS
+from hw.memsys.cache_policy import CachePolicy
+from hw.registers.engine_registers import (
+    COUNTER_BITS,
+    COUNTERS_BASE,
+    ENGINE_REGISTERS,
+    MAGIC,
+    VERSION,
+    register,
+)
+from hw.registers.error_code import ABOUT, ErrorCode
+from hw.registers.register import WORD_BYTES, addresses
+
+__all__ = ["LIVES", "EngineError", "EngineTimeoutError", "Host", "Port", "check_image"]
+
+_NUMBER = {region.name: k for k, region in enumerate(REGIONS)}
+# What is read anew with a scene, a phase and a frustum. Of ``patches`` it is the resident set.
+LIVES = {
+    "scene": ("cell_grid", "cells", "patch_lists"),
+    "phase": ("residence", "clusters", "subshells", "patches"),
+    "frustum": ("frustum", "columns", "rows", "near_cells", "shells", "grid_rows", "grid_columns"),
+}
+GRID_RAYS = 1 << 20
+# Cycles between two looks at the status.
+POLL = 100
+
+
+class EngineError(Exception):
+    """The machine says that something went wrong.
+
+    Members
+    -------
+    code, cluster, address
+        The registers ``error``, ``error_cluster`` and ``error_address``.
+    """
+
+    def __init__(self, code: ErrorCode, cluster: int, address: int):
+        super().__init__(f"{code.name}: {ABOUT[code.name]} (cluster {cluster}, at {address:#x})")
+        self.code, self.cluster, self.address = code, cluster, address
+
+
+class EngineTimeoutError(Exception):
+    """The machine has been busy for longer than it may."""
+
+
+class Port(ABC):
+    """How a host reaches the machine. Addresses are of bytes; registers have 32 bits."""
+
+    @abstractmethod
+    async def read(self, address: int) -> int:
+        """A register."""
+
+    @abstractmethod
+    async def write(self, address: int, value: int) -> None:
+        """Write a register."""
+
+    @abstractmethod
+    async def read_memory(self, address: int, size: int) -> bytes:
+        """Bytes of main memory."""
+
+    @abstractmethod
+    async def write_memory(self, address: int, data: bytes) -> None:
+        """Write bytes of main memory."""
+
+    @abstractmethod
+    async def wait(self, cycles: int) -> None:
+        """Let so many cycles pass, more or less."""
+
+
+def check_image(image: MemoryImage, config: Config) -> None:
+    """Refuse what the machine has no room for.
+
+    Errors
+    ------
+    InputError
+        Names the table, how long it is, and the parameter.
+    """
+    icu, ctu, memsys = config.icu, config.ctu, config.memsys
+    clusters, shells = image["clusters"], image["shells"]
+    side = 1 << icu.tile_bits
+
+    def across(axis):
+        return -(-(clusters[f"end_{axis}"].astype(np.int64) - clusters[f"first_{axis}"]) // side)
+
+    grid_rays = int((shells["rows"].astype(np.int64) * shells["columns"]).sum())
+    for what, value, most, knob in (
+            ("columns", len(image["columns"]), 1 << icu.side_bits, "icu.side_bits"),
+            ("rows", len(image["rows"]), 1 << icu.side_bits, "icu.side_bits"),
+            ("patches", len(image["patches"]), 1 << icu.patch_bits, "icu.patch_bits"),
+            ("tiles of a section", int((across("column") * across("row")).max()), icu.rays // side**2, "icu.rays"),
+            ("cells", len(image["cells"]), memsys.scene_cells, "memsys.scene_cells"),
+            ("patches of a resident set", int(clusters["residents"].max()), memsys.own_patches, "memsys.own_patches"),
+            ("subshells of a cluster", int(clusters["subshells"].max()), 1 << ctu.subshell_bits, "ctu.subshell_bits"),
+            ("cells of shell 1", len(image["near_cells"]), 1 << ctu.near_cell_bits, "ctu.near_cell_bits"),
+            ("shells", len(shells) + 2, 1 << ctu.shell_bits, "ctu.shell_bits"),
+            ("rows of grid rays", len(image["grid_rows"]), 1 << ctu.grid_row_bits, "ctu.grid_row_bits"),
+            ("columns of grid rays", len(image["grid_columns"]), 1 << ctu.grid_column_bits, "ctu.grid_column_bits"),
+            ("grid rays", grid_rays, GRID_RAYS, "their numbers")):
+        if value > most:
+            raise InputError(f"host: {what.capitalize()} must be at most {most} ({knob}), not {value}")
+    if len(clusters) != config.noc.nodes:
+        raise InputError(f"host: The image must be for {config.noc.nodes} clusters, not {len(clusters)}")
+    if (clusters["processor"] != np.arange(len(clusters))).any():
+        raise InputError("host: Cluster k must be processor k")
+
+
+class Host:
+    """A driver of one machine.
+
+    Parameters
+    ----------
+    port
+        The way to it.
+    config
+        Its configuration.
+    base
+        Where images are put in main memory, a multiple of 64.
+    """
+
+    def __init__(self, port: Port, config: Config, *, base: int = 0):
+        self._port, self._config, self._base = port, config, base
+        self._places, self._image = addresses(ENGINE_REGISTERS), None
+
+    async def read(self, name: str) -> int:
+        """The value of a register."""
+        value = 0
+        for word in range(register(name).words):
+            value |= await self._port.read(self._places[name] + WORD_BYTES * word) << 8 * WORD_BYTES * word
+        return value
+
+    async def write(self, name: str, value: int) -> None:
+        """Write a register."""
+        for word in range(register(name).words):
+            part = value >> 8 * WORD_BYTES * word & (1 << 8 * WORD_BYTES) - 1
+            await self._port.write(self._places[name] + WORD_BYTES * word, part)
+
+    async def status(self) -> dict[str, int]:
+        """The fields of the register ``status``."""
+        return register("status").unpack(await self.read("status"))
+
+    async def identify(self) -> None:
+        """Make sure that there is a machine, and the one that is meant.
+
+        Errors
+        ------
+        InputError
+            There is none, or another one.
+        """
+        for name, wanted in ("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.nodes):
+            found = await self.read(name)
+            if found != wanted:
+                raise InputError(f"host: The machine's {name} must be {wanted}, not {found}")
+
+    async def load(self, image: MemoryImage, *, lives: Iterable[str] = tuple(LIVES),
+                   policy: CachePolicy | None = None, check: bool = True, timeout: int = 1 << 22) -> None:
+        """Put an image into main memory, and have the machine read its tables.
+
+        Parameters
+        ----------
+        lives
+            Which of `LIVES` are read anew.
+        policy
+            Of the caches, with a scene. Default: that of the configuration.
+        check
+            Refuse what the machine has no room for, instead of leaving it to the machine.
+
+        Errors
+        ------
+        InputError
+            See `check_image`.
+        EngineError, EngineTimeoutError
+            The machine did not take it.
+        """
+        if check:
+            check_image(image, self._config)
+        data, offsets = image.to_bytes(), image.offsets
+        await self._port.write_memory(self._base, data)
+        policy = policy or CachePolicy[self._config.memsys.cache_policy.upper()]
+        regions = sum(1 << _NUMBER[name] for life in lives for name in LIVES[life])
+        for name, value in (
+                ("image", self._base), ("regions", regions), ("policy", policy.value), ("read_base", self._base),
+                ("read_limit", self._base + len(data)), ("write_base", self._base + offsets["hits"]),
+                ("write_limit", self._base + len(data))):
+            await self.write(name, value)
+        self._image = image
+        await self.command("load")
+        await self.finish("loads", timeout=timeout)
+
+    async def command(self, name: str) -> None:
+        """One of the register ``command``."""
+        await self.write("command", register("command").pack(**{name: 1}))
+
+    async def start(self) -> None:
+        """Begin to cast what has been loaded."""
+        await self.command("cast")
+
+    async def finish(self, what: str, *, timeout: int) -> None:
+        """Wait until one of the busy bits of ``status`` is 0.
+
+        Errors
+        ------
+        EngineError
+            Something went wrong; it is forgotten by then.
+        EngineTimeoutError
+            It takes longer.
+        """
+        waited = 0
+        while True:
+            status = await self.status()
+            if not status[what] and not status["stops"]:
+                break
+            if waited >= timeout:
+                raise EngineTimeoutError(f"the machine {what} after {waited} cycles still")
+            await self._port.wait(POLL)
+            waited += POLL
+        if status["failed"]:
+            error = EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
+                                await self.read("error_address"))
+            await self.command("clear")
+            raise error
+
+    async def cast(self, *, timeout: int = 1 << 26) -> int:
+        """Cast what has been loaded, and return the cycles that it took."""
+        await self.start()
+        await self.finish("casts", timeout=timeout)
+        return await self.read("cycles")
+
+    async def results(self, *, hits: bool = True, sums: bool = True, earlier: bool = False, total: int = 0,
+                      timeout: int = 1 << 24) -> MemoryImage:
+        """Have results written, and read them: the image with hits and sums.
+
+        Parameters
+        ----------
+        hits, sums, earlier
+            See the register ``results``.
+        total
+            What the weights of all rays add up to.
+        """
+        await self.write("total", total)
+        await self.write("results", register("results").pack(hits=int(hits), sums=int(sums), earlier=int(earlier)))
+        await self.command("write")
+        await self.finish("writes", timeout=timeout)
+        image, regions = self._image, {}
+        for name in ("hits", "sums"):
+            before = image[name]
+            data = await self._port.read_memory(self._base + image.offsets[name], before.nbytes)
+            regions[name] = np.frombuffer(data, dtype=before.dtype)
+        return MemoryImage({**image.regions, **regions})
+
+    async def hits(self) -> FixedHits:
+        """What the rays of the present frustum hit."""
+        return (await self.results(sums=False)).hits()
+
+    async def counters(self) -> list[dict[str, int]]:
+        """`hw.cluster.COUNTERS` of each cluster."""
+        found = []
+        for cluster in range(self._config.noc.nodes):
+            first = COUNTERS_BASE + WORD_BYTES * (cluster << COUNTER_BITS)
+            found.append({name: await self._port.read(first + WORD_BYTES * k) for k, name in enumerate(COUNTERS)})
+        return found
+
+    async def stop(self, *, timeout: int = 1 << 20) -> None:
+        """End whatever goes on. Everything must be loaded again."""
+        await self.command("stop")
+        await self.finish("stops", timeout=timeout)

@@ -1,0 +1,223 @@
+# amaranth: UnusedElaboratable=no
+"""Registers at a manager that others wrote: cocotbext-axi's."""
+
+import random
+
+import cocotb
+import pytest
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from golden.config import PRESETS
+from hw.registers.register import Access, Field, Register, addresses, register_table
+from hw.registers.registers import OKAY, SLVERR, Registers
+from tb.lib.clocking import reset, start
+from tb.lib.no_x import assert_known
+from tb.lib.pauses import MATRIX, PAUSES
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stream import Monitor
+from tb.lib.timing import documented_latency
+
+MODULE = "tb.registers.test_registers"
+ADDRESS_BITS = 8
+WINDOW = 1 << ADDRESS_BITS - 1
+TABLE = (
+    Register(name="said", access=Access.READ, about="A number of the machine's."),
+    Register(name="wide", access=Access.READ, width=50, about="A long one."),
+    Register(name="mode", access=Access.WRITE, width=5, about="Of the host's.", reset=9,
+             fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
+    Register(name="place", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
+    Register(name="go", access=Access.COMMAND, width=12, about="A command."))
+PLACES = addresses(TABLE)
+
+
+class Bench:
+    """A manager, and a window that answers when it likes."""
+
+    def __init__(self, dut, *, seed=0):
+        from cocotbext.axi import AxiLiteBus, AxiLiteMaster
+
+        self.dut, self.random = dut, random.Random(seed)
+        self.master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "host", bus_separator="__"), dut.clk, dut.rst)
+        self.master.write_if.log.setLevel("WARNING")
+        self.master.read_if.log.setLevel("WARNING")
+        self.commands = Monitor(dut, "go")
+        self._task = None
+        self.answer()
+
+    def answer(self):
+        """Begin to answer for the window."""
+        if self._task is not None:
+            self._task.cancel()
+        self.dut.i_answer__valid.value = self.dut.o_ask__ready.value = 0
+        self._task = cocotb.start_soon(self._window())
+
+    async def _window(self):
+        dut, edge = self.dut, RisingEdge(self.dut.clk)
+        while True:
+            dut.o_ask__ready.value = 1
+            await edge
+            while not int(dut.o_ask__valid.value):
+                await edge
+            place = int(dut.o_ask__payload.value)
+            dut.o_ask__ready.value = 0
+            await ClockCycles(dut.clk, self.random.randrange(1, 6))
+            dut.i_answer__valid.value, dut.i_answer__payload.value = 1, place * 1001
+            await edge
+            while not int(dut.i_answer__ready.value):
+                await edge
+            dut.i_answer__valid.value = 0
+
+    def pause(self, host, machine, seed):
+        """Who waits: what the manager gives, and what it takes."""
+        write, read = self.master.write_if, self.master.read_if
+        for k, channel in enumerate((write.aw_channel, write.w_channel, read.ar_channel)):
+            channel.set_pause_generator(PAUSES[host](seed + k))
+        for k, channel in enumerate((write.b_channel, read.r_channel)):
+            channel.set_pause_generator(PAUSES[machine](seed + 7 + k))
+
+    async def read(self, address):
+        reply = await self.master.read(address, 4)
+        return int.from_bytes(reply.data, "little"), int(reply.resp)
+
+    async def write(self, address, value, size=4):
+        return int((await self.master.write(address, value.to_bytes(size, "little"))).resp)
+
+
+async def exercise(bench, count):
+    """Reads and writes at random after a reset, compared with what the table says."""
+    dut, draw = bench.dut, bench.random
+    bench.commands.items.clear()
+    held = {one.name: one.reset for one in TABLE if one.access is Access.WRITE}
+    said = {"said": draw.getrandbits(32), "wide": draw.getrandbits(50)}
+    for name, value in said.items():
+        getattr(dut, name).value = value
+    known = {PLACES[one.name] + 4 * word: (one, word) for one in TABLE for word in range(one.words)}
+    commands = []
+    for _ in range(count):
+        address = draw.choice([*known, *known, 100, WINDOW - 4, WINDOW, WINDOW + 76])
+        one, word = known.get(address, (None, 0))
+        if draw.random() < 0.5:
+            value, resp = await bench.read(address)
+            expected = (0, SLVERR)
+            if address >= WINDOW:
+                expected = ((address - WINDOW) // 4 * 1001, OKAY)
+            elif one is not None:
+                whole = {**said, **held}.get(one.name, 0)
+                expected = (whole >> 32 * word & 0xFFFFFFFF, OKAY)
+            assert (value, resp) == expected, f"a read at {address:#x}"
+            continue
+        # Some bytes of a word only, now and then.
+        skip, size = draw.choice([(0, 4), (0, 4), (1, 2), (3, 1)])
+        value = draw.getrandbits(8 * size)
+        resp = await bench.write(address + skip, value, size)
+        writable = one is not None and one.access is not Access.READ
+        assert resp == (OKAY if writable else SLVERR), f"a write at {address:#x}"
+        if writable:
+            mask = (1 << 8 * size) - 1 << 8 * skip
+            mask, value = mask << 32 * word, value << 8 * skip + 32 * word
+            if one.access is Access.WRITE:
+                held[one.name] = ((held[one.name] & ~mask) | value) & (1 << one.width) - 1
+            else:
+                commands.append(value & (1 << one.width) - 1)
+    await RisingEdge(dut.clk)
+    for name, value in held.items():
+        assert int(getattr(dut, name).value) == value
+    assert bench.commands.items == commands
+
+
+@cocotb.test()
+async def everything_at_random(dut):
+    """Registers, addresses without one, bytes of words, the window; every pair of pauses."""
+    dut.said.value = dut.wide.value = 0
+    await start(dut, cycles=60_000)
+    bench = Bench(dut, seed=options()["seed"])
+    for number, (host, machine) in enumerate(MATRIX):
+        await reset(dut)
+        await RisingEdge(dut.clk)
+        assert_known(dut, ["o_ask"])
+        bench.pause(host, machine, number)
+        await exercise(bench, 25)
+
+
+@cocotb.test()
+async def reset_in_flight(dut):
+    """What was under way is gone, and registers hold what they did at first."""
+    dut.said.value = dut.wide.value = 0
+    await start(dut, cycles=20_000)
+    bench = Bench(dut, seed=options()["seed"])
+    await reset(dut)
+    for cycles in range(1, 14, 2):
+        tasks = [cocotb.start_soon(bench.write(PLACES["mode"], 3)), cocotb.start_soon(bench.read(WINDOW))]
+        await ClockCycles(dut.clk, cycles)
+        for task in tasks:
+            task.cancel()
+        bench.answer()
+        await reset(dut)
+        assert await bench.read(PLACES["mode"]) == (9, OKAY)
+        assert await bench.read(PLACES["place"] + 4) == (7 << 3, OKAY)
+        await exercise(bench, 5)
+        await reset(dut)
+
+
+@cocotb.test()
+async def latency(dut):
+    """As the docstring says, of reads and of writes."""
+    dut.said.value = dut.wide.value = 0
+    await start(dut, cycles=200)
+    host = {name: getattr(dut, f"host__{name}") for name in (
+        "araddr", "arvalid", "rvalid", "rready", "awaddr", "awvalid", "wvalid", "wdata", "wstrb", "bvalid", "bready")}
+    for name in host:
+        if name not in ("rvalid", "bvalid"):
+            host[name].value = 0
+    expected = documented_latency(Registers, PRESETS["tiny"])
+    for asks, answer in ((("arvalid",), "rvalid"), (("awvalid", "wvalid"), "bvalid")):
+        await RisingEdge(dut.clk)
+        for name in asks:
+            host[name].value = 1
+        await RisingEdge(dut.clk)
+        for name in asks:
+            host[name].value = 0
+        for _ in range(expected - 1):
+            await RisingEdge(dut.clk)
+            assert not int(host[answer].value)
+        await RisingEdge(dut.clk)
+        assert int(host[answer].value)
+        host["rready"].value = host["bready"].value = 1
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_registers(simulator):
+    simulate(Registers(TABLE, address_bits=ADDRESS_BITS), MODULE,
+             ("everything_at_random", "reset_in_flight", "latency"), simulator=simulator,
+             name=f"registers-{simulator}")
+
+
+def test_what_cannot_be():
+    with pytest.raises(ValueError, match="Registers must end at 16, not 28"):
+        Registers(TABLE, address_bits=5)
+    with pytest.raises(ValueError, match="not two said"):
+        addresses((TABLE[0], TABLE[0]))
+    with pytest.raises(ValueError, match="Width must be from 1 to 64, not 65"):
+        Register(name="a", access=Access.READ, about="", width=65)
+    with pytest.raises(ValueError, match="at most 32 bits, not 33"):
+        Register(name="a", access=Access.COMMAND, about="", width=33)
+    with pytest.raises(ValueError, match="at most 3 bits"):
+        Register(name="a", access=Access.READ, about="", width=3, fields=(Field(name="b", width=4, about=""),))
+    with pytest.raises(ValueError, match=r"mode\.low must be from 0 to 3, not 4"):
+        TABLE[2].pack(low=4)
+    with pytest.raises(KeyError, match="there is no middle in mode"):
+        TABLE[2].pack(middle=1)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 0), (3, 0), (1, 5), (3, 7)])
+def test_fields_are_packed_and_unpacked(low, high):
+    value = TABLE[2].pack(low=low, high=high)
+    assert value == low | high << 2
+    assert TABLE[2].unpack(value) == {"low": low, "high": high}
+
+
+def test_a_table_has_every_register_and_field():
+    text = register_table(TABLE)
+    for one in TABLE:
+        assert f"| {PLACES[one.name]:#05x} | `{one.name}` |" in text
+    assert "| | `.high` | 4:2 |" in text
