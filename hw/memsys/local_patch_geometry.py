@@ -9,6 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
+from hw.lib.shared_port import write_in_place_of
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["LocalPatchGeometry"]
@@ -85,7 +86,8 @@ class LocalPatchGeometry(wiring.Component):
     def _add_load(self, m):
         """Words: id and surface, the top bytes of all beats, and the low bits of each vertex."""
         given, icu = self.i_load.payload, self._icu
-        vertex, head = self._vertices.write_port(), self._heads.write_port()
+        vertex, head = (Signal(StructLayout({"comes": 1, "address": range(memory.depth), "data": memory.shape}),
+                               name=name) for name, memory in (("vertex", self._vertices), ("head", self._heads)))
         tops, place_bits = Signal(LOW, reset_less=True), self._formats.place_bits
         known, number = Signal(), Signal(2)
         m.d.comb += [known.eq(self.i_load.valid & (given.address[place_bits:] == 0)), number.eq(given.word - 2)]
@@ -93,10 +95,14 @@ class LocalPatchGeometry(wiring.Component):
             m.d.sync += tops.eq(given.record)
         whole = Cat(given.record, tops.word_select(number + 1, 8))
         m.d.sync += [
-            head.en.eq(known & (given.word == 0)), head.addr.eq(given.address),
+            head.comes.eq(known & (given.word == 0)), head.address.eq(given.address),
             head.data.patch.eq(given.record), head.data.surface.eq(given.record[32:]),
-            vertex.en.eq(known & (given.word >= 2)), vertex.addr.eq(Cat(number, given.address[:place_bits])),
+            vertex.comes.eq(known & (given.word >= 2)), vertex.address.eq(Cat(number, given.address[:place_bits])),
             *(vertex.data[axis].eq(whole.word_select(axis, COORDINATE)[:icu.scene.width]) for axis in range(3))]
+        asked = self._sides[1]
+        for memory, read, write in (self._vertices, asked.vertices, vertex), (self._heads, asked.heads, head):
+            write_in_place_of(read, m, memory.write_port(), enable=write.comes, address=write.address,
+                              data=write.data)
 
 
 class _Side:
@@ -113,8 +119,9 @@ class _Side:
         self.pipeline = pipeline = Pipeline(self._steps, o)
         step = {name: pipeline.input(self._steps.payload[name]) for name in ("index", *shape)}
         beat = pipeline.combine(lambda index, address: Cat(index, address), step["index"], step["address"])
-        read = pipeline.delay(pipeline.read(of._vertices.read_port(), beat), 1)
-        head = pipeline.delay(pipeline.read(of._heads.read_port(), step["address"]), 1)
+        self.vertices, self.heads = of._vertices.read_port(), of._heads.read_port()
+        read = pipeline.delay(pipeline.read(self.vertices, beat), 1)
+        head = pipeline.delay(pipeline.read(self.heads, step["address"]), 1)
         # Compared in front of the output, where the read vertex is cleared.
         there = pipeline.combine(lambda there, head, patch: there & (head.patch == patch), step["there"], head,
                                  step["patch"])

@@ -9,6 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
+from hw.lib.shared_port import write_in_place_of
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["PatchTypeMemory"]
@@ -53,17 +54,19 @@ class PatchTypeMemory(wiring.Component):
             "o_asked": Out(stream.Signature(StructLayout({"node": node, "place": formats.found_patch})))})
         row = StructLayout({"is_held": 1, "cluster": formats.cluster, "address": formats.place_bits, "wrong": 1})
         self._memory = Memory(shape=row, depth=1 << icu.patch.width, init=[], attrs={"no_rw_check": 1})
+        self._ports = [self._memory.read_port() for _ in range(2)]
         self._pipelines = [
-            self._pipeline(self.i, self.i.payload, self.o, self.o.payload),
-            self._pipeline(self.i_asked, self.i_asked.payload.patch, self.o_asked, self.o_asked.payload.place)]
+            self._pipeline(self._ports[0], self.i, self.i.payload, self.o, self.o.payload),
+            self._pipeline(self._ports[1], self.i_asked, self.i_asked.payload.patch, self.o_asked,
+                           self.o_asked.payload.place)]
         asked = self._pipelines[1]
         asked.output(self.o_asked.payload.node, asked.input(self.i_asked.payload.node))
         self.latency = self._pipelines[0].latency
 
-    def _pipeline(self, i, patch, o, found):
+    def _pipeline(self, port, i, patch, o, found):
         pipeline = Pipeline(i, o)
         patch = pipeline.input(patch)
-        row = pipeline.delay(pipeline.read(self._memory.read_port(), patch), 1)
+        row = pipeline.delay(pipeline.read(port, patch), 1)
         pipeline.output(found.patch, patch)
         for name in "is_held", "cluster", "address", "wrong":
             pipeline.output(found[name], pipeline.combine(lambda row, name=name: row[name], row))
@@ -74,15 +77,16 @@ class PatchTypeMemory(wiring.Component):
         m.submodules.memory = self._memory
         for pipeline in self._pipelines:
             pipeline.add_to(m)
-        given, write = self.i_load.payload, self._memory.write_port()
+        given, comes = self.i_load.payload, Signal()
+        address, row = Signal(range(self._memory.depth), reset_less=True), Signal(self._memory.shape, reset_less=True)
         nowhere, known, fits = Signal(), Signal(), Signal()
         record = given.record
         m.d.comb += [nowhere.eq(record.cluster.all()), known.eq(record.cluster < self._config.noc.nodes),
                      fits.eq(record.address < self._config.memsys.own_patches)]
         m.d.sync += [
-            write.en.eq(self.i_load.valid & (given.address < self._memory.depth)), write.addr.eq(given.address),
-            write.data.is_held.eq(known & fits), write.data.cluster.eq(record.cluster),
-            write.data.address.eq(record.address),
+            comes.eq(self.i_load.valid & (given.address < self._memory.depth)), address.eq(given.address),
+            row.is_held.eq(known & fits), row.cluster.eq(record.cluster), row.address.eq(record.address),
             # A negative address is none.
-            write.data.wrong.eq(~nowhere & (~known | record.address[-1]))]
+            row.wrong.eq(~nowhere & (~known | record.address[-1]))]
+        write_in_place_of(self._ports[1], m, self._memory.write_port(), enable=comes, address=address, data=row)
         return m

@@ -109,10 +109,32 @@ def place_and_route(component, folder: Path, *, seed: int, mhz: float = 125) -> 
 def _netlist(component, folder, name, **options):
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{name}.il"
-    source.write_text(rtlil.convert(component, name="top", emit_src=False, **options))
+    source.write_text(_marked(rtlil.convert(component, name="top", emit_src=False, **options)))
     # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
     _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
           f"synth_ecp5 -abc9 -top top -json {name}.json"], folder / f"{name}.yosys.log")
+
+
+def _marked(text):
+    """What ``no_rw_check`` says of a memory, at its read ports too.
+
+    Nothing is read there in the cycle in which it is written, so nothing has to be built for that case. Yosys asks the
+    memory only when it makes the read ports itself, as from Verilog.
+    """
+    def marked(port):
+        name = re.search(r'MEMID "\\(.+)"', port[0])[1]
+        memory = rf"attribute \\no_rw_check 1\n(?:  attribute .*\n)*  memory .* {re.escape(name)}\n"
+        if "CLK_ENABLE 1" not in port[0] or not re.search(memory, module):
+            return port[0]
+        # A bit for each write port; one of a port that the read port looks through has another meaning.
+        return re.sub(r"(TRANSPARENCY_MASK (\d+)'0+\n.*COLLISION_X_MASK \d+')0+",
+                      lambda masks: masks[1] + "1" * int(masks[2]), port[0])
+
+    modules = re.split(r"(?m)^(?=module )", text)
+    for number, module in enumerate(modules):
+        if "no_rw_check" in module:
+            modules[number] = re.sub(r"(?s)  cell \$memrd_v2 .*?\n  end\n", marked, module)
+    return "".join(modules)
 
 
 def _cells(netlist):
