@@ -12,6 +12,7 @@ from amaranth.back import rtlil
 from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
+from hw.synthesis.hard_registers import absorb
 from hw.synthesis.scan_harness import ScanHarness
 
 __all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions"]
@@ -19,6 +20,10 @@ __all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions"]
 # What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
 _TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--timing-allow-fail")
+_MAP = "synth_ecp5 -abc9 -top top"
+# The registers of a tile share few enables and resets: a signal that few registers want becomes logic before them.
+_REGISTERS = ("dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
+              "-mince 8 -minsrst 16")
 _YOSYS = """
 import sys
 from pyosys import libyosys as ys
@@ -112,7 +117,11 @@ def _netlist(component, folder, name, **options):
     source.write_text(_marked(rtlil.convert(component, name="top", emit_src=False, **options)))
     # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
     _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
-          f"synth_ecp5 -abc9 -top top -json {name}.json"], folder / f"{name}.yosys.log")
+          f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json"],
+         folder / f"{name}.yosys.log")
+    netlist = json.loads((folder / f"{name}.json").read_text())
+    absorb(netlist["modules"]["top"])
+    (folder / f"{name}.json").write_text(json.dumps(netlist))
 
 
 def _marked(text):

@@ -1,0 +1,156 @@
+"""Registers at multipliers and block RAMs go into them, which the mapper for the ECP5 leaves to the fabric."""
+
+from collections import defaultdict
+
+__all__ = ["absorb"]
+
+_OPERANDS = [f"{operand}{k}" for operand in "AB" for k in range(18)]
+_PRODUCT = [f"P{k}" for k in range(36)]
+
+
+def absorb(module: dict) -> dict[str, int]:
+    """Give a mapped module's multipliers and block RAMs the registers at their inputs and outputs.
+
+    A multiplier's operands are registered inside if registers without reset hold both; its product and the data of a
+    block RAM's port if nothing but such registers takes them. All registers of one multiplier share one enable. A
+    register that others read too stays for those. What the module does is the same in every cycle.
+
+    Parameters
+    ----------
+    module
+        Of a netlist in Yosys' JSON format; changed in place.
+
+    Returns
+    -------
+    dict
+        Registers that are gone, by what took them: ``operand``, ``product``, ``block RAM``.
+    """
+    netlist = _Netlist(module)
+    gone = {"operand": 0, "product": 0, "block RAM": 0}
+    for name, cell in list(module["cells"].items()):
+        if cell["type"] == "MULT18X18D":
+            gone["product"] += _product(netlist, name)
+            gone["operand"] += _operands(netlist, name)
+        elif cell["type"] == "DP16KD":
+            gone["block RAM"] += _data(netlist, name, "A") + _data(netlist, name, "B")
+    return gone
+
+
+class _Netlist:
+    """Cells, with who drives and who reads each bit. Registers that can be moved are those that start at 0 and have no
+    reset."""
+
+    def __init__(self, module):
+        self.cells = module["cells"]
+        self._driver, self._readers = {}, defaultdict(list)
+        for port in module["ports"].values():
+            if port["direction"] == "output":
+                for bit in port["bits"]:
+                    self._readers[bit].append((None, None))
+        for name, cell in self.cells.items():
+            for pin, bits in cell["connections"].items():
+                for bit in bits:
+                    if cell["port_directions"][pin] == "output":
+                        self._driver[bit] = name
+                    else:
+                        self._readers[bit].append((name, pin))
+
+    def bit(self, name, pin):
+        """What is connected to a pin."""
+        return self.cells[name]["connections"][pin][0]
+
+    def before(self, name, pin):
+        """The register that drives an input pin, or None if it is none that can be moved."""
+        register = self._driver.get(self.bit(name, pin))
+        return register if register is not None and self._is_movable(register) else None
+
+    def behind(self, name, pins):
+        """By output pin, of those that are read, the register that takes it; none if one goes elsewhere too."""
+        registers = {}
+        for pin in pins:
+            readers = self._readers[self.bit(name, pin)]
+            if readers:
+                (register, input_pin), *others = readers
+                if others or input_pin != "DI" or not self._is_movable(register):
+                    return {}
+                registers[pin] = register
+        return registers
+
+    def control(self, register):
+        """Its clock and its enable: "1" where it has none."""
+        has_enable = self.cells[register]["parameters"]["CEMUX"].strip() == "CE"
+        return self.bit(register, "CLK"), self.bit(register, "CE") if has_enable else "1"
+
+    def add_input(self, name, pin, bit):
+        """Connect an input pin that was not."""
+        self.cells[name]["connections"][pin] = [bit]
+        self.cells[name]["port_directions"][pin] = "input"
+
+    def pass_by(self, name, registers):
+        """Give input pins what the registers in front of them take; how many registers nobody reads any more."""
+        for pin, register in registers.items():
+            self._readers[self.bit(name, pin)].remove((name, pin))
+            self.cells[name]["connections"][pin] = [self.bit(register, "DI")]
+            self._readers[self.bit(register, "DI")].append((name, pin))
+        unread = [register for register in set(registers.values()) if not self._readers[self.bit(register, "Q")]]
+        for register in unread:
+            self._readers[self.bit(register, "DI")].remove((register, "DI"))
+            del self.cells[register]
+        return len(unread)
+
+    def take_over(self, name, registers):
+        """Let output pins drive what the registers behind them drive; how many registers are gone."""
+        for pin, register in registers.items():
+            bit = self.bit(register, "Q")
+            self.cells[name]["connections"][pin], self._driver[bit] = [bit], name
+            del self.cells[register]
+        return len(registers)
+
+    def _is_movable(self, name):
+        cell = self.cells.get(name, {"type": None})
+        return (cell["type"] == "TRELLIS_FF" and cell["connections"].get("LSR", ["0"]) == ["0"]
+                and cell["parameters"]["REGSET"] == "RESET" and cell["parameters"]["CLKMUX"] == "CLK")
+
+
+def _operands(netlist, name):
+    # A register of a constant 1 would be 0 at first.
+    registers = {pin: netlist.before(name, pin) for pin in _OPERANDS if netlist.bit(name, pin) != "0"}
+    if not _share_control(netlist, name, registers.values()):
+        return 0
+    netlist.cells[name]["parameters"] |= {"REG_INPUTA_CLK": "CLK0", "REG_INPUTB_CLK": "CLK0"}
+    return netlist.pass_by(name, registers)
+
+
+def _product(netlist, name):
+    registers = netlist.behind(name, _PRODUCT)
+    if not _share_control(netlist, name, registers.values()):
+        return 0
+    netlist.cells[name]["parameters"]["REG_OUTPUT_CLK"] = "CLK0"
+    return netlist.take_over(name, registers)
+
+
+def _data(netlist, name, port):
+    registers = netlist.behind(name, [f"DO{port}{k}" for k in range(18)])
+    controls = {netlist.control(register) for register in registers.values()}
+    if len(controls) != 1 or netlist.bit(name, f"RST{port}") != "0":
+        return 0
+    clock, enable = controls.pop()
+    if netlist.bit(name, f"CLK{port}") != clock:
+        return 0
+    netlist.add_input(name, f"OCE{port}", enable)
+    netlist.cells[name]["parameters"][f"REGMODE_{port}"] = "OUTREG"
+    return netlist.take_over(name, registers)
+
+
+def _share_control(netlist, name, registers):
+    """Whether there are registers with one clock and one enable, those of the ones inside already; connects them."""
+    if not registers or None in registers:
+        return False
+    controls = {netlist.control(register) for register in registers}
+    if "CLK0" in netlist.cells[name]["connections"]:
+        controls.add((netlist.bit(name, "CLK0"), netlist.bit(name, "CE0")))
+    if len(controls) != 1:
+        return False
+    for pin, bit in zip(("CLK0", "CE0", "RST0"), (*controls.pop(), "0"), strict=True):
+        netlist.add_input(name, pin, bit)
+    return True

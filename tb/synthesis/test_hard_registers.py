@@ -1,0 +1,153 @@
+"""Registers inside multipliers and block RAMs: the netlist does the same with them as without."""
+
+import copy
+import json
+import random
+
+import pytest
+from amaranth.hdl import Module, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from hw.synthesis import flow
+from hw.synthesis.hard_registers import absorb
+
+OPERAND, DEPTH, WIDTH = 17, 512, 18
+
+
+class Registered(wiring.Component):
+    """Products and a memory with registers, of which one is read elsewhere and one has a reset."""
+
+    def __init__(self):
+        super().__init__({
+            "enable": In(1), "a": In(signed(OPERAND)), "b": In(signed(OPERAND)), "address": In(range(DEPTH)),
+            "write": In(1), "o_operand": Out(signed(OPERAND)), "o_held": Out(signed(2 * OPERAND)),
+            "o_free": Out(signed(2 * OPERAND)), "o_reset": Out(signed(2 * OPERAND)), "o_word": Out(WIDTH)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = memory = Memory(shape=WIDTH, depth=DEPTH, init=[], attrs={"no_rw_check": 1})
+        write, read = memory.write_port(), memory.read_port()
+        m.d.comb += [write.en.eq(self.write), write.addr.eq(self.address), write.data.eq(self.a),
+                     read.addr.eq(self.address)]
+        a, b, c, d = (Signal(signed(OPERAND), name=name, reset_less=True) for name in "abcd")
+        held, free = (Signal(signed(2 * OPERAND), name=name, reset_less=True) for name in ("held", "free"))
+        word = Signal(WIDTH, reset_less=True)
+        with m.If(self.enable):
+            m.d.sync += [a.eq(self.a), b.eq(self.b), held.eq(a * b), word.eq(read.data)]
+        m.d.sync += [c.eq(self.a), d.eq(self.b), free.eq(c * d), self.o_reset.eq(self.a * d)]
+        m.d.comb += [self.o_operand.eq(a), self.o_held.eq(held), self.o_free.eq(free), self.o_word.eq(word)]
+        return m
+
+
+@pytest.fixture(scope="module")
+def netlist(tmp_path_factory):
+    """Mapped, with all registers in the fabric."""
+    folder = tmp_path_factory.mktemp("netlist")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(flow, "absorb", lambda module: None)
+        flow.synthesise(Registered(), folder)
+    return json.loads((folder / "area.json").read_text())["modules"]["top"]
+
+
+def test_registers_move_where_they_may(netlist):
+    before = sum(cell["type"] == "TRELLIS_FF" for cell in netlist["cells"].values())
+    module = copy.deepcopy(netlist)
+    gone = absorb(module)
+    # Of the operands one is read elsewhere, and `d` by the product whose other operand has no register.
+    assert gone == {"operand": 2 * OPERAND, "product": 4 * OPERAND, "block RAM": WIDTH}
+    assert sum(cell["type"] == "TRELLIS_FF" for cell in module["cells"].values()) == before - sum(gone.values())
+
+
+def test_the_netlist_does_the_same(netlist):
+    module = copy.deepcopy(netlist)
+    absorb(module)
+    seed = random.randrange(1 << 32)
+    print("seed", seed)
+    assert list(_run(module, seed)) == list(_run(netlist, seed))
+
+
+def test_a_register_of_another_enable_would_be_noticed(netlist):
+    """What the comparison can see: an enable that is lost."""
+    module = copy.deepcopy(netlist)
+    absorb(module)
+    for cell in module["cells"].values():
+        if cell["type"] in ("MULT18X18D", "DP16KD"):
+            cell["connections"] |= {pin: ["1"] for pin in ("CE0", "OCEA", "OCEB") if pin in cell["connections"]}
+    assert list(_run(module, 1)) != list(_run(netlist, 1))
+
+
+def _run(module, seed, cycles=200):
+    """The outputs of each cycle, for random inputs; nothing is written, and words are a function of their address."""
+    rng = random.Random(seed)
+    cells = [cell for cell in module["cells"].values() if not cell["type"].startswith("$")]
+    state = {}
+    for _ in range(cycles):
+        bits = {"0": 0, "1": 1, "x": 0}
+        for name, port in module["ports"].items():
+            if port["direction"] == "input":
+                bits |= {bit: rng.randrange(2) if name not in ("write", "rst") else 0 for bit in port["bits"]}
+        cycle = [_Cell(cell, bits, state.setdefault(id(cell), {})) for cell in cells]
+        # Outputs of registers first, then what combines them.
+        for cell in sorted(cycle, key=lambda cell: not cell.is_clocked):
+            cell.drive()
+        yield [bits[bit] for port in module["ports"].values() if port["direction"] == "output" for bit in port["bits"]]
+        for update in [cell.clock() for cell in cycle]:
+            update()
+
+
+class _Cell:
+    """A cell in a cycle; ``state`` is what its registers hold."""
+
+    def __init__(self, cell, bits, state):
+        self._pins, self._parameters, self._kind = cell["connections"], cell["parameters"], cell["type"]
+        self._bits, self._state = bits, state
+        self._in, self._out = (self._parameters.get(f"REG_{at}_CLK") == "CLK0" for at in ("INPUTA", "OUTPUT"))
+        self.is_clocked = self._kind in ("TRELLIS_FF", "DP16KD") or self._out or self._in
+        assert self._kind in ("TRELLIS_FF", "DP16KD", "MULT18X18D")
+
+    def _get(self, pin):
+        return self._bits[self._pins[pin][0]]
+
+    def _set(self, pin, value):
+        for bit in self._pins.get(pin, []):
+            self._bits[bit] = value
+
+    def _number(self, pin, count=18):
+        value = sum(self._get(f"{pin}{k}") << k for k in range(count))
+        return value - (value >> (count - 1) << count)
+
+    def drive(self):
+        if self._kind == "TRELLIS_FF":
+            self._set("Q", self._state.get("q", 0))
+        elif self._kind == "DP16KD":
+            for port in "AB":
+                word = self._state.get(f"{port} {self._parameters[f'REGMODE_{port}']}", 0)
+                for k in range(18):
+                    self._set(f"DO{port}{k}", word >> k & 1)
+        else:
+            product = self._state.get("p", 0) if self._out else self._product()
+            for k in range(36):
+                self._set(f"P{k}", product >> k & 1)
+
+    def _product(self):
+        return self._state.get("ab", 0) if self._in else self._number("A") * self._number("B")
+
+    def clock(self):
+        """What the edge does, to be done when all have seen the cycle."""
+        new = {}
+        if self._kind == "TRELLIS_FF":
+            if self._parameters["CEMUX"].strip() == "1" or self._get("CE"):
+                new["q"] = self._get("DI")
+        elif self._kind == "DP16KD":
+            for port in "AB":
+                address = sum(self._get(f"AD{port}{k}") << k for k in range(14))
+                new[f"{port} NOREG"] = random.Random(address).getrandbits(18)
+                if self._get(f"OCE{port}"):
+                    new[f"{port} OUTREG"] = self._state.get(f"{port} NOREG", 0)
+        elif self.is_clocked and self._get("CE0"):
+            new["p"] = self._product()
+            if self._in:
+                new["ab"] = self._number("A") * self._number("B")
+        return lambda: self._state.update(new)
