@@ -37,8 +37,10 @@ def absorb(module: dict) -> dict[str, int]:
 
 
 class _Netlist:
-    """Cells, with who drives and who reads each bit. Registers that can be moved are those that start at 0 and have no
-    reset."""
+    """Cells, with who drives and who reads each bit.
+
+    Registers that can be moved are those that start at 0 and have no reset.
+    """
 
     def __init__(self, module):
         self.cells = module["cells"]
