@@ -104,7 +104,8 @@ class EngineControl(wiring.Component):
 
         # How long what is under way has taken.
         cycles, late = Signal(32), Signal()
-        m.d.sync += [cycles.eq(Mux(idle | begins, 0, cycles + 1)), late.eq(~self.stops & (cycles >= self.watchdog))]
+        m.d.sync += [cycles.eq(Mux(idle | begins | self.stops, 0, cycles + 1)),
+                     late.eq(~self.stops & (cycles >= self.watchdog))]
 
         # Errors: of clusters one after the other.
         turn, fault, network = Signal(self._cluster), Signal.like(self.clusters[0]), Signal(NetworkFault)

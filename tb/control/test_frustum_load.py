@@ -1,0 +1,139 @@
+"""What an image says of a frustum comes to the units as their benches give it to them."""
+
+import random
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.frustum import Hemisphere, Screen, screen_record
+from golden.memory_map import REGIONS, machine_image
+from golden.scene.open import open_scene
+from golden.schedule.phase import schedule
+from hw.control.control_formats import ControlFormats
+from hw.control.frustum_load import FrustumLoad
+from hw.formats import Formats
+from hw.memsys.image_layout import RegionNumber
+from tb.ctu.grid_load import unit_writes
+from tb.golden.schedule.scenes import Case, case
+from tb.icu.frustum_load import frustum_payload, table_writes
+from tb.lib.payload import pack, unpack
+from tb.lib.timing import documented_latency
+
+CONFIG = PRESETS["tiny"]
+CLUSTER = 1
+
+
+def words(image, cluster):
+    """What the preload DMA gives for a cluster, region by region."""
+    for number, region in enumerate(REGIONS):
+        array = image[region.name]
+        if region.name == "clusters":
+            array = array[cluster:cluster + 1]
+        elif region.name == "subshells":
+            listed = image.subshells(cluster)
+            array = np.zeros(len(listed), dtype=array.dtype)
+            array["patch"], array["shell"] = listed.T
+        if region.life == "result" or region.name in ("patches", "residents") or not len(array):
+            continue
+        data = np.frombuffer(array.tobytes(), dtype="<u4" if region.dtype.itemsize == 4 else "<u8")
+        for record, row in enumerate(data.reshape(len(array), -1)):
+            for word, value in enumerate(row):
+                yield {"region": RegionNumber(number).value, "record": record, "word": word, "data": int(value)}
+
+
+@pytest.fixture(scope="module", params=["hemisphere", "screen"])
+def given(request):
+    made, weights = case("cornell", rays=(64, 16), cell=0.25), None
+    if request.param == "screen":
+        screen = Screen(camera=open_scene("cornell").camera, width=60, height=45)
+        made = Case(made.geometry, made.shelling, screen_record(screen, made.geometry.coordinates))
+    else:
+        weights = Hemisphere(64, 16).polar_weights
+    plan = schedule(made.record, made.geometry, made.shelling.table, CONFIG, clusters=2, ratio=16)
+    image = machine_image(made.record, made.geometry, made.shelling.table, CONFIG, plan, weights=weights)
+    return made, weights, image, plan.partition.sections[CLUSTER]
+
+
+def load(items):
+    """What comes out, stream by stream, and what stays; the taker of the tables pauses at random."""
+    dut, found, numbers = FrustumLoad(config=CONFIG), {}, {}
+    shape, draw = ControlFormats(CONFIG).load_word, random.Random(3)
+    streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_near", "o_subshell")}
+    found = {name: [] for name in streams}
+
+    async def bench(ctx):
+        for item in items:
+            ctx.set(dut.i.payload.as_value(), pack(shape, item))
+            ctx.set(dut.i.valid, 1)
+            while True:
+                ctx.set(dut.o_table.ready, int(draw.random() < 0.7))
+                taken = ctx.get(dut.i.ready)
+                for name, stream in streams.items():
+                    if ctx.get(stream.valid) and (name != "o_table" or ctx.get(stream.ready)):
+                        found[name].append(unpack(stream.payload.shape(), ctx.get(stream.payload.as_value())))
+                await ctx.tick()
+                if taken:
+                    break
+            if draw.random() < 0.1:
+                ctx.set(dut.i.valid, 0)
+                await ctx.tick()
+        ctx.set(dut.i.valid, 0)
+        await ctx.tick()
+        for name in ("numbers", "section"):
+            value = getattr(dut, name)
+            numbers[name] = unpack(value.shape(), ctx.get(value.as_value()))
+        for name in ("last_shell", "near_cells", "subshells"):
+            numbers[name] = ctx.get(getattr(dut, name))
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    return found, numbers
+
+
+def test_tables_and_numbers(given):
+    made, weights, image, section = given
+    found, numbers = load(list(words(image, CLUSTER)))
+    formats, record, config = Formats(CONFIG), made.record, CONFIG
+
+    def ordered(items, shape):
+        return sorted(pack(shape, item) for item in items)
+
+    tables = table_writes(record, config, np.zeros(record.rows, int) if weights is None else weights)
+    if record.is_screen:
+        # There is a word for it.
+        tables += [{"kind": 2, "index": row, "data": 0} for row in range(record.rows)]
+    assert ordered(found["o_table"], formats.table_write) == ordered(tables, formats.table_write)
+    unit = made.shelling.cluster(record, section).traversal
+    assert ordered(found["o_grid"], formats.grid_table_write) == ordered(unit_writes(unit, config),
+                                                                         formats.grid_table_write)
+    near = image["near_cells"]["cell"].tolist()
+    assert found["o_near"] == [{"place": place, "cell": cell} for place, cell in enumerate(near)]
+    listed = image.subshells(CLUSTER).tolist()
+    assert found["o_subshell"] == [{"place": place, "patch": patch, "shell": shell}
+                                   for place, (patch, shell) in enumerate(listed)]
+    assert listed or record.is_screen
+
+    payload = frustum_payload(record, section, config)
+    assert numbers["section"] == payload.pop("section")
+    payload.pop("tiles_across")
+    assert {name: numbers["numbers"][name] for name in payload} == payload
+    assert numbers["numbers"]["to_global"] == record.to_global.tolist()
+    assert numbers["numbers"]["place"] == made.shelling.table.place(record.origin).tolist()
+    assert numbers["numbers"]["cells"] == made.shelling.table.shape.tolist()
+    assert (numbers["last_shell"], numbers["near_cells"], numbers["subshells"]) == (
+        unit.last_shell, len(near), len(listed))
+
+
+def test_a_frustum_without_shells_follows_one_with_some(given):
+    *_, image, _ = given
+    items = list(words(image, CLUSTER))
+    _, numbers = load(items + [item for item in items if item["region"] == RegionNumber.FRUSTUM.value])
+    assert (numbers["last_shell"], numbers["near_cells"]) == (1, 0)
+
+
+def test_latency():
+    assert documented_latency(FrustumLoad, CONFIG) == FrustumLoad.latency == 0
