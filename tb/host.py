@@ -5,7 +5,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from golden.cast.fixed_hits import FixedHits
 from golden.config import Config
 from golden.errors import InputError
 from golden.memory_map import REGIONS, MemoryImage
@@ -125,12 +124,15 @@ class Host:
     config
         Its configuration.
     base
-        Where images are put in main memory, a multiple of 64.
+        Where images are put in main memory unless told otherwise, a multiple of 64.
     """
 
     def __init__(self, port: Port, config: Config, *, base: int = 0):
         self._port, self._config, self._base = port, config, base
-        self._places, self._image = addresses(ENGINE_REGISTERS), None
+        self._places = addresses(ENGINE_REGISTERS)
+        # Images and where they are: the one whose scene has been loaded, whose frustum has, and those of the present
+        # and the earlier frustum.
+        self._scene = self._loaded = self._present = self._earlier = None
 
     async def read(self, name: str) -> int:
         """The value of a register."""
@@ -162,7 +164,7 @@ class Host:
             if found != wanted:
                 raise InputError(f"host: The machine's {name} must be {wanted}, not {found}")
 
-    async def load(self, image: MemoryImage, *, lives: Iterable[str] = tuple(LIVES),
+    async def load(self, image: MemoryImage, *, lives: Iterable[str] = tuple(LIVES), base: int | None = None,
                    policy: CachePolicy | None = None, check: bool = True, timeout: int = 1 << 22) -> None:
         """Put an image into main memory, and have the machine read its tables.
 
@@ -170,6 +172,8 @@ class Host:
         ----------
         lives
             Which of `LIVES` are read anew.
+        base
+            Where the image is put. The scene stays where it was loaded from, and is read from there.
         policy
             Of the caches, with a scene. Default: that of the configuration.
         check
@@ -184,18 +188,23 @@ class Host:
         """
         if check:
             check_image(image, self._config)
-        data, offsets = image.to_bytes(), image.offsets
-        await self._port.write_memory(self._base, data)
+        await self.place(image.to_bytes(), base=base)
+        self._loaded = image, self._base if base is None else base
+        if "scene" in lives:
+            self._scene = self._loaded
+        used = [(at, at + len(one.to_bytes())) for one, at in (self._loaded, self._scene or self._loaded)]
         policy = policy or CachePolicy[self._config.memsys.cache_policy.upper()]
         regions = sum(1 << _NUMBER[name] for life in lives for name in LIVES[life])
         for name, value in (
-                ("image", self._base), ("regions", regions), ("policy", policy.value), ("read_base", self._base),
-                ("read_limit", self._base + len(data)), ("write_base", self._base + offsets["hits"]),
-                ("write_limit", self._base + len(data))):
+                ("image", self._loaded[1]), ("regions", regions), ("policy", policy.value),
+                ("read_base", min(first for first, _ in used)), ("read_limit", max(end for _, end in used))):
             await self.write(name, value)
-        self._image = image
         await self.command("load")
         await self.finish("loads", timeout=timeout)
+
+    async def place(self, data: bytes, *, base: int | None = None) -> None:
+        """Put the bytes of an image into main memory."""
+        await self._port.write_memory(self._base if base is None else base, data)
 
     async def command(self, name: str) -> None:
         """One of the register ``command``."""
@@ -203,6 +212,7 @@ class Host:
 
     async def start(self) -> None:
         """Begin to cast what has been loaded."""
+        self._present, self._earlier = self._loaded, self._present
         await self.command("cast")
 
     async def finish(self, what: str, *, timeout: int) -> None:
@@ -247,20 +257,20 @@ class Host:
         total
             What the weights of all rays add up to.
         """
-        await self.write("total", total)
+        image, base = self._earlier if earlier else self._present
+        offsets = image.offsets
+        for name, value in (("total", total), ("write_base", base + offsets["hits"]),
+                            ("write_limit", base + len(image.to_bytes()))):
+            await self.write(name, value)
         await self.write("results", register("results").pack(hits=int(hits), sums=int(sums), earlier=int(earlier)))
         await self.command("write")
         await self.finish("writes", timeout=timeout)
-        image, regions = self._image, {}
+        regions = {}
         for name in ("hits", "sums"):
             before = image[name]
-            data = await self._port.read_memory(self._base + image.offsets[name], before.nbytes)
+            data = await self._port.read_memory(base + offsets[name], before.nbytes)
             regions[name] = np.frombuffer(data, dtype=before.dtype)
         return MemoryImage({**image.regions, **regions})
-
-    async def hits(self) -> FixedHits:
-        """What the rays of the present frustum hit."""
-        return (await self.results(sums=False)).hits()
 
     async def counters(self) -> list[dict[str, int]]:
         """`hw.cluster.COUNTERS` of each cluster."""

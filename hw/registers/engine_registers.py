@@ -45,9 +45,10 @@ ENGINE_REGISTERS = (
              "of the memory map; not `residents`, of which the patches are read, and those that the machine writes."),
     Register(name="image", access=Access.WRITE, width=64, about="Address of the image, a multiple of 64."),
     Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. Of this and the next "
-             "three: not while anything goes on."),
+             "one: not while anything goes on."),
     Register(name="read_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written."),
+    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. Of this and the "
+             "next one: not while results are written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
     Register(name="total", access=Access.WRITE, width=64, about="What the weights of all rays of a frustum add up to."),
     Register(name="results", access=Access.WRITE, width=3, about="What is written.", fields=(

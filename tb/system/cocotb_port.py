@@ -18,13 +18,13 @@ class CocotbPort(Port):
     Parameters
     ----------
     dut, memory
-        The engine in the simulator, and what is at its ``axi``.
+        The engine in the simulator, and what is at its ``axi``; another one may be put there.
     """
 
     def __init__(self, dut, memory: MemoryModel):
         from cocotbext.axi import AxiLiteBus, AxiLiteMaster
 
-        self._clock, self._memory = dut.clk, memory
+        self._clock, self.memory = dut.clk, memory
         self.master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "host", bus_separator="__"), dut.clk, dut.rst)
         for half in self.master.write_if, self.master.read_if:
             half.log.setLevel("WARNING")
@@ -46,15 +46,15 @@ class CocotbPort(Port):
 
     async def read_memory(self, address: int, size: int) -> bytes:
         """Bytes of the model."""
-        first = address - self._memory.base
-        return bytes(self._memory.data[first:first + size])
+        first = address - self.memory.base
+        return bytes(self.memory.data[first:first + size])
 
     async def write_memory(self, address: int, data: bytes) -> None:
         """Bytes into the model."""
-        first = address - self._memory.base
-        if not 0 <= first <= len(self._memory.data) - len(data):
+        first = address - self.memory.base
+        if not 0 <= first <= len(self.memory.data) - len(data):
             raise ValueError(f"Memory must hold {len(data)} bytes at {address:#x}")
-        self._memory.data[first:first + len(data)] = data
+        self.memory.data[first:first + len(data)] = data
 
     async def wait(self, cycles: int) -> None:
         """Let the clock go on."""

@@ -6,9 +6,11 @@ from pathlib import Path
 import cocotb
 import numpy as np
 import pytest
+from cocotb.triggers import ClockCycles
 
-from tb.host import Host
-from tb.lib.clocking import start
+from hw.registers.error_code import ErrorCode
+from tb.host import EngineError, Host
+from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
 from tb.memsys.memory_bench import ModelAtPort
@@ -23,21 +25,29 @@ BASE = 0x1_0000_4000
 SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generation_bits": 2,
          "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
          "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
-         "memsys.filter_generation_bits": 2, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7, "ctu.grid_column_bits": 9,
-         "ctu.shell_bits": 4, "ctu.subshell_bits": 6, "ctu.near_cell_bits": 5, "noc.rows": 1}
+         "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
+         "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.subshell_bits": 6, "ctu.near_cell_bits": 5, "noc.rows": 1}
 
 
 class Bench:
     """The engine, a memory and a host."""
 
-    def __init__(self, dut, **memory):
+    def __init__(self, dut, *, images=1, **memory):
         self.dut, self.given = dut, options()
         self.config = config_of(self.given["changes"])
         self.frusta = load(Path(self.given["folder"]))
-        size = max(len(one.image.to_bytes()) for one in self.frusta)
-        self.model = MemoryModel(self.config, bytes(size), base=BASE, seed=self.given["seed"], **memory)
-        self.at_port = ModelAtPort(dut, self.model)
-        self.host = Host(CocotbPort(dut, self.model), self.config, base=BASE)
+        self.room = max(len(one.image.to_bytes()) for one in self.frusta)
+        self._memory = {"data": bytes(images * self.room), "base": BASE, "seed": self.given["seed"], **memory}
+        self.model = MemoryModel(self.config, **self._memory)
+        self._at_port = ModelAtPort(dut, self.model)
+        self.port = CocotbPort(dut, self.model)
+        self.host = Host(self.port, self.config, base=BASE)
+
+    def restart(self):
+        """An empty memory that owes nothing."""
+        self._at_port.stop()
+        self.model = self.port.memory = MemoryModel(self.config, **self._memory)
+        self._at_port = ModelAtPort(self.dut, self.model)
 
     async def check(self, frustum, **loaded):
         """Loads and casts it; compares every byte that the machine writes."""
@@ -71,6 +81,165 @@ async def whole_frusta(dut):
         assert sum(one["intersection_won"] for one in counters) >= (frustum.hits.patch >= 0).sum()
 
 
+@cocotb.test()
+async def results_beside_the_next_frustum(dut):
+    """Hits and sums of a frustum are written while the next one is cast; two images in memory."""
+    bench = Bench(dut, images=2, latency=5, spread=20)
+    await start(dut, cycles=options()["cycles"])
+    host, room, beside = bench.host, bench.room, 0
+    before = None
+    for number, frustum in enumerate(bench.frusta):
+        await host.load(frustum.image, lives=("scene", "phase", "frustum") if number == 0 else ("frustum",),
+                        base=BASE + number % 2 * room)
+        if number == 2:
+            # The first image, and with it the scene, has been written over with the same one.
+            assert bench.frusta[0].image["cells"].tobytes() == frustum.image["cells"].tobytes()
+        await host.start()
+        if before is not None:
+            image = await host.results(total=before.total, earlier=True)
+            beside += (await host.status())["casts"]
+            bench.compare(image, before)
+        await host.finish("casts", timeout=bench.given["cycles"])
+        before = frustum
+    bench.compare(await host.results(total=before.total), before)
+    dut._log.info("%d of %d results were written beside a cast", beside, len(bench.frusta) - 1)
+
+
+@cocotb.test()
+async def form_factors_alone(dut):
+    """Sums of several frusta add up; hits are not written."""
+    bench = Bench(dut)
+    await start(dut, cycles=options()["cycles"])
+    host, total = bench.host, 0
+    for number, frustum in enumerate(bench.frusta):
+        await host.load(frustum.image, lives=("scene", "phase", "frustum") if number == 0 else ("frustum",))
+        await host.cast()
+        last = number == len(bench.frusta) - 1
+        total += frustum.total
+        image = await host.results(hits=False, sums=last, total=total)
+        assert (image["hits"]["patch"] == -1).all()
+    expected = sum(frustum.written["sums"]["sum"].astype(np.int64) for frustum in bench.frusta)
+    assert (image["sums"]["sum"] == expected).all()
+
+
+async def fails(code, action):
+    """An action must end in an error."""
+    with pytest.raises(EngineError) as raised:
+        await action
+    error = raised.value
+    assert error.code in (code if isinstance(code, tuple) else (code,)), f"{error} instead of {code}"
+    return error
+
+
+@cocotb.test()
+async def what_goes_wrong(dut):
+    """Commands, windows, memory and watchdog; after each the next frustum is right."""
+    bad, silent = set(), set()
+    bench = Bench(dut, fails=lambda address: address in bad)
+    await start(dut, cycles=options()["cycles"])
+    host, model, frustum = bench.host, bench.model, bench.frusta[0]
+    image, data = frustum.image, frustum.image.to_bytes()
+    model.silent = silent
+
+    async def right():
+        bad.clear()
+        silent.clear()
+        await host.write("watchdog", 1 << 20)
+        await bench.check(frustum)
+
+    async def loaded():
+        await host.load(image)
+        assert (await host.status())["loaded"]
+
+    await fails(ErrorCode.NOT_LOADED, host.cast())
+    await host.command("write")
+    await fails(ErrorCode.COMMAND, host.finish("writes", timeout=1000))
+    await right()
+    for name in ("load", "cast", "write"):
+        await host.start()
+        await host.command(name)
+        await fails(ErrorCode.COMMAND, host.finish("casts", timeout=100_000))
+        bench.compare(await host.results(total=frustum.total), frustum)
+    for at, code in ((0, ErrorCode.IMAGE), (4, ErrorCode.IMAGE), (16, ErrorCode.REGION),
+                     (image.offsets["near_cells"] + 3, ErrorCode.POINTER)):
+        broken = bytearray(data)
+        broken[at] ^= 0x7F
+        await loaded()
+        await host.place(bytes(broken))
+        await host.command("load")
+        await fails(code, host.finish("loads", timeout=100_000))
+        await fails(ErrorCode.NOT_LOADED, host.cast())
+        await right()
+    bad.add(BASE + image.offsets["cells"])
+    error = await fails(ErrorCode.READ_REPLY, host.load(image))
+    assert error.address == BASE + image.offsets["cells"]
+    await right()
+    await loaded()
+    bad |= {BASE + image.offsets["patches"] + 64 * patch + 8 * word for patch in range(len(image["patches"]))
+            for word in range(6)}
+    await fails((ErrorCode.READ_REPLY, ErrorCode.PATH_BUS), host.cast())
+    await right()
+    bad.add(BASE + image.offsets["sums"])
+    await fails(ErrorCode.WRITE_REPLY, host.results(total=frustum.total))
+    await right()
+    for what, code in (("loads", ErrorCode.READ_TIMEOUT), ("casts", (ErrorCode.READ_TIMEOUT, ErrorCode.PATH_BUS))):
+        if what == "casts":
+            await loaded()
+        silent |= {"r"}
+        action = host.load(image) if what == "loads" else host.cast()
+        await fails(code, action)
+        await right()
+    silent |= {"b"}
+    await fails(ErrorCode.WRITE_TIMEOUT, host.results(total=frustum.total))
+    await right()
+    await loaded()
+    await host.write("watchdog", 300)
+    await fails(ErrorCode.WATCHDOG, host.cast())
+    assert not (await host.status())["loaded"]
+    await right()
+    await host.write("read_limit", BASE + 4096)
+    await host.command("load")
+    await fails((ErrorCode.READ_OUTSIDE, ErrorCode.READ_REPLY), host.finish("loads", timeout=100_000))
+    await right()
+
+
+@cocotb.test()
+async def stops_in_the_midst(dut):
+    """The host ends a load, a cast, and the writing of results, at any time; then all is right."""
+    bench = Bench(dut, latency=8, spread=8, shuffles=True)
+    await start(dut, cycles=options()["cycles"])
+    host, frustum = bench.host, bench.frusta[0]
+    await host.load(frustum.image)
+    for cycles in (5, 200, 900):
+        await host.command("load")
+        await bench.port.wait(cycles)
+        await host.stop()
+        await bench.check(frustum)
+        await host.start()
+        await bench.port.wait(cycles)
+        await host.stop()
+        assert not (await host.status())["present"]
+        await bench.check(frustum)
+        await host.command("write")
+        await bench.port.wait(cycles // 3)
+        await host.stop()
+        await bench.check(frustum)
+
+
+@cocotb.test()
+async def reset_in_the_midst(dut):
+    """Machine and memory are reset together."""
+    bench = Bench(dut, latency=8)
+    await start(dut, cycles=options()["cycles"])
+    for cycles in (50, 700, 1500, 3000):
+        task = cocotb.start_soon(bench.check(bench.frusta[0]))
+        await ClockCycles(dut.clk, cycles)
+        task.cancel()
+        bench.restart()
+        await reset(dut)
+        await bench.check(bench.frusta[0])
+
+
 def run(name, scene, changes, tests, *, cell, clusters, cycles, simulator="verilator", **frustum):
     changes = {**SMALL, "noc.columns": clusters, **changes}
     config = config_of(changes)
@@ -79,8 +248,11 @@ def run(name, scene, changes, tests, *, cell, clusters, cycles, simulator="veril
              visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=cycles)
 
 
+ALL = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "what_goes_wrong",
+       "stops_in_the_midst", "reset_in_the_midst")
+
+
 @pytest.mark.sim
 @pytest.mark.parametrize("clusters", [1, 2])
 def test_cornell(clusters):
-    run(f"cornell-{clusters}", "cornell", {}, ("whole_frusta",), cell=0.5, clusters=clusters, points=(5, 1, 2),
-        cycles=400_000)
+    run(f"cornell-{clusters}", "cornell", {}, ALL, cell=0.5, clusters=clusters, points=(5, 1, 2), cycles=1_000_000)
