@@ -1,17 +1,23 @@
 # amaranth: UnusedElaboratable=no
 """Whole frusta on the whole machine, driven by the host: hits and sums are brute force's."""
 
+import random
+from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import cocotb
 import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
+from golden.memory_map import REGIONS
+from hw.control.load_control import ALL as ALL_REGIONS
 from hw.registers.error_code import ErrorCode
 from tb.host import EngineError, Host
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
+from tb.lib.pauses import PAUSES
 from tb.lib.runner import BUILD, options, simulate
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
@@ -43,9 +49,13 @@ class Bench:
         self.port = CocotbPort(dut, self.model)
         self.host = Host(self.port, self.config, base=BASE)
 
+    def stop(self):
+        """No memory."""
+        self._at_port.stop()
+
     def restart(self):
         """An empty memory that owes nothing."""
-        self._at_port.stop()
+        self.stop()
         self.model = self.port.memory = MemoryModel(self.config, **self._memory)
         self._at_port = ModelAtPort(self.dut, self.model)
 
@@ -240,19 +250,94 @@ async def reset_in_the_midst(dut):
         await bench.check(bench.frusta[0])
 
 
-def run(name, scene, changes, tests, *, cell, clusters, cycles, simulator="verilator", **frustum):
+def run(name, scene, changes, tests, *, cell, clusters, cycles, corruptions=0, **frustum):
     changes = {**SMALL, "noc.columns": clusters, **changes}
     config = config_of(changes)
     folder = save(frusta(scene, config, cell=cell, **frustum), BUILD / "vectors" / f"engine-{name}")
-    simulate(engine_text(config), MODULE, tests, simulator=simulator, name=f"engine-{name}", changes=changes,
-             visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=cycles)
+    simulate(engine_text(config), MODULE, tests, name=f"engine-{name}", changes=changes,
+             visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=cycles, corruptions=corruptions)
+
+
+@cocotb.test()
+async def third_parties(dut):
+    """Registers and memory are both driven by others, cocotbext-axi's manager and RAM, with pauses."""
+    from cocotbext.axi import AxiBus, AxiRam
+
+    bench = Bench(dut)
+    bench.stop()
+    ram = AxiRam(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, size=1 << 16)
+    for half in ram.write_if, ram.read_if:
+        half.log.setLevel("WARNING")
+    bench.port.memory = SimpleNamespace(base=0, data=ram.mem)
+    bench.host = Host(bench.port, bench.config, base=0x4000)
+    await start(dut, cycles=options()["cycles"])
+    master, write, read = bench.port.master, ram.write_if, ram.read_if
+    channels = (master.write_if.aw_channel, master.write_if.w_channel, master.write_if.b_channel,
+                master.read_if.ar_channel, master.read_if.r_channel, write.aw_channel, write.w_channel,
+                write.b_channel, read.ar_channel, read.r_channel)
+    for number, regime in enumerate(PAUSES):
+        for k, channel in enumerate(channels):
+            channel.set_pause_generator(PAUSES[regime](10 * number + k))
+        await bench.check(bench.frusta[number % len(bench.frusta)])
+
+
+# Regions, and the most cycles that a frustum whose tables are wrong may take.
+KINDS, PATIENCE = tuple(region.name for region in REGIONS if region.life != "result"), 20_000
+
+
+@cocotb.test()
+async def corrupted_tables(dut):
+    """Words of each table that are anything: a load or a cast ends all the same, with an error or without one; memory
+    sees no access outside the windows; the next frustum is right.
+    """
+    bench = Bench(dut, latency=3, images=2)
+    await start(dut, cycles=options()["cycles"])
+    host, model, frustum = bench.host, bench.model, bench.frusta[0]
+    draw, found = random.Random(options()["seed"]), Counter()
+    data, offsets = frustum.image.to_bytes(), frustum.image.offsets
+    await bench.check(frustum)
+    for kind in KINDS:
+        size = frustum.image[kind].nbytes
+        for _ in range(options()["corruptions"] if size else 0):
+            broken = bytearray(data)
+            for _ in range(draw.choice((1, 1, 3))):
+                at = offsets[kind] + draw.randrange(size // 4) * 4
+                value = draw.choice((0, 1, 0x7FFFFFFF, 0xFFFFFFFF, 1 << draw.randrange(32), draw.getrandbits(32)))
+                broken[at:at + 4] = value.to_bytes(4, "little")
+            model.reads.clear()
+            model.writes.clear()
+            outcome = "unnoticed"
+            try:
+                await host.load(frustum.image, lives=())
+            except EngineError as error:
+                raise AssertionError("nothing was loaded") from error
+            await host.write("watchdog", PATIENCE)
+            await host.write("regions", ALL_REGIONS)
+            await host.place(bytes(broken))
+            try:
+                await host.command("load")
+                await host.finish("loads", timeout=2 * PATIENCE)
+                await host.cast(timeout=2 * PATIENCE)
+                await host.results(total=frustum.total, timeout=2 * PATIENCE)
+            except EngineError as error:
+                outcome = error.code.name
+            found[kind, outcome] += 1
+            for first, beats in model.reads:
+                assert BASE <= first <= BASE + len(data) - 8 * beats, f"{kind}: a read at {first:#x}"
+            for first, beats in model.writes:
+                assert BASE + offsets["hits"] <= first <= BASE + len(data) - 8 * beats, f"{kind}: written {first:#x}"
+        await bench.check(frustum)
+    for (kind, outcome), count in sorted(found.items()):
+        dut._log.info("%s: %s %d", kind, outcome, count)
+    assert any(outcome != "unnoticed" for _, outcome in found)
 
 
 ALL = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "what_goes_wrong",
-       "stops_in_the_midst", "reset_in_the_midst")
+       "stops_in_the_midst", "reset_in_the_midst", "third_parties", "corrupted_tables")
 
 
 @pytest.mark.sim
 @pytest.mark.parametrize("clusters", [1, 2])
 def test_cornell(clusters):
-    run(f"cornell-{clusters}", "cornell", {}, ALL, cell=0.5, clusters=clusters, points=(5, 1, 2), cycles=1_000_000)
+    run(f"cornell-{clusters}", "cornell", {}, ALL, cell=0.5, clusters=clusters, points=(5, 1, 2), cycles=2_000_000,
+        corruptions=2)
