@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -11,12 +11,16 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["UpdateMemory"]
 
+# Bits of a block RAM whose words are of 1, 2 or 4 bits; the most words of one that has more.
+BLOCK, WIDE = 1 << 14, 1 << 11
+
 
 class UpdateMemory(wiring.Component):
     """``row, write = change(old, operand)``, as if each item were finished before the next one begins.
 
-    An item that comes while up to four others are under way may need what they write: the three that are decided
-    already are looked at when the old row arrives, the one just in front when the change is made.
+    An item that comes while up to five others are under way may need what they write: the four that are decided
+    already are looked at when the old row arrives, the one just in front when the change is made. The new row has a
+    cycle to reach the block RAMs, which are far from each other.
 
     Parameters
     ----------
@@ -51,12 +55,6 @@ class UpdateMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        # What is read of a row that is being written is not used, as the item that writes it is looked at. A port with
-        # a register of its own would promise the old row all the same, at the price of logic behind the block RAM.
-        m.submodules.memory = memory = Memory(shape=self._shape, depth=self._depth, init=[], attrs={"no_rw_check": 1})
-        read, write = memory.read_port(domain="comb"), memory.write_port()
-        m.d.comb += read.addr.eq(self.i.payload.address)
-
         # Items of age 1 to 3: what they are, and what row they have read.
         items, valid = [self.i.payload], [self.i.valid]
         for age in range(1, 4):
@@ -68,9 +66,9 @@ class UpdateMemory(wiring.Component):
         read_1, read_2, old_3 = (Signal(self._shape, reset_less=True, name=name)
                                  for name in ("read_1", "read_2", "old_3"))
 
-        # Items of age 4 to 6 have written or not.
+        # Items of age 4 to 7 are decided; they write at age 5.
         done = []
-        for age in range(4, 7):
+        for age in range(4, 8):
             done.append({"written": Signal(name=f"written_{age}"),
                          "address": Signal(range(self._depth), reset_less=True, name=f"address_{age}"),
                          "row": Signal(self._shape, reset_less=True, name=f"row_{age}")})
@@ -78,9 +76,9 @@ class UpdateMemory(wiring.Component):
             m.d.sync += [later[name].eq(earlier[name]) for name in earlier]
 
         addresses = [item.address for item in items] + [item["address"] for item in done]
-        m.d.sync += [read_1.eq(read.data), read_2.eq(read_1)]
+        m.d.sync += read_2.eq(read_1)
         merged = read_2
-        for ahead in (4, 3, 2):
+        for ahead in (5, 4, 3, 2):
             of = done[2 + ahead - 4]
             merged = Mux(self._same_as(m, addresses, ahead, age=2) & of["written"], of["row"], merged)
         m.d.sync += old_3.eq(merged)
@@ -95,9 +93,22 @@ class UpdateMemory(wiring.Component):
         out = self.o.payload
         m.d.sync += [self.o.valid.eq(valid[3]), out.tag.eq(items[3].tag), out.old.eq(old)]
         m.d.comb += [out.address.eq(done[0]["address"]), out.new.eq(done[0]["row"]),
-                     out.written.eq(done[0]["written"]),
-                     write.addr.eq(done[0]["address"]), write.data.eq(done[0]["row"]),
-                     write.en.eq(done[0]["written"])]
+                     out.written.eq(done[0]["written"])]
+
+        # A deep memory is cut into columns of a block RAM each: synthesis would cut it into blocks of rows, and choose
+        # between them behind.
+        bits = len(Value.cast(read_1))
+        width = bits if self._depth <= WIDE else max(1, BLOCK // self._depth)
+        for k in range(0, bits, width):
+            data = Value.cast(read_1)[k:k + width]
+            # What is read of a row that is being written is not used, as the item that writes it is looked at. A port
+            # with a register of its own would promise the old row all the same, at the price of logic behind it.
+            memory = Memory(shape=len(data), depth=self._depth, init=[], attrs={"no_rw_check": 1})
+            m.submodules[f"memory_{k}"] = memory
+            read, write = memory.read_port(domain="comb"), memory.write_port()
+            m.d.comb += [read.addr.eq(self.i.payload.address), write.addr.eq(done[1]["address"]),
+                         write.data.eq(Value.cast(done[1]["row"])[k:k + width]), write.en.eq(done[1]["written"])]
+            m.d.sync += data.eq(read.data)
         return m
 
     def _same_as(self, m, addresses, ahead, *, age):
