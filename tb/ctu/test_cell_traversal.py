@@ -1,5 +1,8 @@
 """Cell traversal meets golden's cells, ray by ray and in their order, at one cell per cycle."""
 
+from collections import Counter
+from types import SimpleNamespace
+
 import cocotb
 import numpy as np
 import pytest
@@ -8,9 +11,12 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.ctu.cell_traversal import NEVER, PLACE_FRACTION
 from golden.ctu.grid_rays import FRACTION
+from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
+from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.cell_traversal import CellTraversal
 from hw.formats import Formats
+from tb.ctu.traversal_bench import Place
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import DEPTHS, config_of
 from tb.lib.no_x import assert_known
@@ -213,6 +219,41 @@ async def one_cell_per_cycle(dut):
     full = bench.sink.cycles[:-100]
     assert full[-1] - full[0] + 1 == len(full)
     assert full[0] - taken.cycles[0] == CellTraversal(config=bench.config, tag=TAG).latency
+
+
+@cocotb.test()
+async def rays_of_a_scene(dut):
+    """Golden's grid rays of a frustum, as fast as they are taken: golden's cells, and a step in nearly every cycle."""
+    await start(dut, cycles=100_000)
+    given, bench = options(), Bench(dut)
+    record = traversal_record(given["scene"], cell=given["cell"], config=bench.config)
+    one = record.sectors[0]
+    place = Place(record.shelling, record.record, one.sector, bench.config)
+    items = []
+    for shell, rays in place.sent(one.played):
+        begin, end = place.traversal.borders(shell)
+        direction = global_directions(place.rays[shell].direction.reshape(-1, 3)[rays], record.record)
+        items += [{"tag": shell, "direction": way, "begin": begin, "length": end - begin} for way in direction.tolist()]
+    table = record.shelling.table
+    await bench.prepare(SimpleNamespace(ports={"origin": table.place(record.record.origin).tolist(),
+                                               "shape": table.shape.tolist()}))
+    await bench.source.send([pack(bench._in, item) for item in items])
+    await ClockCycles(dut.clk, 200)
+    came, cycles = [unpack(bench._out, item) for item in bench.sink.items], bench.sink.cycles
+    assert sum(item["last"] for item in came) == len(items)
+    assert len(came) == sum(played.stage.turns for played in one.played)
+    got = Counter((item["tag"], item["cell"]) for item in came if item["is_cell"])
+    assert got == Counter((played.stage.shell, cell) for played in one.played[1:]
+                          for cell in played.stage.cells.tolist())
+    busy = len(came) / (cycles[-1] - cycles[0] + 1)
+    cocotb.log.info("%d rays, %d steps, busy %.3f", len(items), len(came), busy)
+    assert busy >= given["busy"], f"a step in only {busy:.3f} of the cycles"
+
+
+@pytest.mark.nightly
+def test_busy_at_small_cells():
+    simulate(CellTraversal(config=config_of({}), tag=TAG), MODULE, ("rays_of_a_scene",), name="cell-traversal-room1627",
+             scene="room1627", cell=0.0625, busy=0.95)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

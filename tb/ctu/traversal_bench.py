@@ -8,6 +8,8 @@ from golden.cast.cluster_casting import Stage
 from golden.cast.fixed_hits import read_out
 from golden.cast.shelling import ShellingCounts
 from golden.ctu.sector import sector_rays, subshell_rays
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.ctu.survival import survivors_by_code
 from golden.icu.ray_memory import RayMemory
 from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
@@ -58,6 +60,18 @@ class Place:
         if window is not None:
             inside &= subshell_rays(self.rays[shell], window, self.record)
         return np.flatnonzero(inside)
+
+    def sent(self, played):
+        """Of golden's stages behind the near cells', one after the other: the shell, and the grid rays that leave."""
+        left = {shell: np.zeros(rays.rows * rays.columns, dtype=bool) for shell, rays in self.rays.items()}
+        for one in played[1:]:
+            shell, pyramid = one.stage.shell, SettlePyramid(one.codes, self.config)
+            going = survivors_by_code(self.rays[shell], pyramid, one.threshold, self.sector, self.record).ravel()
+            asked = self.asked(shell, one.stage.window)
+            leaving = asked[going[asked] & ~left[shell][asked]]
+            left[shell][leaving] = True
+            assert len(leaving) == one.stage.grid_rays
+            yield shell, leaving
 
     def requests(self, stage, shell, window, chosen=None):
         """The requests of a stage, its number counted from 0 on; the last of them closes it."""
