@@ -55,7 +55,8 @@ class MemorySystem(wiring.Component):
         `PathFormats.cell_load`, ``list_load``, ``type_load`` and ``geometry_load``. Always ready; not while anything
         is under way, here or at those who ask.
     scene, cluster
-        `PathFormats.scene`, and which cluster this is. The same from loading on.
+        `PathFormats.scene`, and which cluster this is: the number of its node in the network, by which residence tables
+        name it. Both the same from loading on.
     i_start
         Begins a frustum; taken when it is ``drained``. No payload.
     i_cell

@@ -19,27 +19,27 @@ from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
 from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
-from tb.lib.runner import BUILD, SIMULATORS, options, simulate
+from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stream import Source
 from tb.memsys.joined_path import JoinedPath
 from tb.memsys.path_bench import BASE, COVERED, Bench, scene
-from tb.memsys.test_memory_path import SMALL
+from tb.memsys.test_memory_path import ICARUS, SMALL
 from tb.memsys.test_third_party_memory import Regions, attach, pause
 
 MODULE = "tb.memsys.test_joined_path"
 # Pauses of the memory are no silence.
 JOINED = {**SMALL, "memory.timeout_bits": 12, "memory.outstanding": 8, "memory.burst_beats": 8,
           "memory.length_bits": 5}
-FOUR = {"noc.columns": 2, "noc.rows": 2}
+FOUR = {"noc.columns": 2, "noc.rows": 2, "memsys.reply_ids": 4, "memsys.bus_requests": 4, "memsys.cache_fetches": 4,
+        "memsys.cell_lines": 32, "memsys.patch_lines": 32}
 # Networks of four clusters, another width of memory, larger scenes.
 VARIANTS = {
     "mesh": ("lobby", 0.125, FOUR),
-    "ring": ("lobby", 0.125, {"noc.topology": "ring", "noc.columns": 4, "noc.rows": 1, "noc.virtual_channels": 2,
-                              "noc.networks": "virtual", "noc.check": "crc", "noc.arbitration": "age",
-                              "memory.data_bits": 128}),
-    "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_patches": 128,
-                                     "memsys.cell_lines": 64, "memsys.patch_lines": 64, "memsys.cache_ways": 4,
-                                     "memsys.lfu_lines": 64, "memsys.reply_ids": 8, "memsys.cache_fetches": 8}),
+    "ring": ("lobby", 0.125, {**FOUR, "noc.topology": "ring", "noc.columns": 4, "noc.rows": 1,
+                              "noc.virtual_channels": 2, "noc.networks": "virtual", "noc.check": "crc",
+                              "noc.arbitration": "age", "memory.data_bits": 128}),
+    "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_patches": 128, "memsys.cache_ways": 4,
+                                     "memsys.lfu_lines": 32, "memsys.reply_ids": 8, "memsys.cache_fetches": 8}),
 }
 
 
@@ -126,32 +126,33 @@ async def reset_in_flight(dut):
         bench.stop()
 
 
-def run(name, simulator, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4), share=0.15,
+def run(name, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4), share=0.15,
         policies=("LRU",), cycles=60_000):
     changes = {**JOINED, **(changes or {})}
     config = config_of(changes)
     path = (BUILD / "vectors" / f"joined_path-{name}.json").resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(scene(*made, config.noc.nodes)))
-    simulate(JoinedPath(config=config), MODULE, cases, simulator=simulator, name=f"joined_path-{name}-{simulator}",
+    simulate(JoinedPath(config=config), MODULE, cases, simulator="icarus", name=f"joined_path-{name}",
              scene=str(path), changes=changes, clusters=config.noc.nodes, shares=shares, share=share,
              policies=policies, cycles=cycles)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS[1:])
-def test_a_frustum_of_two_clusters(simulator):
-    run("two", simulator, ("whole_frusta",), shares=(1.0,))
+@ICARUS
+def test_a_frustum_of_two_clusters():
+    run("two", ("whole_frusta",), shares=(1.0,))
 
 
-@pytest.mark.sim
+@ICARUS
+@pytest.mark.nightly
 def test_pauses_and_resets():
-    run("pauses", "verilator", ("whole_frusta", "every_pair_of_pauses", "reset_in_flight"),
+    run("pauses", ("whole_frusta", "every_pair_of_pauses", "reset_in_flight"),
         policies=[policy.name for policy in CachePolicy], cycles=200_000)
 
 
-@pytest.mark.sim
+@ICARUS
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", VARIANTS)
 def test_four_clusters(name):
     *made, changes = VARIANTS[name]
-    run(name, "verilator", ("whole_frusta",), made=made, changes=changes, policies=["LRU", "LFU"],
-        shares=(1.0, 0.5), cycles=500_000)
+    run(name, ("whole_frusta",), made=made, changes=changes, shares=(1.0,), cycles=200_000)

@@ -193,7 +193,7 @@ def test_in_verilator():
     run("cornell", 0.25, SMALL, "verilator")
 
 
-@pytest.mark.sim
-@pytest.mark.parametrize("changes", [{}, {"memory.data_bits": 128}], ids=["64", "128"])
-def test_a_larger_scene(changes):
-    run("lobby", 0.125, {**SMALL, **changes}, "verilator", ("whole_frusta",), cycles=300_000)
+@ICARUS
+@pytest.mark.nightly
+def test_a_larger_scene():
+    run("lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)
