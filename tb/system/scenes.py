@@ -1,5 +1,6 @@
 """Whole frusta for the machine: the image that it is given, and what it must write."""
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,7 +86,8 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
 
 def save(given: list[Frustum], folder: Path) -> Path:
     """Into files that `load` reads."""
-    folder.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
     for number, one in enumerate(given):
         (folder / f"{number}.bin").write_bytes(one.image.to_bytes())
         np.savez(folder / f"{number}.npz", total=one.total, **{

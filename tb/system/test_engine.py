@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.memory_map import REGIONS
+from golden.errors import InputError
+from golden.memory_map import REGIONS, MemoryImage
 from hw.control.load_control import ALL as ALL_REGIONS
+from hw.memsys.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
-from tb.host import EngineError, Host
+from tb.host import LIVES, EngineError, Host
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.pauses import PAUSES
@@ -132,6 +134,16 @@ async def form_factors_alone(dut):
     assert (image["sums"]["sum"] == expected).all()
 
 
+@cocotb.test()
+async def all_policies(dut):
+    """Of the caches; the scene is loaded anew with each."""
+    bench = Bench(dut, latency=10)
+    await start(dut, cycles=options()["cycles"])
+    for policy in CachePolicy:
+        for number, frustum in enumerate(bench.frusta):
+            await bench.check(frustum, policy=policy, lives=("frustum",) if number else tuple(LIVES))
+
+
 async def fails(code, action):
     """An action must end in an error."""
     with pytest.raises(EngineError) as raised:
@@ -145,7 +157,7 @@ async def fails(code, action):
 async def what_goes_wrong(dut):
     """Commands, windows, memory and watchdog; after each the next frustum is right."""
     bad, silent = set(), set()
-    bench = Bench(dut, fails=lambda address: address in bad)
+    bench = Bench(dut, images=9, fails=lambda address: address in bad)
     await start(dut, cycles=options()["cycles"])
     host, model, frustum = bench.host, bench.model, bench.frusta[0]
     image, data = frustum.image, frustum.image.to_bytes()
@@ -207,6 +219,18 @@ async def what_goes_wrong(dut):
     await fails(ErrorCode.WATCHDOG, host.cast())
     assert not (await host.status())["loaded"]
     await right()
+    # A section of more tiles than the ray memory has.
+    broken = MemoryImage({**image.regions, "clusters": image["clusters"].copy(), "columns": np.zeros(
+        64, image["columns"].dtype), "rows": np.zeros(64, image["rows"].dtype), "hits": np.zeros(
+        4096, image["hits"].dtype), "frustum": image["frustum"].copy()})
+    broken["frustum"]["columns"] = broken["frustum"]["rows"] = 64
+    broken["clusters"]["first_column"] = broken["clusters"]["first_row"] = 0
+    broken["clusters"]["end_column"] = broken["clusters"]["end_row"] = 64
+    with pytest.raises(InputError, match="Tiles of a section must be at most 64"):
+        await host.load(broken)
+    await host.load(broken, check=False)
+    await fails(ErrorCode.SECTION, host.cast())
+    await right()
     await host.write("read_limit", BASE + 4096)
     await host.command("load")
     await fails((ErrorCode.READ_OUTSIDE, ErrorCode.READ_REPLY), host.finish("loads", timeout=100_000))
@@ -251,7 +275,7 @@ async def reset_in_the_midst(dut):
 
 
 def run(name, scene, changes, tests, *, cell, clusters, cycles, corruptions=0, **frustum):
-    changes = {**SMALL, "noc.columns": clusters, **changes}
+    changes = {**changes, "noc.columns": clusters}
     config = config_of(changes)
     folder = save(frusta(scene, config, cell=cell, **frustum), BUILD / "vectors" / f"engine-{name}")
     simulate(engine_text(config), MODULE, tests, name=f"engine-{name}", changes=changes,
@@ -332,12 +356,31 @@ async def corrupted_tables(dut):
     assert any(outcome != "unnoticed" for _, outcome in found)
 
 
-ALL = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "what_goes_wrong",
-       "stops_in_the_midst", "reset_in_the_midst", "third_parties", "corrupted_tables")
+QUICK = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "all_policies", "what_goes_wrong",
+         "stops_in_the_midst", "reset_in_the_midst", "third_parties", "corrupted_tables")
 
 
 @pytest.mark.sim
 @pytest.mark.parametrize("clusters", [1, 2])
 def test_cornell(clusters):
-    run(f"cornell-{clusters}", "cornell", {}, ALL, cell=0.5, clusters=clusters, points=(5, 1, 2), cycles=2_000_000,
-        corruptions=2)
+    given = {"clusters": clusters, "cell": 0.5, "cycles": 3_000_000}
+    run(f"cornell-{clusters}", "cornell", SMALL, QUICK, points=(5, 1, 2), corruptions=2, **given)
+    run(f"cornell-screen-{clusters}", "cornell", SMALL, ("whole_frusta",), pixels=(30, 20), **given)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("clusters", [1, 2])
+def test_many_corrupted_tables(clusters):
+    run(f"corrupted-{clusters}", "cornell", SMALL, ("corrupted_tables",), cell=0.5, clusters=clusters,
+        cycles=30_000_000, corruptions=30)
+
+
+# Room for a scene of some thousand patches.
+LARGE = {"icu.side_bits": 8, "icu.patch_bits": 11, "noc.rows": 1}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("scene", "cell"), [("lobby", 0.125), ("room1627", 0.125), ("room1627", 0.0625)])
+def test_scenes(scene, cell):
+    run(f"{scene}-{cell}", scene, LARGE, ("whole_frusta",), cell=cell, clusters=2, rays=(64, 32), points=(5, 2),
+        cycles=2_000_000)
