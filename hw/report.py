@@ -13,6 +13,8 @@ from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
 from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
+from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
+from hw.registers.registers import Registers
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
 
 __all__ = ["UNITS", "Row", "measure", "table"]
@@ -65,6 +67,11 @@ UNITS = {
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
         "SystemBusInterface": {},
     },
+    "control": {
+        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "LoadControl": {}, "ResultControl": {},
+        "SumMerge": {"count": 2}, "EngineControl": {},
+    },
+    "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
             for bits in (32, 72) for channels in (1, 2, 4)} | {"Router-32-1-1": _router(bits=32, channels=1, cycles=1)},

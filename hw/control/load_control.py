@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.memory_map import REGIONS
+from golden.memory_map import ALIGNMENT, REGIONS
 from hw.control.control_formats import ControlFormats
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import RegionNumber
@@ -34,7 +34,7 @@ class LoadControl(wiring.Component):
     Members
     -------
     i
-        ``image`` and ``regions``. Taken when the last ones have been loaded.
+        ``image`` (a multiple of 64, or there is none) and ``regions``. Taken when the last ones have been loaded.
     busy
         Tables are being read.
     o_command, i_done, i_word
@@ -78,7 +78,8 @@ class LoadControl(wiring.Component):
             self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
             *(self.o_word.payload[name].eq(self.i_word.payload[name]) for name in self.i_word.payload.shape().members),
             self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
-        fault = Signal.like(self.i_done.payload)
+        fault, crooked = Signal.like(self.i_done.payload), Signal()
+        m.d.comb += crooked.eq(given.image[:ALIGNMENT.bit_length() - 1] != 0)
         m.d.comb += [self.o_over.payload.eq(fault), self.busy.eq(1)]
         with m.FSM():
             with m.State("Wait"):
@@ -87,8 +88,11 @@ class LoadControl(wiring.Component):
                 with m.If(self.i.valid):
                     m.next = "Command"
             with m.State("Command"):
-                m.d.comb += self.o_command.valid.eq(1)
-                with m.If(self.o_command.ready):
+                m.d.comb += self.o_command.valid.eq(~crooked)
+                with m.If(crooked):
+                    m.d.sync += [fault.code.eq(Fault.IMAGE), fault.address.eq(given.image)]
+                    m.next = "Next"
+                with m.Elif(self.o_command.ready):
                     m.next = "Read"
             with m.State("Read"):
                 m.d.comb += self.i_done.ready.eq(1)

@@ -29,14 +29,14 @@ def run(dut, bench):
     simulator.run()
 
 
-def load(regions, faults=(), *, seed=1):
+def load(regions, faults=(), *, image=64, seed=1):
     """Commands, words by (cluster, is_all, record), and how it ended; DMA and clusters take their time."""
     dut, draw = LoadControl(config=CONFIG), random.Random(seed)
     commands, words, overs = [], [], []
 
     async def bench(ctx):
         state, left, record, pending = "idle", 0, 0, 0
-        ctx.set(dut.i.payload, {"image": 64, "regions": regions})
+        ctx.set(dut.i.payload, {"image": image, "regions": regions})
         ctx.set(dut.i.valid, 1)
         for cycle in range(4000):
             ctx.set(dut.o_command.ready, state == "idle" and draw.random() < 0.5)
@@ -91,6 +91,11 @@ def test_only_what_is_asked_for():
 def test_a_fault_ends_a_load(at):
     commands, _, overs = load(ALL, {at: Fault.POINTER}, seed=3)
     assert (len(commands), overs) == (at + 1, [Fault.POINTER])
+
+
+@pytest.mark.parametrize("image", [1, 32, 4096 + 8])
+def test_an_image_is_at_a_multiple_of_64(image):
+    assert load(ALL, image=image) == ([], [], [Fault.IMAGE])
 
 
 def write(given, faults=(), *, seed=1):

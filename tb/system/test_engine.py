@@ -15,7 +15,9 @@ from golden.errors import InputError
 from golden.memory_map import REGIONS, MemoryImage
 from hw.control.load_control import ALL as ALL_REGIONS
 from hw.memsys.cache_policy import CachePolicy
+from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
+from hw.registers.register import addresses
 from tb.host import LIVES, EngineError, Host
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -24,7 +26,7 @@ from tb.lib.runner import BUILD, options, simulate
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
 from tb.system.build import engine_text
-from tb.system.cocotb_port import CocotbPort
+from tb.system.cocotb_port import CocotbPort, RegisterError
 from tb.system.scenes import frusta, load, save
 
 MODULE = "tb.system.test_engine"
@@ -238,6 +240,62 @@ async def what_goes_wrong(dut):
 
 
 @cocotb.test()
+async def values_that_mean_nothing(dut):
+    """In the registers: each ends in an error, or is as if it were another value."""
+    bench = Bench(dut)
+    await start(dut, cycles=options()["cycles"])
+    host, frustum = bench.host, bench.frusta[0]
+    await host.identify()
+    for name in ("magic", "status", "error", "cycles", "patch_misses"):
+        with pytest.raises(RegisterError):
+            await host.write(name, 1)
+    for address in (0x1000, 0x3FFC):
+        with pytest.raises(RegisterError):
+            await bench.port.read(address)
+    await bench.check(frustum)
+    await bench.port.write(addresses(ENGINE_REGISTERS)["command"], 0)
+    await fails(ErrorCode.COMMAND, host.finish("loads", timeout=1000))
+    for image in (BASE + 4, BASE + 8, BASE + (1 << 44) - 64, 0):
+        await host.write("image", image)
+        await host.command("load")
+        await fails((ErrorCode.READ_OUTSIDE, ErrorCode.READ_REPLY, ErrorCode.IMAGE),
+                    host.finish("loads", timeout=20_000))
+    await bench.check(frustum)
+    # Windows the wrong way round.
+    await host.write("read_base", BASE + (1 << 20))
+    await host.command("load")
+    await fails((ErrorCode.READ_OUTSIDE, ErrorCode.READ_REPLY), host.finish("loads", timeout=20_000))
+    await host.load(frustum.image)
+    # All bits of the regions, and a policy that there is not.
+    await host.write("regions", (1 << 17) - 1)
+    await host.write("policy", 3)
+    await host.command("load")
+    await host.finish("loads", timeout=20_000)
+    await host.cast()
+    bench.compare(await host.results(total=frustum.total), frustum)
+    assert await bench.port.read(COUNTERS_BASE + (63 << COUNTER_BITS + 2)) == 0
+    await bench.check(frustum)
+
+
+@cocotb.test()
+async def a_moved_vertex_is_seen(dut):
+    """The comparisons are not of what was there before."""
+    bench = Bench(dut)
+    await start(dut, cycles=options()["cycles"])
+    frustum = bench.frusta[0]
+    await bench.check(frustum)
+    moved = MemoryImage({**frustum.image.regions, "patches": frustum.image["patches"].copy()})
+    moved["patches"]["vertex"][:, 0] ^= 1 << 20
+    await bench.host.load(moved)
+    await bench.host.cast()
+    image = await bench.host.results(total=frustum.total)
+    assert len(image.hits().differences(frustum.hits)) > 20
+    with pytest.raises(AssertionError, match="rays differ"):
+        bench.compare(image, frustum)
+    await bench.check(frustum)
+
+
+@cocotb.test()
 async def stops_in_the_midst(dut):
     """The host ends a load, a cast, and the writing of results, at any time; then all is right."""
     bench = Bench(dut, latency=8, spread=8, shuffles=True)
@@ -357,7 +415,8 @@ async def corrupted_tables(dut):
 
 
 QUICK = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "all_policies", "what_goes_wrong",
-         "stops_in_the_midst", "reset_in_the_midst", "third_parties", "corrupted_tables")
+         "values_that_mean_nothing", "a_moved_vertex_is_seen", "stops_in_the_midst", "reset_in_the_midst",
+         "third_parties", "corrupted_tables")
 
 
 @pytest.mark.sim
