@@ -529,12 +529,13 @@ class Config:
         return self.replace(changes)
 
 
-# tiny: simulates in seconds. small: fits a small FPGA. paper: the thesis' machine. large: what simulation still bears.
+# tiny: simulates in seconds. small: a cluster fits an ECP5-85, whose block RAM has room for so many rays.
+# paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256),
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
-    "small": Config(icu=Icu(rays=1 << 14, side_bits=10, patch_bits=13), memsys=Memsys(scene_cells=1 << 14),
+    "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), memsys=Memsys(scene_cells=1 << 14),
                     noc=Noc(columns=2, rows=2, virtual_channels=1)),
     "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),

@@ -72,7 +72,7 @@ def test_networks_that_could_deadlock_are_refused():
 
 
 def test_presets_grow():
-    assert [PRESETS[name].icu.rays for name in ("tiny", "small", "paper", "large")] == [2**12, 2**14, 2**18, 2**20]
+    assert [PRESETS[name].icu.rays for name in ("tiny", "small", "paper", "large")] == [2**12, 2**12, 2**18, 2**20]
     assert [PRESETS[name].noc.nodes for name in ("tiny", "small", "paper", "large")] == [2, 4, 8, 16]
 
 

@@ -12,7 +12,7 @@ from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["CONFIG", "Case", "case"]
 
-CONFIG: Config = PRESETS["small"]
+CONFIG: Config = PRESETS["small"].replace({"icu.rays": 1 << 14})
 
 
 @dataclass(frozen=True, eq=False)
