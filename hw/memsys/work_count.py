@@ -22,13 +22,13 @@ class WorkCount(wiring.Component):
     enters, leaves
         A bit for each place: an item passes it in this cycle. An item leaves in a later cycle than it has come.
     level
-        Items under way.
+        Items under way, and those that left in the last cycle.
     empty
         There are none.
 
     Timing
     ------
-    Latency: ``1`` cycle.
+    Latency: ``1`` cycle from an item that comes, ``2`` from one that leaves.
 
     Errors
     ------
@@ -47,7 +47,8 @@ class WorkCount(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        after = Signal.like(self.level)
-        m.d.comb += after.eq(self.level + sum(self.enters) - sum(self.leaves))
-        m.d.sync += [self.level.eq(after), self.empty.eq(after == 0)]
+        # It may be known late that all have left, never that one has come.
+        after, left = Signal.like(self.level), Signal.like(self.leaves)
+        m.d.comb += after.eq(self.level + sum(self.enters) - sum(left))
+        m.d.sync += [left.eq(self.leaves), self.level.eq(after), self.empty.eq(after == 0)]
         return m

@@ -11,7 +11,9 @@ from tb.formal.twin import Twin
 
 
 class ExactCount(wiring.Component):
-    """Items told apart: those that came through each place, and those that left. ``empty`` if and only if all have."""
+    """Items told apart: those that came through each place, and those that left. ``empty`` if and only if all had left
+    a cycle ago.
+    """
 
     def __init__(self, dut, most):
         self._dut, self._most = dut, most
@@ -22,11 +24,11 @@ class ExactCount(wiring.Component):
         m.submodules.dut = dut = self._dut
         connect_ports(m, self, dut)
         # Totals modulo 64; that no more are inside than there is room for makes their difference exact.
-        came, left = Signal(6), Signal(6)
-        m.d.sync += [came.eq(came + sum(self.enters)), left.eq(left + sum(self.leaves))]
+        came, left, late = Signal(6), Signal(6), Signal.like(self.leaves)
+        m.d.sync += [came.eq(came + sum(self.enters)), late.eq(self.leaves), left.eq(left + sum(late))]
         inside, after = Signal(6), Signal(8)
-        m.d.comb += [inside.eq(came - left), after.eq(inside + sum(self.enters) - sum(self.leaves)),
-                     Assume(sum(self.leaves) <= inside), Assume(after <= self._most),
+        m.d.comb += [inside.eq(came - left), after.eq(inside + sum(self.enters) - sum(late)),
+                     Assume(sum(self.leaves) + sum(late) <= inside), Assume(after <= self._most),
                      Assert(dut.level == inside), Assert(dut.empty == (came == left)),
                      Cover((inside == self._most) & self.enters.any() & self.leaves.all())]
         return m
