@@ -1,0 +1,128 @@
+"""The host's driver at a machine that only has registers."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from golden.config import PRESETS
+from golden.errors import InputError
+from golden.memory_map import MemoryImage
+from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
+from hw.registers.error_code import ErrorCode
+from hw.registers.register import addresses
+from tb.host import LIVES, EngineError, EngineTimeoutError, Host, Port, check_image
+from tb.system.scenes import frusta
+
+CONFIG = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
+PLACES = addresses(ENGINE_REGISTERS)
+
+
+class Registers(Port):
+    """Does nothing; busy for some looks at ``status``."""
+
+    def __init__(self):
+        self.values, self.memory, self.commands = {}, {}, []
+        self.set("magic", MAGIC)
+        self.set("version", VERSION)
+        self.set("clusters", 2)
+        self.looks, self.busy, self.waited = 0, 0, 0
+
+    def set(self, name, value):
+        """What a register holds."""
+        for word in range(register(name).words):
+            self.values[PLACES[name] + 4 * word] = value >> 32 * word & 0xFFFFFFFF
+
+    async def read(self, address):
+        if address == PLACES["status"] and self.busy:
+            self.busy -= 1
+            return register("status").pack(loads=1, casts=1, writes=1)
+        return self.values.get(address, 0)
+
+    async def write(self, address, value):
+        if address == PLACES["command"]:
+            self.commands.append(register("command").unpack(value))
+            self.busy = self.looks
+        else:
+            self.values[address] = value
+
+    async def read_memory(self, address, size):
+        return self.memory[address][:size]
+
+    async def write_memory(self, address, data):
+        self.memory[address] = data
+
+    async def wait(self, cycles):
+        self.waited += cycles
+
+
+@pytest.fixture(scope="module")
+def frustum():
+    return frusta("cornell", CONFIG, cell=0.5)[0]
+
+
+@pytest.fixture
+def port():
+    return Registers()
+
+
+def test_a_load_says_where_everything_is(port, frustum):
+    host, base = Host(port, CONFIG, base=0x12_0000_0040), 0x12_0000_0040
+    port.looks = 3
+    asyncio.run(host.identify())
+    asyncio.run(host.load(frustum.image))
+    data = frustum.image.to_bytes()
+    assert port.memory == {base: data}
+    assert [asyncio.run(host.read(name)) for name in ("image", "read_base", "read_limit")] == [
+        base, base, base + len(data)]
+    assert asyncio.run(host.read("regions")).bit_count() == sum(map(len, LIVES.values()))
+    assert [command["load"] for command in port.commands] == [1]
+    assert port.waited > 0
+    # A frustum from another place: the scene is still read from the first one.
+    asyncio.run(host.load(frustum.image, lives=("frustum",), base=base + (1 << 20)))
+    assert asyncio.run(host.read("read_base")) == base
+    assert asyncio.run(host.read("read_limit")) == base + (1 << 20) + len(data)
+
+
+@pytest.mark.parametrize(("name", "message"), [("magic", "magic must be"), ("version", "version must be"),
+                                               ("clusters", "clusters must be 2, not 7")])
+def test_another_machine_is_refused(port, name, message):
+    port.set(name, 7)
+    with pytest.raises(InputError, match=message):
+        asyncio.run(Host(port, CONFIG).identify())
+
+
+def test_errors_are_told_and_forgotten(port, frustum):
+    host = Host(port, CONFIG)
+    for name, value in ("error", ErrorCode.PATH_BUS.value), ("error_cluster", 1), ("error_address", 99):
+        port.set(name, value)
+    port.set("status", register("status").pack(failed=1))
+    with pytest.raises(EngineError, match=r"PATH_BUS: a cell or a patch .* \(cluster 1, at 0x63\)") as raised:
+        asyncio.run(host.load(frustum.image))
+    assert (raised.value.code, raised.value.cluster, raised.value.address) == (ErrorCode.PATH_BUS, 1, 99)
+    assert port.commands[-1]["clear"]
+
+
+def test_what_never_ends_is_given_up(port, frustum):
+    host = Host(port, CONFIG)
+    port.looks = 1000
+    with pytest.raises(EngineTimeoutError, match="loads after 5000 cycles still"):
+        asyncio.run(host.load(frustum.image, timeout=5000))
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"noc.columns": 4}, "must be for 4 clusters, not 2"),
+    ({"icu.rays": 64}, r"Tiles of a section must be at most 4 \(icu.rays\), not"),
+    ({"ctu.shell_bits": 3, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 6},
+     r"Columns of grid rays must be at most 64 \(ctu.grid_column_bits\), not")])
+def test_what_there_is_no_room_for_is_refused(frustum, changes, message):
+    check_image(frustum.image, CONFIG)
+    with pytest.raises(InputError, match=message):
+        check_image(frustum.image, CONFIG.replace(changes))
+
+
+def test_clusters_are_their_nodes(frustum):
+    clusters = frustum.image["clusters"].copy()
+    clusters["processor"] = np.array([1, 0])
+    with pytest.raises(InputError, match="Cluster k must be processor k"):
+        check_image(MemoryImage({**frustum.image.regions, "clusters": clusters}), CONFIG)
