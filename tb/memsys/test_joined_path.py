@@ -38,8 +38,9 @@ VARIANTS = {
     "ring": ("lobby", 0.125, {**FOUR, "noc.topology": "ring", "noc.columns": 4, "noc.rows": 1,
                               "noc.virtual_channels": 2, "noc.networks": "virtual", "noc.check": "crc",
                               "noc.arbitration": "age", "memory.data_bits": 128}),
-    "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_patches": 128, "memsys.cache_ways": 4,
-                                     "memsys.lfu_lines": 32, "memsys.reply_ids": 8, "memsys.cache_fetches": 8}),
+    "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_entries": 1024,
+                                     "memsys.own_patches": 128, "memsys.cache_ways": 4, "memsys.lfu_lines": 32,
+                                     "memsys.reply_ids": 8, "memsys.cache_fetches": 8}),
 }
 
 
