@@ -1,6 +1,6 @@
 """Intersection unit: patches in, the nearest hit of each ray of a section out."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -112,11 +112,12 @@ class IntersectionUnit(wiring.Component):
 
         # Patches that have come, and of these the ones with a window, whose token has not been taken.
         frustum, there, earlier = Signal(formats.frustum), Signal(), Signal()
-        comes, enters, leaves = Signal(), Signal(), Signal()
+        comes, came, enters, leaves = Signal(), Signal(), Signal(), Signal()
         under_way, owed = Signal(range(2 * (TOKENS + self._config.icu.slots))), Signal(range(TOKENS + 1))
         # A cycle after the last token, but no cycle after the first vertex.
-        drained = Signal(init=1)
-        m.d.sync += drained.eq((under_way == 0) & ~comes)
+        none_left, drained = Signal(init=1), Signal()
+        m.d.sync += [came.eq(comes), none_left.eq((under_way == 0) & ~came)]
+        m.d.comb += drained.eq(none_left & ~came)
 
         # A frustum begins when both memories have.
         begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
@@ -156,13 +157,14 @@ class IntersectionUnit(wiring.Component):
         m.d.sync += read_now.eq(asks_now | (read_out.busy & (read_out.bank == memory.active)))
         takes = there & ~self.i_frustum.valid & ~read_now
         # A patch of which some vertices have been taken goes on.
-        goes_on, vertex = Signal(), Signal(2)
+        goes_on, vertex, is_screen = Signal(), Signal(2), Signal()
         m.d.comb += [goes_on.eq(vertex != 0), setup.i.valid.eq(self.i_vertex.valid & (takes | goes_on)),
                      setup.i.payload.eq(self.i_vertex.payload),
                      self.i_vertex.ready.eq(setup.i.ready & (takes | goes_on))]
         with m.If(setup.i.valid & setup.i.ready):
             m.d.sync += vertex.eq(vertex + 1)
-        m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(frustum.is_screen)]
+        m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(is_screen)]
+        m.d.sync += is_screen.eq(frustum.is_screen)
         for name, _ in formats.slot_record:
             wiring.connect(m, getattr(setup, f"o_{name}"), getattr(pipeline, f"i_{name}"))
         # Known a cycle before: while a window enters, another one may.
@@ -191,7 +193,7 @@ class IntersectionUnit(wiring.Component):
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
         m.d.comb += comes.eq(setup.i.valid & setup.i.ready & (vertex == 0))
-        m.d.sync += [owed.eq(owed + enters - leaves), under_way.eq(under_way + comes - leaves)]
+        m.d.sync += [owed.eq(owed + enters - leaves), under_way.eq(under_way + came - leaves)]
 
         # Read-out and collector.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
@@ -219,9 +221,12 @@ class IntersectionUnit(wiring.Component):
                   "tested": pipeline.tested, "inside": pipeline.inside, "won": memory.o.valid & answer.won,
                   "waits_for_slot": self.i_vertex.valid & ~self.i_vertex.ready & there,
                   "waits_for_rays": ~drained & ~issued}
-        for name, count in events.items():
-            counter = self.counters[name]
-            m.d.sync += counter.eq(counter + count)
-            with m.If(accepts):
+        clears = Signal()
+        m.d.sync += clears.eq(accepts)
+        for name, event in events.items():
+            # Events come from all over the unit, with a cycle for the way.
+            counter, count = self.counters[name], Signal.like(Value.cast(event), name=f"counted_{name}")
+            m.d.sync += [count.eq(event), counter.eq(counter + count)]
+            with m.If(clears):
                 m.d.sync += counter.eq(0)
         return m

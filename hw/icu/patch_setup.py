@@ -90,7 +90,8 @@ class PatchSetup(wiring.Component):
         self._sbb, self._ipbb, self._clip = Sbb(config=config), Ipbb(config=config), SectionClip(config=config)
         self._bound = InverseDistanceBound(config=config)
         before = self._queue.latency + self._transform.latency + self._direction.latency
-        factor = before + self._vertices.latency + self._factor.latency
+        # A register behind the plane factor: it goes to blocks that are far from it and from each other.
+        factor = before + self._vertices.latency + self._factor.latency + 1
         seen = before + self._coordinates.latency + self._seen.latency
         if before + self._vertices.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
                 or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
@@ -107,10 +108,13 @@ class PatchSetup(wiring.Component):
         m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
         m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
         m.submodules.bound = bound = self._bound
-        screen = self.frustum.is_screen
         for block in (transform, sbb, ipbb, clip, bound):
             m.d.comb += block.frustum.eq(self.frustum)
-        m.d.comb += coordinates.is_screen.eq(screen)
+        # One bit that most of all this looks at, in places far from each other: each takes it from the one before.
+        early, screen, late = (Signal(name=f"is_screen_{name}") for name in ("coordinates", "window", "bound"))
+        m.d.sync += [early.eq(self.frustum.is_screen), screen.eq(early), late.eq(screen)]
+        m.d.comb += [coordinates.is_screen.eq(early), clip.frustum.is_screen.eq(screen),
+                     bound.frustum.is_screen.eq(late)]
         for block in (sbb, bound):
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
 
@@ -144,7 +148,10 @@ class PatchSetup(wiring.Component):
         m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
         feed(self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot, part=planes.o_planes.payload.part)
         feed(self.o_turns, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.turns)
-        feed(self.o_factor, factor.o, slot=factor.o.payload.slot, part=factor.o.payload.part)
+        found, made = Signal(), Signal.like(factor.o.payload, reset_less=True)
+        m.d.sync += [found.eq(factor.o.valid), made.eq(factor.o.payload)]
+        m.d.comb += [self.o_factor.valid.eq(found), self.o_factor.payload.slot.eq(made.slot),
+                     self.o_factor.payload.part.eq(made.part)]
 
         # What cannot be hit, slot by slot.
         own, dropped = Signal(slots), Signal(slots)
@@ -154,8 +161,8 @@ class PatchSetup(wiring.Component):
                      seen_own.eq((entered.item.surface == source) & (source >= 0))]
         with m.If(enters):
             m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own)
-        with m.If(factor.o.valid):
-            m.d.sync += dropped.bit_select(factor.o.payload.slot, 1).eq(factor.o.payload.part.dropped)
+        with m.If(found):
+            m.d.sync += dropped.bit_select(made.slot, 1).eq(made.part.dropped)
 
         def waits(name, shape, valid, payload, taken):
             """A queue between branches that come in the same order."""
@@ -174,18 +181,19 @@ class PatchSetup(wiring.Component):
                                               ("front", given.front[k]))]
         m.d.comb += [clip.i.valid.eq(Mux(screen, ipbb.o.valid, sbb.o.valid)),
                      clip.i.payload.eq(Mux(screen, ipbb.o.payload, sbb.o.payload))]
-        corners = waits("corners", formats.window, ipbb.o.valid, ipbb.o.payload.window, factor.o.valid & screen)
-        feed(bound.i, factor.o, slot=factor.o.payload.slot, factor=factor.o.payload.part, window=corners)
+        corners = waits("corners", formats.window, ipbb.o.valid, ipbb.o.payload.window, found & screen)
+        m.d.comb += [bound.i.valid.eq(found), bound.i.payload.slot.eq(made.slot), bound.i.payload.factor.eq(made.part),
+                     bound.i.payload.window.eq(corners)]
         clipped = waits("clipped", formats.section_window, clip.o.valid, clip.o.payload.window, bound.o.valid)
 
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))
         slot = bound.o.payload.slot
-        made, comes, dead = Signal(formats.patch_window, reset_less=True), Signal(), Signal(2, reset_less=True)
+        window, comes, dead = Signal(formats.patch_window, reset_less=True), Signal(), Signal(2, reset_less=True)
         m.d.sync += [
-            comes.eq(bound.o.valid), made.slot.eq(slot), made.threshold.eq(bound.o.payload.threshold),
-            made.window.eq(clipped), dead.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
-        m.d.comb += [ready.i.valid.eq(comes), ready.i.payload.eq(made)]
+            comes.eq(bound.o.valid), window.slot.eq(slot), window.threshold.eq(bound.o.payload.threshold),
+            window.window.eq(clipped), dead.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
+        m.d.comb += [ready.i.valid.eq(comes), ready.i.payload.eq(window)]
         with m.If(dead.any()):
             m.d.comb += ready.i.payload.window.eq(0)
         return m

@@ -99,6 +99,8 @@ class RayMemory(wiring.Component):
         m.d.comb += self.i_start.ready.eq(0)
         with m.If(self.i_start.valid & self.i_start.ready):
             m.d.sync += self.active.eq(~self.active)
+        won = Signal.like(self.i_payload.payload, reset_less=True)
+        m.d.sync += won.eq(self.i_payload.payload)
         for bank in range(BANKS):
             m.submodules[f"generations_{bank}"] = generations = Generations(bits=icu.generation_bits, depth=icu.rays)
             tag = StructLayout({"update": self._tag, "updates": 1, "reads": 1})
@@ -129,9 +131,9 @@ class RayMemory(wiring.Component):
             m.d.comb += [rows.i.valid.eq(comes), rows.i.payload.eq(given)]
 
             write, read = payload.write_port(), payload.read_port(domain="comb")
-            m.d.comb += [write.addr.eq(self.i_payload.payload.ray), write.data.u.eq(self.i_payload.payload.u),
-                         write.data.v.eq(self.i_payload.payload.v),
-                         write.en.eq(self.i_payload.valid & (self.active == bank))]
+            writes = Signal()
+            m.d.sync += writes.eq(self.i_payload.valid & (self.active == bank))
+            m.d.comb += [write.addr.eq(won.ray), write.data.u.eq(won.u), write.data.v.eq(won.v), write.en.eq(writes)]
             # The row comes with age 5, and so must (u, v): three cycles for the address, the memory's, and one more.
             address = self.i_read.payload.ray
             for _ in range(3):

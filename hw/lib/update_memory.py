@@ -66,9 +66,9 @@ class UpdateMemory(wiring.Component):
         read_1, read_2, old_3 = (Signal(self._shape, reset_less=True, name=name)
                                  for name in ("read_1", "read_2", "old_3"))
 
-        # Items of age 4 to 7 are decided; they write at age 5.
+        # Items of age 4 to 6 are decided; they write at age 5.
         done = []
-        for age in range(4, 8):
+        for age in range(4, 7):
             done.append({"written": Signal(name=f"written_{age}"),
                          "address": Signal(range(self._depth), reset_less=True, name=f"address_{age}"),
                          "row": Signal(self._shape, reset_less=True, name=f"row_{age}")})
@@ -77,11 +77,16 @@ class UpdateMemory(wiring.Component):
 
         addresses = [item.address for item in items] + [item["address"] for item in done]
         m.d.sync += read_2.eq(read_1)
-        merged = read_2
-        for ahead in (5, 4, 3, 2):
-            of = done[2 + ahead - 4]
-            merged = Mux(self._same_as(m, addresses, ahead, age=2) & of["written"], of["row"], merged)
-        m.d.sync += old_3.eq(merged)
+        # Of what is decided when the old row is still in the block RAM, the last one; so that little is left to choose
+        # behind the block RAM, which is far away.
+        is_kept, kept = Signal(), Signal(self._shape, reset_less=True)
+        m.d.sync += is_kept.eq(0)
+        for ahead in (5, 4, 3):
+            of = done[1 + ahead - 4]
+            with m.If(self._same_as(m, addresses, ahead, age=1) & of["written"]):
+                m.d.sync += [is_kept.eq(1), kept.eq(of["row"])]
+        follows = self._same_as(m, addresses, 2, age=2) & done[0]["written"]
+        m.d.sync += old_3.eq(Mux(follows, done[0]["row"], Mux(is_kept, kept, read_2)))
 
         # Which of the two is the old row is known late: the change is made to both.
         old, repeats = Signal(self._shape), Signal()
