@@ -8,6 +8,8 @@ from golden.commands.command_line import CommandLine
 from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 from golden.config import PRESETS
 from golden.errors import InputError
+from hw.package.core_files import write_core
+from hw.package.tops import TOPS
 from hw.registers.page import page
 from hw.report import UNITS, measure, table
 from hw.synthesis.flow import tool_versions
@@ -19,7 +21,7 @@ __all__ = ["main"]
              context_settings={"max_content_width": 110, "show_default": True})
 @click.version_option(package_name="radiosity-engine", prog_name="hw")
 def main():
-    """Radiosity Engine, hardware: area and clock of its blocks, and its registers."""
+    """Radiosity Engine, hardware: its Verilog, area and clock of its blocks, and its registers."""
 
 
 @main.command()
@@ -47,6 +49,17 @@ def report(block, units, route, seed, folder, preset, assignments):
     text = table(rows, block=block, preset=preset, config=config, seed=seed)
     (folder / f"{block}.md").write_text(text)
     click.echo(text, nl=False)
+
+
+@main.command()
+@click.option("--top", type=click.Choice(list(TOPS)), default="engine", help="What of it.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="Folder for the files.")
+@PRESET
+@ASSIGNMENTS
+def verilog(top, folder, preset, assignments):
+    """Verilog for synthesis and simulation, with constraints, a description for FuseSoC, and a side-car of facts."""
+    for path in write_core(top, config=PRESETS[preset].with_parameters(assignments), preset=preset, folder=folder):
+        click.echo(path)
 
 
 @main.command()

@@ -32,7 +32,7 @@ from hw.registers.registers import Registers
 __all__ = ["CLUSTER", "Engine"]
 
 # The module of a cluster where it is exported apart.
-CLUSTER = "cluster"
+CLUSTER = "radiosity_cluster"
 
 
 class Engine(wiring.Component):
@@ -50,7 +50,7 @@ class Engine(wiring.Component):
     config
         The configuration; as many clusters as ``noc`` has nodes.
     apart
-        Clusters are instances of the module ``cluster``, which is exported on its own (`hw.export`).
+        Clusters are instances of a module of their own (`hw.package.tops`).
     policies
         Those of the caches that are built; all by default.
 

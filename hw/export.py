@@ -1,36 +1,60 @@
-"""Verilog of components, and of the engine with its clusters as one module."""
+"""Verilog of components."""
 
 import os
+import re
+from itertools import groupby
 
 from amaranth.back import verilog
+from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
-from golden.config import Config
-from hw.cluster import Cluster
-from hw.engine import CLUSTER, Engine
-from hw.lib.apart import ports_of
+from hw.lib.apart import flatten
 
-__all__ = ["cluster_verilog", "engine_verilog", "verilog_of"]
+__all__ = ["verilog_of"]
+
+# Words of a memory that begin with the same value become a loop if there are more of them.
+_FEW = 8
 
 
 def verilog_of(component: wiring.Component, name: str) -> str:
     """A component as the module ``name``, its ports by the names of its members."""
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
-    return verilog.convert(component, name=name, ports=ports_of(component), emit_src=False,
-                           strip_internal_attrs=True)
+    text = verilog.convert(_Flat(component), name=name, emit_src=False, strip_internal_attrs=True)
+    # A wire of no bits, which nothing uses, would be written as one of two.
+    return _with_loops(re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text))
 
 
-def cluster_verilog(config: Config) -> str:
-    """The cluster, all of the same."""
-    return verilog_of(Cluster(config=config), CLUSTER)
+class _Flat(Elaboratable):
+    """A component with the ports that its module shall have."""
+
+    def __init__(self, component):
+        self._component, members = component, {}
+        for path, member, value in flatten(component):
+            members[path] = member.flow(len(value))
+            setattr(self, path, value)
+        self.signature = wiring.Signature(members)
+
+    def elaborate(self, platform):
+        return self._component
 
 
-def engine_verilog(config: Config, *, name: str = "top", **options) -> str:
-    """The engine around instances of its cluster.
+def _with_loops(text):
+    """Most of the text would be zeros, a line for each word of each memory."""
+    def same(numbered):
+        number, line = numbered
+        found = word.fullmatch(line)
+        return found and (found[1], int(found[2]) - number, found[3])
 
-    Parameters
-    ----------
-    options
-        Of `Engine`.
-    """
-    return verilog_of(Engine(config=config, apart=True, **options), name)
+    word = re.compile(r"    (\S+ ?)\[(\d+)\] = (\S+);")
+    lines, blocks = [], 0
+    for what, numbered in groupby(enumerate(text.splitlines()), key=same):
+        run = list(numbered)
+        if what is None or len(run) <= _FEW:
+            lines += [line for _, line in run]
+            continue
+        memory, ahead, value = what
+        lines += [f"    begin : same_words_{blocks}", "      integer k;",
+                  f"      for (k = {run[0][0] + ahead}; k <= {run[-1][0] + ahead}; k = k + 1) {memory}[k] = {value};",
+                  "    end"]
+        blocks += 1
+    return "\n".join(lines) + "\n"

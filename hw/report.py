@@ -1,9 +1,12 @@
+# amaranth: UnusedElaboratable=no
 """Tables of area and clock, unit by unit."""
 
 import importlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from amaranth.lib import wiring
 
 from golden.config import Config
 from golden.noc.routing import route
@@ -17,7 +20,7 @@ from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.registers import Registers
 from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
 
-__all__ = ["UNITS", "Row", "measure", "table"]
+__all__ = ["UNITS", "Row", "make_unit", "measure", "table"]
 
 
 def _router(*, bits, channels, cycles=2):
@@ -88,19 +91,21 @@ class Row:
     clock: Clock | None
 
 
+def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
+    """One of `UNITS`."""
+    arguments = UNITS[block][unit]
+    if callable(arguments):
+        return arguments(config)
+    module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
+    return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
+
+
 def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool) -> Row:
     """Synthesise one of `UNITS`, and place and route it if ``route``."""
-    def make():
-        arguments = UNITS[block][unit]
-        if callable(arguments):
-            return arguments(config)
-        module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
-        return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
-
     folder = folder / unit
-    component = make()
-    row = Row(unit=unit, latency=getattr(component, "latency", None), area=synthesise(component, folder),
-              clock=place_and_route(make(), folder, seed=seed) if route else None)
+    component = make_unit(block, unit, config)
+    clock = place_and_route(make_unit(block, unit, config), folder, seed=seed) if route else None
+    row = Row(unit=unit, latency=getattr(component, "latency", None), area=synthesise(component, folder), clock=clock)
     (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
     return row
 

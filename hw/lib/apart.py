@@ -1,25 +1,20 @@
 """Apart: a component that is exported on its own, and placed by its name."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-__all__ = ["Apart", "ports_of"]
+__all__ = ["Apart", "flatten"]
 
 
-def _flatten(component):
+def flatten(component: wiring.Component) -> Iterator[tuple[str, wiring.Member, Value]]:
     """Names, members and values, without such as have no bits and such as are always the same."""
     for path, member, value in component.signature.flatten(component):
         value = Value.cast(value)
         if len(value) and not isinstance(value, Const):
             yield "__".join(map(str, path)), member, value
-
-
-def ports_of(component: wiring.Component) -> list[Value]:
-    """What a module of a component has as its ports, by the names of its members."""
-    return [value for _, _, value in _flatten(component)]
 
 
 class Apart(wiring.Component):
@@ -42,7 +37,7 @@ class Apart(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         ports = {"i_clk": ClockSignal(), "i_rst": ResetSignal()}
-        for path, member, value in _flatten(self):
+        for path, member, value in flatten(self):
             ports[f"{'i' if member.flow is In else 'o'}_{path}"] = value
         m.submodules.placed = Instance(self._name, **ports)
         return m

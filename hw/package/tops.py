@@ -1,0 +1,77 @@
+# amaranth: UnusedElaboratable=no
+"""The components that can be taken alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from amaranth.lib import wiring
+
+from golden.config import Config
+from golden.noc.packing import CHECK_BITS
+from golden.noc.routing import route
+from hw.cluster import Cluster
+from hw.ctu.traversal_unit import TraversalUnit
+from hw.engine import CLUSTER, Engine
+from hw.export import verilog_of
+from hw.icu.intersection_unit import IntersectionUnit
+from hw.noc.router import Router
+
+__all__ = ["TOPS", "Top", "engine_verilog"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Top:
+    """A component and the text of its module.
+
+    Parameters
+    ----------
+    about
+        What it is, in a line.
+    page
+        Of the documentation.
+    blocks
+        Of `hw.report.UNITS` that it has units of.
+    make
+        The component, from a configuration.
+    text
+        Its Verilog, from a configuration and the module's name.
+    """
+
+    about: str
+    page: str
+    blocks: tuple[str, ...]
+    make: Callable[[Config], wiring.Component]
+    text: Callable[[Config, str], str] | None = None
+
+    def verilog(self, config: Config, name: str) -> str:
+        """The module ``name`` and all below it."""
+        return self.text(config, name) if self.text else verilog_of(self.make(config), name)
+
+
+def engine_verilog(config: Config, name: str = "top") -> str:
+    """The engine, and the module of its clusters, which are all the same."""
+    return verilog_of(Engine(config=config, apart=True), name) + verilog_of(Cluster(config=config), CLUSTER)
+
+
+def _router(config):
+    """Of the node of the configuration's network that has most links."""
+    routing, noc = route(config.noc.network(), config.noc.virtual_channels), config.noc
+    links = (routing.topology.neighbour >= 0).sum(1)
+    return Router(routing=routing, node=int(links.argmax()), bits=noc.flit_bits + CHECK_BITS[noc.check],
+                  depth=noc.buffer_flits, router_cycles=noc.router_cycles)
+
+
+TOPS = {
+    "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
+                  page="engine.md", blocks=("icu", "ctu", "memsys", "control", "registers"),
+                  make=lambda config: Engine(config=config, apart=True), text=engine_verilog),
+    "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
+                   blocks=("icu", "ctu", "memsys"), make=lambda config: Cluster(config=config)),
+    "icu": Top(about="Intersection computation unit: patches against the rays of their windows",
+               page="intersection-unit.md", blocks=("icu",), make=lambda config: IntersectionUnit(config=config)),
+    "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", page="traversal-unit.md",
+               blocks=("ctu",), make=lambda config: TraversalUnit(
+                   config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
+    "router": Top(about="Wormhole router of the patch network, of the node with most links", page="network.md",
+                  blocks=(), make=_router),
+}
