@@ -55,8 +55,9 @@ class PatchSlots(wiring.Component):
             **{f"i_{name}": In(items({"slot": formats.slot, "part": shape})) for name, shape in self._parts.items()},
             "i": In(items({"tag": tag, "slot": formats.slot})),
             "o": Out(items({"tag": tag, "record": formats.slot_record}))})
-        # Distributed memory: the record is wide and there are few of them.
-        self._memories = {name: Memory(shape=shape, depth=self._slots, init=[], attrs={"ram_style": "distributed"})
+        # Block RAM, though there are few records: they are wide, and tables as memories would all want the read address.
+        self._memories = {name: Memory(shape=shape, depth=self._slots, init=[],
+                                       attrs={"ram_style": "block", "no_rw_check": 1})
                           for name, shape in self._parts.items()}
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         slot = pipeline.input(self.i.payload.slot)
