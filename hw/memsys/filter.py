@@ -123,7 +123,10 @@ class Filter(wiring.Component):
             leaves.eq(found.o.valid & found.o.ready), gate.i_return.valid.eq(leaves),
             self.dropped.eq(leaves & ~found.o.payload.passes), self.wrong.eq(self.dropped & found.o.payload.wrong),
             self.number.eq(found.o.payload.number)]
-        m.d.sync += [self.seen.eq(self.seen + leaves), self.passed.eq(self.passed + (leaves & ~self.dropped))]
+        # Counted a cycle later: a long addition.
+        left, went_on = Signal(), Signal()
+        m.d.sync += [left.eq(leaves), went_on.eq(leaves & ~self.dropped), self.seen.eq(self.seen + left),
+                     self.passed.eq(self.passed + went_on)]
         with m.If(self.i_start.valid & self.i_start.ready):
             m.d.sync += [begun.eq(1), self.seen.eq(0), self.passed.eq(0)]
         return m

@@ -42,8 +42,8 @@ class LocalBusInterface(wiring.Component):
     o_vertex
         `Formats.patch_vertex`; four vertices of a patch follow each other.
     lost_cell, lost_patch, number
-        A reply was an error, and of which cell or patch; the cell's entries, if there were any, have gone on, the
-        patch has no vertices. Of two in the same cycle that of the cell.
+        A reply was an error, and of which cell or patch, in the cycle after its end; the cell's entries, if there were
+        any, have gone on, the patch has no vertices. Of two in the same cycle that of the cell.
     hits, misses
         Replies to requests for patches, by where they were.
 
@@ -108,9 +108,12 @@ class LocalBusInterface(wiring.Component):
             self.o_listed.payload.last.eq(first.ends & ~more), goes.eq(room.o.valid & room.o.ready),
             ends.eq(goes & first.ends), asked.o.ready.eq(ends), further.i.valid.eq(ends & more),
             further.i.payload.cell.eq(asked.o.payload.cell), further.i.payload.part.eq(asked.o.payload.part + 1),
-            gate.i_return.valid.eq(ends & ~more), self.lost_cell.eq(ends & first.error)]
-        with m.If(self.lost_cell):
-            m.d.comb += self.number.eq(asked.o.payload.cell)
+            gate.i_return.valid.eq(ends & ~more)]
+        self._loses = Signal()
+        m.d.comb += self._loses.eq(ends & first.error)
+        m.d.sync += self.lost_cell.eq(self._loses)
+        with m.If(self._loses):
+            m.d.sync += self.number.eq(asked.o.payload.cell)
 
     def _add_patches(self, m, out, requests):
         formats, icu = self._formats, self._icu
@@ -140,9 +143,9 @@ class LocalBusInterface(wiring.Component):
             Cat(came.vertex.vertex[axis] for axis in range(3)).eq(reply.payload.data), came.error.eq(head.error),
             self.o_vertex.payload.eq(first.vertex), self.o_vertex.valid.eq(room.o.valid & ~first.error),
             room.o.ready.eq(self.o_vertex.ready | first.error), goes.eq(room.o.valid & room.o.ready),
-            ends.eq(goes & (index == VERTICES - 1)), gate.i_return.valid.eq(ends),
-            self.lost_patch.eq(ends & first.error)]
+            ends.eq(goes & (index == VERTICES - 1)), gate.i_return.valid.eq(ends)]
+        m.d.sync += self.lost_patch.eq(ends & first.error)
         with m.If(goes):
             m.d.sync += index.eq(index + 1)
-        with m.If(~self.lost_cell):
-            m.d.comb += self.number.eq(first.vertex.patch)
+        with m.If(~self._loses):
+            m.d.sync += self.number.eq(first.vertex.patch)

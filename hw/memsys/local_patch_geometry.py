@@ -42,7 +42,7 @@ class LocalPatchGeometry(wiring.Component):
     cluster
         See above. The same while patches are under way.
     wrong, asked_wrong
-        The patch ``number``, or ``asked_number``, is not there. In the cycle of its first vertex.
+        The patch ``number``, or ``asked_number``, is not there. In the cycle after its first vertex has gone on.
 
     Timing
     ------
@@ -145,6 +145,6 @@ class _Side:
         with m.If(given.valid & given.ready):
             m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._given.items())]
         latency = self.pipeline.latency
-        m.d.comb += [self._wrong.eq(self.pipeline.moves(latency) & (self._first.value == 0) & ~self._there.value),
+        m.d.sync += [self._wrong.eq(self.pipeline.moves(latency) & (self._first.value == 0) & ~self._there.value),
                      self._number.eq(self._shown.patch)]
         self.pipeline.add_to(m)

@@ -9,6 +9,7 @@ from golden.config import Config
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.cell_table import CellTable
 from hw.memsys.filter import Filter
 from hw.memsys.local_bus_interface import LocalBusInterface
@@ -78,13 +79,13 @@ class MemorySystem(wiring.Component):
 
     Timing
     ------
-    Latency: ``31`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
+    Latency: ``34`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
     entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with what it asks.
 
     Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
     """
 
-    latency = 31
+    latency = 34
 
     def __init__(self, *, config: Config):
         self._config, self._formats = config, PathFormats(config)
@@ -145,13 +146,17 @@ class MemorySystem(wiring.Component):
         for k, one in enumerate(filters):
             m.d.comb += [one.i_start.valid.eq(self.i_start.valid & self.drained & ~begun[k]),
                          started[k].eq(begun[k] | (one.i_start.valid & one.i_start.ready))]
-        m.d.comb += self.i_start.ready.eq(started[0] & started[1])
+        m.d.comb += self.i_start.ready.eq(begun.all())
         with m.If(self.i_start.valid):
             m.d.sync += [bit.eq(now & ~self.i_start.ready) for bit, now in zip(begun, started, strict=True)]
 
     def _add_cells(self, m):
         """Through the filter and the table to their lists, here or on the bus."""
-        queue, table, out = self._cell_queue, self._cell_table, self._cell_table.o
+        queue, table = self._cell_queue, self._cell_table
+        # Here, and behind the type memory: else the place of one would decide in the same cycle whether a filter moves.
+        m.submodules.cell_found = buffer = SkidBuffer(table.o.payload.shape())
+        wiring.connect(m, table.o, buffer.i)
+        self._found_cell = out = buffer.o
         m.d.comb += [
             queue.i.payload.eq(self.i_cell.payload), queue.i.valid.eq(self.i_cell.valid & ~self.i_start.valid),
             self.i_cell.ready.eq(queue.i.ready & ~self.i_start.valid)]
@@ -169,7 +174,13 @@ class MemorySystem(wiring.Component):
     def _add_lists(self, m):
         """Entries of both kinds of lists to the patch queue."""
         m.submodules.lists = lists = Arbiter(self._formats.listed_bits, count=2)
-        own, bus = self._patch_table.o, self._bus.o_listed
+        # Else whose turn it is would decide in the same cycle what tables, filters and the bus interface do.
+        buffers = []
+        for name, listed in ("own", self._patch_table.o), ("bus", self._bus.o_listed):
+            m.submodules[f"{name}_listed"] = buffer = SkidBuffer(listed.payload.shape())
+            wiring.connect(m, listed, buffer.i)
+            buffers.append(buffer.o)
+        own, bus = buffers
         # Of a place without an id only the end of the list is taken.
         is_id = bus.payload.item.is_id
         m.d.comb += [
@@ -191,7 +202,10 @@ class MemorySystem(wiring.Component):
     def _add_patches(self, m):
         """From the filter to the nearest place, and the vertices from there."""
         wiring.connect(m, self._patch_filter.o, self._types.i)
-        found, out = self._types.o.payload, self._types.o
+        m.submodules.patch_found = buffer = SkidBuffer(self._types.o.payload.shape())
+        wiring.connect(m, self._types.o, buffer.i)
+        self._found_patch = out = buffer.o
+        found = out.payload
         own, remote, bus = places = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
             self._geometry.i.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
         for name, queue in zip(("own", "remote", "bus"), places, strict=True):
@@ -234,27 +248,30 @@ class MemorySystem(wiring.Component):
         m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits + 2)
         vertex, count = self.o_vertex, self.counters
         # A vertex that waits for the intersection unit is not our fault.
-        m.d.comb += [
+        m.d.sync += [
             timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
             timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
                              | self._patches.enters.any() | self._patches.leaves.any() | self._cells.leaves.any())]
-        types, geometry, cells, patches = self._types, self._geometry, self._cell_filter, self._patch_filter
-        code, number = self.fault.code, self.fault.number
+        geometry, cells, patches = self._geometry, self._cell_filter, self._patch_filter
+        # As late as it is known that all have left.
+        found = Signal.like(self.fault)
+        m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(cells.number)]
+        for happens, what, which in (
+                (timeout.expired, PathFault.TIMEOUT, 0),
+                (geometry.asked_wrong, PathFault.RESIDENCE, geometry.asked_number),
+                (geometry.wrong, PathFault.RESIDENCE, geometry.number),
+                (self._bus.lost_cell | self._bus.lost_patch, PathFault.BUS, self._bus.number),
+                (self._lost, PathFault.RESIDENCE, self._found_patch.payload.patch),
+                (patches.wrong, PathFault.PATCH, patches.number),
+                (self._found_cell.valid & self._found_cell.payload.wrong, PathFault.LIST,
+                 self._found_cell.payload.cell),
+                (cells.wrong, PathFault.CELL, cells.number)):
+            with m.If(happens):
+                m.d.sync += [found.code.eq(what), found.number.eq(which)]
         with m.If(self.clear):
             m.d.sync += self.fault.as_value().eq(0)
-        with m.Elif(code == PathFault.NONE):
-            for happens, what, which in (
-                    (timeout.expired, PathFault.TIMEOUT, 0),
-                    (geometry.asked_wrong, PathFault.RESIDENCE, geometry.asked_number),
-                    (geometry.wrong, PathFault.RESIDENCE, geometry.number),
-                    (self._bus.lost_cell | self._bus.lost_patch, PathFault.BUS, self._bus.number),
-                    (self._lost, PathFault.RESIDENCE, types.o.payload.patch),
-                    (patches.wrong, PathFault.PATCH, patches.number),
-                    (self._cell_table.o.valid & self._cell_table.o.payload.wrong, PathFault.LIST,
-                     self._cell_table.o.payload.cell),
-                    (cells.wrong, PathFault.CELL, cells.number)):
-                with m.If(happens):
-                    m.d.sync += [code.eq(what), number.eq(which)]
+        with m.Elif((self.fault.code == PathFault.NONE) & (found.code != PathFault.NONE)):
+            m.d.sync += self.fault.eq(found)
         m.d.comb += [count.seen.eq(cells.seen), count.opened.eq(cells.passed), count.named.eq(patches.seen),
                      count.found.eq(patches.passed)]
         before_hits, before_misses = (Signal(32, name=f"{name}_before") for name in ("hits", "misses"))

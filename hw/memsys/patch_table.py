@@ -62,13 +62,14 @@ class PatchTable(wiring.Component):
         m.submodules.memory = self._memory
         self._pipeline.add_to(m)
         entries, busy, left = self._entries, Signal(), Signal(self._formats.entry_bits + 1, reset_less=True)
-        address = Signal.like(entries.payload.address, reset_less=True)
-        m.d.comb += [entries.valid.eq(busy), entries.payload.address.eq(address), entries.payload.last.eq(left == 1),
-                     self.i.ready.eq(~busy | (entries.ready & entries.payload.last))]
+        address, last = Signal.like(entries.payload.address, reset_less=True), Signal(reset_less=True)
+        m.d.comb += [entries.valid.eq(busy), entries.payload.address.eq(address), entries.payload.last.eq(last),
+                     self.i.ready.eq(~busy | (entries.ready & last))]
         with m.If(entries.ready):
-            m.d.sync += [busy.eq(busy & ~entries.payload.last), address.eq(address + 1), left.eq(left - 1)]
+            m.d.sync += [busy.eq(busy & ~last), address.eq(address + 1), left.eq(left - 1), last.eq(left == 2)]
         with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [busy.eq(1), address.eq(self.i.payload.pointer), left.eq(self.i.payload.count)]
+            m.d.sync += [busy.eq(1), address.eq(self.i.payload.pointer), left.eq(self.i.payload.count),
+                         last.eq(self.i.payload.count == 1)]
 
         given, write = self.i_load.payload, self._memory.write_port()
         nobody = 1 << self._formats.listed_bits - 1
