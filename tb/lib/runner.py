@@ -16,7 +16,7 @@ from cocotb_tools.runner import Verilator, get_runner
 
 from hw.export import verilog_of
 
-__all__ = ["SIMULATORS", "find_tools", "options", "simulate"]
+__all__ = ["SIMULATORS", "Simulation", "find_tools", "options", "simulate"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -77,56 +77,81 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     """
     seed = int(os.environ.get("SEED", "1"))
     text = component if isinstance(component, str) else verilog_of(component, "top")
-    find_tools()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
-    failed = _run(text, module, tests, simulator, name, seed, given, visible=visible, waves=waves)
+    failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, seed, given)
     if failed and not waves and not visible:
         # Icarus writes waves only in a version of the language in which it runs the rest wrongly.
-        _run(text, module, tests, "verilator", name, seed, given, visible=(), waves=True)
+        Simulation(text, "verilator", waves=True).run(module, tests, name, seed, given)
     if failed:
         pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
                     pytrace=False)
 
 
-def _run(text, module, tests, simulator, name, seed, given, *, visible, waves):
-    """The names of the tests that failed."""
-    key = hashlib.sha256(f"{text}{simulator}{waves}{visible or ''}".encode()).hexdigest()[:24]
-    folder = (BUILD / f"{simulator}-{key}").resolve()
-    folder.mkdir(parents=True, exist_ok=True)
-    source = folder / "top.v"
-    sources = [source]
-    runner = get_runner(simulator)
-    if visible and simulator == "verilator":
-        runner, control = _PortsOnly(), folder / "visible.vlt"
-        control.write_text("\n".join(["`verilator_config", *(
-            f'public_flat_rw -module "top" -var "{pattern}"' for pattern in visible), ""]))
-        sources.insert(0, control)
-    # What was built from the same text is not built again.
-    stamp = folder / "built"
-    if not stamp.exists():
-        source.write_text(text)
-    runner.build(sources=sources, hdl_toplevel="top", build_dir=folder, always=not stamp.exists(), waves=waves,
-                 timescale=("1ns", "1ps"), build_args=_FLAGS[simulator], log_file=folder / "build.log")
-    stamp.touch()
-    results = (WAVES if waves else BUILD / "results").resolve() / name
-    shutil.rmtree(results, ignore_errors=True)
-    results.mkdir(parents=True)
-    environment = {"BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
-                   "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
-    # Outside and inside pytest a failing test ends the runner in different ways; the results say what failed.
-    with contextlib.suppress(SystemExit, RuntimeError):
-        runner.test(hdl_toplevel="top", test_module=module, testcase=list(tests), build_dir=folder, test_dir=results,
-                    results_xml=str(results / "results.xml"), extra_env=environment, waves=waves,
-                    log_file=results / "log.txt")
-    report = results / "results.xml"
-    if not report.exists():
-        sys.stderr.write((results / "log.txt").read_text()[-4000:])
-        return list(tests)
-    ran, failures = get_results(report)
-    if failures or ran != len(tests):
-        sys.stderr.write((results / "log.txt").read_text()[-6000:])
-        return list(tests)
-    return []
+class Simulation:
+    """A built simulation of a module ``top``; the same text is built once.
+
+    Parameters
+    ----------
+    text
+        Verilog.
+    simulator, visible
+        See `simulate`.
+    waves
+        Runs leave waves.
+    """
+
+    def __init__(self, text: str, simulator: str = "verilator", *, visible: tuple[str, ...] = (), waves: bool = False):
+        find_tools()
+        key = hashlib.sha256(f"{text}{simulator}{waves}{visible or ''}".encode()).hexdigest()[:24]
+        self._folder, self._waves = (BUILD / f"{simulator}-{key}").resolve(), waves
+        self._folder.mkdir(parents=True, exist_ok=True)
+        source, stamp = self._folder / "top.v", self._folder / "built"
+        sources = [source]
+        self._runner = get_runner(simulator)
+        if visible and simulator == "verilator":
+            self._runner, control = _PortsOnly(), self._folder / "visible.vlt"
+            control.write_text("\n".join(["`verilator_config", *(
+                f'public_flat_rw -module "top" -var "{pattern}"' for pattern in visible), ""]))
+            sources.insert(0, control)
+        if not stamp.exists():
+            source.write_text(text)
+        self._runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=not stamp.exists(),
+                           waves=waves, timescale=("1ns", "1ps"), build_args=_FLAGS[simulator],
+                           log_file=self._folder / "build.log")
+        stamp.touch()
+
+    def run(self, module: str, tests: tuple[str, ...], name: str, seed: int, given: dict, *,
+            plusargs: tuple[str, ...] = (), failures: int = 0) -> list[str]:
+        """The names of the tests of which one failed; none if all passed.
+
+        Parameters
+        ----------
+        module, tests, name, given
+            See `simulate`.
+        plusargs
+            Arguments of the simulator.
+        failures
+            After so many it ends; 0: all tests run.
+        """
+        results = (WAVES if self._waves else BUILD / "results").resolve() / name
+        shutil.rmtree(results, ignore_errors=True)
+        results.mkdir(parents=True)
+        environment = {
+            "BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
+            "COCOTB_MAX_FAILURES": str(failures),
+            "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
+        # Outside and inside pytest a failing test ends the runner in different ways; the results say what failed.
+        with contextlib.suppress(SystemExit, RuntimeError):
+            self._runner.test(
+                hdl_toplevel="top", test_module=module, testcase=list(tests), build_dir=self._folder,
+                test_dir=results, results_xml=str(results / "results.xml"), extra_env=environment, waves=self._waves,
+                plusargs=list(plusargs), log_file=results / "log.txt")
+        report = results / "results.xml"
+        ran, wrong = get_results(report) if report.exists() else (0, 0)
+        if wrong or ran != len(tests):
+            sys.stderr.write((results / "log.txt").read_text()[-6000:])
+            return list(tests)
+        return []
 
 
 @functools.cache
