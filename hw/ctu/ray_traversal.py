@@ -1,6 +1,6 @@
 """Ray traversal: from requests for grid rays to cells."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -9,7 +9,7 @@ from golden.config import Config
 from hw.ctu.cell_traversal import CellTraversal
 from hw.ctu.grid_direction import GridDirection
 from hw.ctu.grid_entries import GridEntries
-from hw.ctu.ray_memory import RayMemory
+from hw.ctu.ray_banks import RayBanks
 from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
 from hw.ctu.survival import Survival
 from hw.formats import Formats
@@ -26,8 +26,8 @@ class RayTraversal(wiring.Component):
 
     ::
 
-        i - Survival - RayMemory - GridEntries - GridDirection - CellTraversal -+- o
-                           '--------------------- last of a ray ---------------'
+        i - Survival - RayBanks - GridEntries - GridDirection - CellTraversal -+- o
+                          '--------------------- last of a ray ---------------'
         i_near -----------------------------------------------------------------'
 
     A frustum: write its tables, give its numbers, send the near cells and the requests. It is over with the final item.
@@ -62,12 +62,12 @@ class RayTraversal(wiring.Component):
         See `SettleSweep`.
     counters
         Since the frustum began: cycles until it was over, requests looked at, grid rays sent, steps, cells, requests
-        that waited for a ray under way; cycles in which rays of several stages were under way, in which a request
+        that waited for a ray under way; cycles in which rays of several subshells were under way, in which a request
         waited for survival, a surviving ray for the ray memory, a ray that left for traversal, and a cell to be taken.
 
     Timing
     ------
-    Latency: ``6 * pyramid_levels + 5 * product_registers + 55`` cycles from a request to its ray's first cell, with
+    Latency: ``6 * pyramid_levels + 5 * product_registers + 57`` cycles from a request to its ray's first cell, with
     several pipelines one more. One request, one ray and one cell per cycle; stalls with ``o``. After reset, and every
     2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles later.
 
@@ -79,7 +79,7 @@ class RayTraversal(wiring.Component):
         formats, ctu = self._formats, config.ctu
         place = {"shell": formats.shell, "row": formats.grid_row_place, "column": formats.grid_column_place}
         self._ray = StructLayout({"stage": formats.stage, "ray": formats.grid_number, **place})
-        self._memory = RayMemory(
+        self._memory = RayBanks(
             slots=ctu.ray_slots, version_bits=formats.grid_number.width - self._slot_bits + 1, deferred=ctu.deferred,
             generation_bits=config.icu.generation_bits, tag=StructLayout({"stage": formats.stage, **place}))
         sent = StructLayout({"stage": formats.stage, "slot": self._slot_bits})
@@ -108,7 +108,7 @@ class RayTraversal(wiring.Component):
         m.submodules.survival, m.submodules.memory, m.submodules.entries = survival, memory, entries = (
             self._survival, self._memory, self._entries)
         m.submodules.direction, m.submodules.traversal = direction, traversal = self._direction, self._traversal
-        m.submodules.stages = stages = StageCount(config=config, leaves=levels + 2)
+        m.submodules.stages = stages = StageCount(config=config, leaves=levels + len(memory.o_passed) + 1)
 
         # A frustum begins when both memories have.
         frustum, known, runs, accepts = Signal(self._formats.traversal_frustum), Signal(), Signal(), Signal()
@@ -193,13 +193,33 @@ class RayTraversal(wiring.Component):
         dropped = [getattr(survival, f"o_dropped_{level}") for level in range(levels)]
         for place, (valid, stage) in enumerate((
                 *((one.valid, one.payload.stage) for one in dropped),
-                (memory.o_passed.valid, memory.o_passed.payload.stage), (ends, met.payload.tag.stage))):
+                *((one.valid, one.payload.stage) for one in memory.o_passed), (ends, met.payload.tag.stage))):
             m.d.comb += [stages.left[place].valid.eq(valid), stages.left[place].payload.eq(stage)]
         m.d.comb += [stages.settled.eq(self.settled), self.o_over.valid.eq(stages.over & stages.near_over)]
 
+        # Which subshell a stage is of: a new one, if its shell does not come behind that of the stage before it. There
+        # are no more of them under way than stages.
+        index_bits = stage_index_bits(config)
+        before, shell, present = Signal(index_bits), Signal(request.shell.shape()), Signal(index_bits)
+        subshells = [Signal(index_bits, name=f"subshell_{index}") for index in range(1 << index_bits)]
+        m.d.comb += present.eq(before + (request.shell <= shell))
+        with m.If(takes & request.is_ray):
+            for index, subshell in enumerate(subshells):
+                with m.If(request.stage[:index_bits] == index):
+                    m.d.sync += subshell.eq(present)
+        with m.If(takes & request.last):
+            m.d.sync += [before.eq(present), shell.eq(request.shell)]
+        with m.If(accepts):
+            m.d.sync += shell.eq(~0)
+
+        def differ(bit):
+            """Whether stages under way are of subshells whose numbers differ in this bit."""
+            return (Cat(subshell[bit] for subshell in subshells) & stages.rays).any() & (
+                Cat(~subshell[bit] for subshell in subshells) & stages.rays).any()
+
         # What is counted, registered first.
         waiting, several = Signal.like(memory.waiting), Signal()
-        m.d.sync += [waiting.eq(memory.waiting), several.eq((stages.rays & (stages.rays - 1)[:len(stages.rays)]).any())]
+        m.d.sync += [waiting.eq(memory.waiting), several.eq(Cat(differ(bit) for bit in range(index_bits)).any())]
         events = {
             "cycles": runs, "requests": survival.i.valid & survival.i.ready, "rays": leaves.valid & leaves.ready,
             "cells": sent & ~out.final, "deferrals": memory.waiting > waiting, "overlaps": several,

@@ -36,18 +36,31 @@ def make():
 SHAPE = make().signature.members["i"].signature.members["payload"].shape
 
 
-def request(slot, shell, tag=0):
-    return pack(SHAPE, {"slot": int(slot), "version": int(shell), "tag": int(tag)})
+def request(slot, shell, tag=0, shape=SHAPE):
+    """A request as an integer."""
+    return pack(shape, {"slot": int(slot), "version": int(shell), "tag": int(tag)})
 
 
 class Bench:
-    """The streams of a ray memory; rays come back after random times."""
+    """The streams of a ray memory; rays come back after random times, or after ``away`` cycles.
 
-    def __init__(self, dut, *, requests="none", sink="none", seed=0, returns=True):
+    Parameters
+    ----------
+    requests, sink
+        Names of pauses.
+    returns
+        Rays come back.
+    slots, shape, passed
+        Of the memory: how many it has, the layout of a request, the streams of those that are passed over.
+    """
+
+    def __init__(self, dut, *, requests="none", sink="none", seed=0, returns=True, slots=SLOTS, shape=SHAPE,
+                 passed=("o_passed",), away=None):
         self.dut, self._edge, self._random = dut, RisingEdge(dut.clk), np.random.default_rng([seed, options()["seed"]])
         self.start, self.back = Source(dut, "i_start"), Source(dut, "i_return")
         self.request = Source(dut, "i", pauses=PAUSES[requests](options()["seed"]))
-        self.taken, self.passed = Monitor(dut, "i"), Monitor(dut, "o_passed")
+        self.taken, self._passed = Monitor(dut, "i"), [Monitor(dut, name) for name in passed]
+        self._slots, self._shape, self._time = slots, shape, away
         self.away, self.left, self.cycles = {}, [], []
         self.sink = Sink(dut, "o", pauses=PAUSES[sink](options()["seed"] + 1))
         self._tasks = [cocotb.start_soon(task()) for task in (self._follow, self._return)] if returns else []
@@ -55,7 +68,7 @@ class Bench:
     def stop(self):
         for task in self._tasks:
             task.cancel()
-        for monitor in (self.taken, self.passed, self.sink):
+        for monitor in (self.taken, *self._passed, self.sink):
             monitor.stop()
         for source in (self.start, self.back, self.request):
             source.valid.value = 0
@@ -65,9 +78,9 @@ class Bench:
         while True:
             await self._edge
             for item in self.sink.items[seen:]:
-                ray = unpack(SHAPE, item)
+                ray = unpack(self._shape, item)
                 assert ray["slot"] not in self.away, "two copies of a ray must never be under way"
-                self.away[ray["slot"]] = int(self._random.integers(1, 30))
+                self.away[ray["slot"]] = self._time or int(self._random.integers(1, 30))
                 self.left.append((ray["slot"], ray["version"], ray["tag"]))
             seen = len(self.sink.items)
 
@@ -94,24 +107,31 @@ class Bench:
     async def frustum(self, shells=4):
         """Requests of rising shells, several for each slot and shell: each slot leaves once for each shell."""
         await self.start.send([0])
-        before, passed = len(self.left), len(self.passed.items)
+        before, passed = len(self.left), [len(monitor.items) for monitor in self._passed]
         asked = [(int(slot), shell) for shell in range(1, shells + 1)
-                 for slot in self._random.integers(SLOTS, size=2 * SLOTS)]
-        await self.request.send(request(*one, tag) for tag, one in enumerate(asked))
+                 for slot in self._random.integers(self._slots, size=2 * self._slots)]
+        await self.request.send(request(*one, tag, self._shape) for tag, one in enumerate(asked))
         await self.settled()
         left = self.left[before:]
         assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
         assert {ray[:2] for ray in left} == set(asked), "no request may be lost"
         assert all(asked[tag] == (slot, shell) for slot, shell, tag in left)
-        tags = sorted([tag for *_, tag in left] + self.passed.items[passed:])
+        tags = sorted([tag for *_, tag in left] + [
+            tag for monitor, seen in zip(self._passed, passed, strict=True) for tag in monitor.items[seen:]])
         assert tags == list(range(len(asked))), "each request must leave or be passed over, once"
 
 
 class Watch:
-    """Counts the cases of the traffic, from the requests and what they must come to."""
+    """Counts the cases of the traffic, from the requests and what they must come to.
 
-    def __init__(self, dut):
-        self.coverage, self._dut = Coverage(CASES), dut
+    Parameters
+    ----------
+    deferred
+        Requests that can wait.
+    """
+
+    def __init__(self, dut, *, deferred=DEFERRED):
+        self.coverage, self._dut, self._deferred = Coverage(CASES), dut, deferred
         cocotb.start_soon(self._run())
 
     async def _run(self):
@@ -125,7 +145,8 @@ class Watch:
             if int(dut.i_return__valid.value):
                 back[int(dut.i_return__payload.value)] = cycle
             waiting = int(dut.waiting.value)
-            self.coverage.hit_all({"a request waits": waiting > waited, "as many wait as can": waiting == DEFERRED})
+            self.coverage.hit_all({"a request waits": waiting > waited,
+                                   "as many wait as can": waiting == self._deferred})
             waited = waiting
             if int(dut.i__valid.value) and int(dut.i__ready.value):
                 ray = unpack(SHAPE, int(dut.i__payload.value))

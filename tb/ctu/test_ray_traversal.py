@@ -15,7 +15,7 @@ from golden.ctu.sector import Sector
 from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
-from tb.ctu.traversal_bench import STAGES, Intersection, Place, Surroundings
+from tb.ctu.traversal_bench import STAGES, Intersection, Place, SettlePort, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -26,6 +26,8 @@ from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_ray_traversal"
+# All that long runs see, so that they are fast.
+PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "lowest")
 STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
 # So many slots that each grid ray has one of its own in these scenes.
 BARRIER = {"ctu.lead": 0, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
@@ -39,9 +41,9 @@ def recorded(name, config):
 
 
 def drawn(seed, config):
-    """The same of a random frustum that is hard to cast, without subshells."""
+    """The same of a random frustum that is hard to cast, in not too many cells, without subshells."""
     frustum = (random_frustum if seed % 3 else speckled_frustum)(seed)
-    shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.0625), by_code=True)
+    shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.125), by_code=True)
     memory = RayMemory(len(frustum.record), config)
     tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
     cluster, played = shelling.cluster(frustum.record, whole), []
@@ -63,11 +65,11 @@ def places(name, config):
 
 async def play(around, played):
     """The stages one after the other, each with golden's settle map when it begins."""
-    around.words = around.place.words(played[0].codes)
+    around.port.words = around.place.words(played[0].codes)
     await around.begin()
     assert [cell for cell, _ in around.cells] == played[0].stage.cells.tolist()
     for number, one in enumerate(played[1:]):
-        around.words = around.place.words(one.codes)
+        around.port.words = around.place.words(one.codes)
         await around.swept()
         before = len(around.cells)
         await around.request.send(around.place.requests(number, one.stage.shell, one.stage.window))
@@ -89,10 +91,11 @@ async def cells_of_golden(dut):
     given = options()
     config = config_of(given["changes"])
     pauses = [("random", "bursts"), ("none", "none"), ("bursts", "random")]
+    port = SettlePort(dut)
     for number, (place, played) in enumerate(places(given["record"], config)):
         assert sum(rays.rows * rays.columns for rays in place.rays.values()) <= config.ctu.ray_slots
         source, sink = pauses[number % len(pauses)]
-        around = Surroundings(dut, place, source=source, sink=sink, stalls=0.2, seed=number)
+        around = Surroundings(dut, place, source=source, sink=sink, stalls=0.2, seed=number, port=port)
         await ClockCycles(dut.clk, 3)
         assert_known(dut, STREAMS)
         await play(around, played)
@@ -107,7 +110,7 @@ async def reset_in_flight(dut):
     (place, played), *_ = places(options()["record"], config)
     for cut in (50, 150):
         around = Surroundings(dut, place)
-        around.words = place.words(played[0].codes)
+        around.port.words = place.words(played[0].codes)
         await around.begin()
         one = played[1].stage
         task = cocotb.start_soon(around.request.send(place.requests(0, one.shell, one.window)))
@@ -140,14 +143,15 @@ async def free_running(dut):
     """Whenever patches are tested: golden's cells and more, and golden's hits; and the stages overlap."""
     given = options()
     await start(dut, cycles=given["cycles"])
-    config, overlaps = config_of(given["changes"]), 0
+    config, ahead, overlaps, port = config_of(given["changes"]), 0, 0, SettlePort(dut)
     for number in range(given["runs"]):
         seed = given["seed"] * 1000 + number
         record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
         one = record.sectors[seed % len(record.sectors)]
         place = Place(record.shelling, record.record, one.sector, config)
         pauses = list(PAUSES)
-        around = Surroundings(dut, place, source=pauses[seed % 4], sink=pauses[seed // 4 % 4], seed=seed)
+        around = Surroundings(dut, place, source=pauses[seed % 4], sink=pauses[seed // 4 % 4], seed=seed,
+                              port=port)
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
         stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
         await cast(around, tests, stages, config.ctu.lead)
@@ -157,33 +161,37 @@ async def free_running(dut):
         mine = one.sector.mask(record.record).ravel()
         different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))
         assert not len(different), f"run {seed}: {len(different)} rays hit something else"
-        overlaps += unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))["overlaps"]
+        counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
+        cocotb.log.info("run %d: %d cells, %s", seed, len(around.cells), counters)
+        ahead, overlaps = ahead + around.ahead, overlaps + counters["overlaps"]
         around.stop()
         tests.stop()
-    assert overlaps, "stages must overlap"
+    assert ahead, "stages must overlap"
+    assert overlaps or not given["record"], "subshells must overlap"
 
 
 @cocotb.test()
-async def a_ray_every_two_cycles(dut):
-    """Grid rays that all go on leave every other cycle: the ray memory is asked for each, and each comes back to it."""
+async def a_step_per_cycle(dut):
+    """Grid rays of a scene that all go on, stages without any left out: one of them steps in nearly every cycle."""
     given = options()
     await start(dut, cycles=given["cycles"])
     config = config_of(given["changes"])
     (place, played), *_ = places(given["record"], config)
     around = Surroundings(dut, place)
-    around.words = place.words(played[0].codes * 0)
+    around.port.words = place.words(played[0].codes * 0)
     await around.begin()
-    for number, (shell, rays) in enumerate(place.sent(played)):
+    for number, (shell, rays) in enumerate(stage for stage in place.sent(played) if len(stage[1])):
         await around.until(lambda number=number: around.over + config.ctu.lead >= number)
         await around.request.send(place.requests(number, shell, None, rays))
     await around.request.send([place.final()])
     await around.until(lambda: around.final)
     await ClockCycles(dut.clk, 3)
     counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
-    cocotb.log.info("%s", counters)
+    busy = counters["steps"] / counters["cycles"]
+    cocotb.log.info("busy %.3f, %.3f rays per cycle: %s", busy, counters["rays"] / counters["cycles"], counters)
     assert counters["rays"] == sum(one.stage.grid_rays for one in played)
     assert counters["steps"] == sum(one.stage.turns for one in played)
-    assert counters["cycles"] <= 2.05 * counters["rays"], counters
+    assert busy >= given["busy"], f"a step in only {busy:.3f} of the cycles"
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
@@ -196,10 +204,10 @@ def test_reset_in_flight():
     run(("cornell", 0.5, 2, False), BARRIER, "verilator", tests=("reset_in_flight", "cells_of_golden"))
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_free_running(simulator):
-    run(("cornell", 0.5, 2, False), {**BARRIER, "ctu.lead": 2, "ctu.ray_slots": 64}, simulator, tests=("free_running",),
-        pipelines=2, runs=1)
+@pytest.mark.sim
+def test_free_running():
+    run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.lead": 2, "ctu.ray_slots": 64}, "verilator",
+        tests=("free_running",), pipelines=2, runs=1)
 
 
 # So many slots that each grid ray has one of its own, in the largest of the scenes too.
@@ -211,25 +219,25 @@ LARGE = {**BARRIER, "ctu.ray_slots": 1 << 17, "ctu.shell_bits": 6, "ctu.grid_row
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_cells_of_golden_in_scenes(scene, cell):
-    run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000)
+    run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000, visible=PORTS)
 
 
 @pytest.mark.nightly
 def test_cells_of_golden_on_screens():
     run(("lobby", 0.125, 4, True), {**LARGE, "ctu.pyramid_levels": 3, "icu.product_registers": 3}, "verilator",
-        cycles=3_000_000)
+        cycles=3_000_000, visible=PORTS)
 
 
 @pytest.mark.nightly
 def test_500_free_runs():
     run(None, {**LARGE, "ctu.lead": 2, "ctu.ray_slots": 256}, "verilator", tests=("free_running",), pipelines=2,
-        runs=500, cycles=30_000_000)
+        runs=500, cycles=30_000_000, visible=PORTS)
 
 
 @pytest.mark.nightly
-def test_rays_at_small_cells():
-    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.lead": 15}, "verilator", tests=("a_ray_every_two_cycles",),
-        cycles=100_000)
+def test_busy_at_small_cells():
+    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.ray_slots": 4096, "ctu.lead": 15}, "verilator",
+        tests=("a_step_per_cycle",), cycles=100_000, busy=0.95, visible=PORTS)
 
 
 def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, **given):

@@ -21,7 +21,7 @@ from tb.lib.pauses import PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.stream import Monitor, Sink, Source
 
-__all__ = ["Intersection", "Place", "Surroundings"]
+__all__ = ["Intersection", "Place", "SettlePort", "Surroundings"]
 
 # Stages are numbered modulo this.
 STAGES = 16
@@ -96,77 +96,34 @@ class Place:
         return [pack(self.formats.settle_word, tile) for tile in tiles.tolist()]
 
 
-class Surroundings:
-    """Streams of a `RayTraversal`, and a settle map that a test writes.
+class SettlePort:
+    """The settle map's port: a tile per cycle, in order, some cycles later.
 
-    Parameters
-    ----------
-    place
-        What is given.
-    stalls
-        Share of the cycles in which the settle map does not answer.
-    asks
-        The test asks for grid rays and is told which stages are over; otherwise the front end is.
+    It stays from one frustum to the next, as what has been asked for is answered; with a reset a new one begins.
 
     Members
     -------
-    cells
-        What has come: cell and stage, the near cells' first; ``final`` once it is over.
     words
-        The settle map's.
+        The settle map's, which a test writes.
+    stalls
+        Share of the cycles in which it does not answer.
     sweeps
         How often its first tile has been asked for.
-    over
-        Stages that are over.
     """
 
-    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0, asks=True):
-        self.dut, self.place, self._edge = dut, place, RisingEdge(dut.clk)
-        self._random = np.random.default_rng(seed)
-        self.cells, self.final, self.over, self.sweeps = [], False, 0, 0
-        self.words, self._stalls = [], stalls
-        self._shape = place.formats.met_cell
-        self.request = Source(dut, "i", pauses=PAUSES[source](seed)) if asks else None
-        self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
-        self.out = Sink(dut, "o", pauses=PAUSES[sink](seed + 1), seen=self._came)
-        self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
-        if asks:
-            # Of a payload without bits Verilog makes a port that nobody drives.
-            self._over.payload = None
-        self.index = (1 << stage_index_bits(place.config)) - 1
-        self.dut.settled.value = (2 << self.index) - 1
-        self._tasks = [cocotb.start_soon(self._settle())]
-        self.heard = None
+    def __init__(self, dut):
+        self._dut, self._settled = dut, (1 << len(dut.i_word__payload)) - 1
+        self._random = np.random.default_rng(0)
+        self.words, self.stalls, self.sweeps = [], 0.0, 0
+        self._task = cocotb.start_soon(self._run())
 
     def stop(self):
-        """Nothing more."""
-        for task in self._tasks:
-            task.cancel()
-        for one in (self.out, self._over):
-            if one is not None:
-                one.stop()
-        for one in (self.request, self.near, self.frustum, self.table):
-            if one is not None:
-                one.valid.value = 0
-        self.dut.o_tile__ready.value = self.dut.i_word__valid.value = 0
+        """Answer nothing more."""
+        self._task.cancel()
+        self._dut.o_tile__ready.value = self._dut.i_word__valid.value = 0
 
-    def _came(self, item):
-        cell = unpack(self._shape, item)
-        if cell["final"]:
-            assert not self.final, "a frustum is over once"
-            self.final = True
-            return
-        assert not self.final, "a cell came when the frustum was over"
-        self.cells.append((cell["cell"], cell["stage"]))
-        if self.heard is not None:
-            self.heard(cell["cell"], cell["stage"])
-
-    def _ended(self, _):
-        self.over += 1
-
-    async def _settle(self):
-        """One tile per cycle, in order, some cycles later."""
-        dut, edge, waiting, cycle = self.dut, self._edge, [], 0
+    async def _run(self):
+        dut, edge, waiting, cycle = self._dut, RisingEdge(self._dut.clk), [], 0
         dut.o_tile__ready.value = 1
         dut.i_word__valid.value = 0
         offers = False
@@ -179,13 +136,81 @@ class Surroundings:
             if int(dut.o_tile__valid.value) and int(dut.o_tile__ready.value):
                 tile = int(dut.o_tile__payload.value)
                 self.sweeps += tile == 0
-                waiting.append((cycle + 4, self.words[tile]))
+                # Where the last frustum has more tiles, its sweep still asks for them: all is settled there.
+                waiting.append((cycle + 4, self.words[tile] if tile < len(self.words) else self._settled))
             if not offers:
-                offers = bool(waiting) and waiting[0][0] <= cycle and self._random.random() >= self._stalls
+                offers = bool(waiting) and waiting[0][0] <= cycle and self._random.random() >= self.stalls
                 dut.i_word__valid.value = offers
                 if offers:
                     dut.i_word__payload.value = waiting[0][1]
             dut.o_tile__ready.value = len(waiting) < 8
+
+
+class Surroundings:
+    """Streams of a `RayTraversal`, and a settle map that a test writes.
+
+    Parameters
+    ----------
+    place
+        What is given.
+    stalls
+        Share of the cycles in which the settle map does not answer.
+    asks
+        The test asks for grid rays and is told which stages are over; otherwise the front end is.
+    port
+        The settle map's of the frustum before; without it one that is this frustum's alone.
+
+    Members
+    -------
+    cells
+        What has come: cell and stage, the near cells' first; ``final`` once it is over.
+    over
+        Stages that are over.
+    ahead
+        Cells of stages behind the oldest one that is not over.
+    """
+
+    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0, asks=True, port=None):
+        self.dut, self.place, self._edge = dut, place, RisingEdge(dut.clk)
+        self.cells, self.final, self.over, self.ahead = [], False, 0, 0
+        self.port = port or SettlePort(dut)
+        self.port.stalls = stalls
+        self._tasks = [] if port else [self.port]
+        self._shape = place.formats.met_cell
+        self.request = Source(dut, "i", pauses=PAUSES[source](seed)) if asks else None
+        self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
+        self.out = Sink(dut, "o", pauses=PAUSES[sink](seed + 1), seen=self._came)
+        self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
+        if asks:
+            # Of a payload without bits Verilog makes a port that nobody drives.
+            self._over.payload = None
+        self.index = (1 << stage_index_bits(place.config)) - 1
+        self.dut.settled.value = (2 << self.index) - 1
+        self.heard = None
+
+    def stop(self):
+        """Nothing more."""
+        for one in (*self._tasks, self.out, self._over):
+            if one is not None:
+                one.stop()
+        for one in (self.request, self.near, self.frustum, self.table):
+            if one is not None:
+                one.valid.value = 0
+
+    def _came(self, item):
+        cell = unpack(self._shape, item)
+        if cell["final"]:
+            assert not self.final, "a frustum is over once"
+            self.final = True
+            return
+        assert not self.final, "a cell came when the frustum was over"
+        self.cells.append((cell["cell"], cell["stage"]))
+        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.place.config.ctu.lead
+        if self.heard is not None:
+            self.heard(cell["cell"], cell["stage"])
+
+    def _ended(self, _):
+        self.over += 1
 
     async def begin(self):
         """Tables, frustum, near cells."""
@@ -198,8 +223,8 @@ class Surroundings:
     async def swept(self):
         """Until all squares are of the codes that are there now."""
         for more in (2, 3):
-            until = self.sweeps + more - 1
-            while self.sweeps < until:
+            until = self.port.sweeps + more - 1
+            while self.port.sweeps < until:
                 await self._edge
         await ClockCycles(self.dut.clk, SWEEP)
 
@@ -236,7 +261,7 @@ class Intersection:
     def _show(self):
         record, sector = self._place.record, self._place.sector
         codes = settle_code(self.memory.inverse.reshape(record.rows, record.columns), self._place.config)
-        self._around.words = self._place.words(
+        self._around.port.words = self._place.words(
             codes[sector.first_row:sector.end_row, sector.first_column:sector.end_column])
 
     def _hear(self, cell, stage):
