@@ -4,12 +4,9 @@ from cocotb.triggers import ClockCycles
 
 from tb.host import Port
 from tb.memsys.memory_model import MemoryModel
+from tb.system.register_error import RegisterError
 
-__all__ = ["CocotbPort", "RegisterError"]
-
-
-class RegisterError(Exception):
-    """A register has been answered with an error."""
+__all__ = ["CocotbPort"]
 
 
 class CocotbPort(Port):

@@ -26,7 +26,8 @@ from tb.lib.runner import BUILD, options, simulate
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
 from tb.system.build import engine_text
-from tb.system.cocotb_port import CocotbPort, RegisterError
+from tb.system.cocotb_port import CocotbPort
+from tb.system.register_error import RegisterError
 from tb.system.scenes import frusta, load, save
 
 MODULE = "tb.system.test_engine"

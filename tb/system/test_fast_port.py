@@ -1,0 +1,147 @@
+# amaranth: UnusedElaboratable=no
+"""The machine as a program: the same as in a simulator that wakes Python in each cycle, in a fraction of the time."""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import cocotb
+import pytest
+from cocotb.utils import get_sim_time
+
+from hw.registers.engine_registers import ENGINE_REGISTERS
+from hw.registers.error_code import ErrorCode
+from hw.registers.register import addresses
+from tb.host import EngineError, Host
+from tb.lib.clocking import PERIOD, start
+from tb.lib.configurations import config_of
+from tb.lib.runner import BUILD, options, simulate
+from tb.system.build import engine_text
+from tb.system.fast_port import FastPort, complete
+from tb.system.register_error import RegisterError
+from tb.system.scenes import frusta, save
+from tb.system.test_engine import SMALL, Bench
+
+CHANGES = SMALL | {"noc.columns": 1}
+CONFIG = config_of(CHANGES)
+BASE = 0x1_0000_4000
+# Of simulated cycles per second.
+FASTER = 10
+
+
+@pytest.fixture(scope="module")
+def given():
+    return frusta("cornell", CONFIG, cell=0.5, points=(5, 1, 2))
+
+
+def port_for(given, **memory):
+    return FastPort(CONFIG, size=len(given[0].image.to_bytes()), base=BASE, **memory)
+
+
+def cast(host, frustum, *lives):
+    """Cycles of a cast that must leave what golden says."""
+    complete(host.load(frustum.image, **({"lives": lives} if lives else {})))
+    cycles = complete(host.cast(timeout=1 << 20))
+    image = complete(host.results(total=frustum.total))
+    for name in ("hits", "sums"):
+        assert image[name].tobytes() == frustum.written[name].tobytes(), name
+    return cycles
+
+
+def test_a_driver_waits_for_its_port_only():
+    class Waits:
+        def __await__(self):
+            yield
+
+    async def waits():
+        await Waits()
+
+    with pytest.raises(RuntimeError, match="nothing but its port"):
+        complete(waits())
+
+
+@pytest.mark.sim
+def test_hits_and_sums_are_golden(given):
+    for memory in ({"latency": 1}, {"latency": 10}, {"latency": 3, "spread": 30, "shuffles": True, "seed": 5}):
+        with port_for(given, **memory) as port:
+            host = Host(port, CONFIG, base=BASE)
+            complete(host.identify())
+            cast(host, given[0])
+            for frustum in given[1:]:
+                cast(host, frustum, "frustum")
+            assert port.outside == 0
+            assert port.read_beats > len(given[0].image.to_bytes()) // 16
+            assert port.written_beats >= 2 * len(given[0].hits.patch)
+
+
+@pytest.mark.sim
+def test_latency_costs_cycles_and_the_seed_repeats_them(given):
+    def cycles(**memory):
+        with port_for(given, **memory) as port:
+            cast(Host(port, CONFIG, base=BASE), given[0])
+            return port.cycles
+
+    assert cycles(latency=1) < cycles(latency=10) < cycles(latency=40)
+    chance = {"latency": 5, "spread": 200, "shuffles": True}
+    assert cycles(seed=1, **chance) == cycles(seed=1, **chance) != cycles(seed=2, **chance)
+
+
+@pytest.mark.sim
+def test_errors_and_resets(given):
+    places = addresses(ENGINE_REGISTERS)
+    with port_for(given) as port:
+        host = Host(port, CONFIG, base=BASE)
+        with pytest.raises(RegisterError, match="0x1000"):
+            complete(port.read(0x1000))
+        with pytest.raises(RegisterError):
+            complete(port.write(places["magic"], 1))
+        with pytest.raises(ValueError, match="Memory must hold"):
+            complete(port.write_memory(BASE - 1, b"00"))
+        with pytest.raises(EngineError) as raised:
+            complete(host.cast())
+        assert raised.value.code == ErrorCode.NOT_LOADED
+        # A window that is larger than memory: what is outside answers with an error.
+        complete(host.write("read_limit", BASE + (1 << 30)))
+        complete(host.write("image", BASE + (1 << 20)))
+        complete(host.command("load"))
+        with pytest.raises(EngineError) as raised:
+            complete(host.finish("loads", timeout=10_000))
+        assert raised.value.code == ErrorCode.READ_REPLY
+        assert port.outside > 0
+        for cycles in (1, 77, 900):
+            complete(host.load(given[0].image))
+            complete(host.start())
+            complete(port.wait(cycles))
+            port.reset()
+            cast(host, given[0])
+
+
+@cocotb.test()
+async def timed(dut):
+    """Seconds and cycles of one load, cast and result, with all that wakes Python."""
+    bench = Bench(dut, latency=10)
+    await start(dut, cycles=options()["cycles"])
+    begin, before = time.perf_counter(), get_sim_time("ns")
+    await bench.check(bench.frusta[0])
+    cycles = (get_sim_time("ns") - before) / PERIOD
+    Path(options()["result"]).write_text(json.dumps({"rate": cycles / (time.perf_counter() - begin)}))
+
+
+@pytest.mark.sim
+def test_ten_times_as_fast(given, capsys):
+    result = (BUILD / "vectors" / "fast-port.json").resolve()
+    folder = save(given[:1], BUILD / "vectors" / "engine-fast-port")
+    simulate(engine_text(CONFIG), "tb.system.test_fast_port", ("timed",), name="engine-fast-port", changes=CHANGES,
+             visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=1_000_000, result=str(result))
+    slow = json.loads(result.read_text())["rate"]
+    with port_for(given) as port:
+        host = Host(port, CONFIG, base=BASE)
+        begin, before = time.perf_counter(), port.cycles
+        for _ in range(5):
+            cast(host, given[0])
+        fast = (port.cycles - before) / (time.perf_counter() - begin)
+    with capsys.disabled():
+        sys.stdout.write(f"\ncycles per second: {slow:.0f} with Python in each, {fast:.0f} without: "
+                         f"{fast / slow:.0f} times as many\n")
+    assert fast >= FASTER * slow
