@@ -55,7 +55,7 @@ class PatchSlots(wiring.Component):
             **{f"i_{name}": In(items({"slot": formats.slot, "part": shape})) for name, shape in self._parts.items()},
             "i": In(items({"tag": tag, "slot": formats.slot})),
             "o": Out(items({"tag": tag, "record": formats.slot_record}))})
-        # Block RAM, though there are few records: they are wide, and tables as memories would all want the read address.
+        # Block RAM, though there are few records: they are wide, and of tables all would want the read address.
         self._memories = {name: Memory(shape=shape, depth=self._slots, init=[],
                                        attrs={"ram_style": "block", "no_rw_check": 1})
                           for name, shape in self._parts.items()}
