@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.memory_map import ALIGNMENT, MAGIC, REGIONS, VERSION
+from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import HEADER_WORDS, RECORD_BYTES, RECORD_WORDS, RegionNumber
 from hw.memsys.memory_formats import MemoryFormats
@@ -56,7 +57,7 @@ class PreloadDma(wiring.Component):
 
     Timing
     ------
-    Latency: ``4`` cycles from a reply to its word. One word per cycle within a region; stalls with ``o``. Between
+    Latency: ``5`` cycles from a reply to its word. One word per cycle within a region; stalls with ``o``. Between
     regions, and between every sixteen patches, memory is waited for once.
 
     Golden counterpart: `golden.memory_map`.
@@ -76,7 +77,7 @@ class PreloadDma(wiring.Component):
             **{name: Out(place) for name in PLACES}, "columns": Out(COUNT_BITS)})
         self._tag = StructLayout({"record": COUNT_BITS, "last": 1, "error": 1})
         self._check = TableCheck(tag=self._tag)
-        self.latency = self._check.latency
+        self.latency = self._check.latency + 1
 
     def elaborate(self, platform):
         m = Module()
@@ -138,15 +139,18 @@ class PreloadDma(wiring.Component):
             with m.If(self._word == self._last_word):
                 m.d.sync += [self._word.eq(0), self._record.eq(self._record + 1)]
 
-        word = check.o.payload
+        # Else the first fault would decide in the same cycle whether the reader moves.
+        m.submodules.checked = checked = SkidBuffer(check.o.payload.shape())
+        wiring.connect(m, check.o, checked.i)
+        out, word = checked.o, checked.o.payload
         wrong, failed, ends = word.bad | word.tag.error, self._code != Fault.NONE, Signal()
         m.submodules.ids = ids = Memory(shape=COUNT_BITS, depth=1 << CHUNK_BITS, init=[],
                                         attrs={"ram_style": "distributed"})
         self._ids, write = ids.read_port(domain="comb"), ids.write_port()
-        goes = check.o.valid & check.o.ready
+        goes = out.valid & out.ready
         m.d.comb += [
-            self.o.valid.eq(check.o.valid & self._emits & ~wrong & ~failed),
-            check.o.ready.eq(self.o.ready | ~self.o.valid), ends.eq(goes & word.tag.last),
+            self.o.valid.eq(out.valid & self._emits & ~wrong & ~failed),
+            out.ready.eq(self.o.ready | ~self.o.valid), ends.eq(goes & word.tag.last),
             *(self.o.payload[name].eq(word[name]) for name in ("region", "word", "data")),
             self.o.payload.record.eq(word.tag.record),
             write.addr.eq(word.tag.record[:CHUNK_BITS]), write.data.eq(word.data[:COUNT_BITS]),

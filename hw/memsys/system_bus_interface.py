@@ -122,7 +122,10 @@ class SystemBusInterface(wiring.Component):
             # Whether the place behind each one is empty.
             ends = Array([*(~found.record[beat].is_id for beat in range(1, beats)), 1])[number]
         else:
-            ends = number == beats - 1
+            # A register: a cache as a whole moves with it.
+            ends = Signal(name="patch_ends")
+            with m.If(out.valid & out.ready):
+                m.d.sync += ends.eq(number == beats - 2)
         m.d.comb += [
             last.eq(ends), out.valid.eq(cache.o.valid), cache.o.ready.eq(out.ready & last),
             reply.cluster.eq(found.tag), reply.kind.eq(kind), reply.last.eq(last), reply.error.eq(found.error),
