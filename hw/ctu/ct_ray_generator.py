@@ -44,7 +44,7 @@ class CtRayGenerator(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(rows) + 3 * bits(columns) + 27`` cycles from a subshell to its first ray, ``rows`` and
+    Latency: ``3 * bits(rows) + 3 * bits(columns) + 28`` cycles from a subshell to its first ray, ``rows`` and
     ``columns`` the shell's. A ray per cycle within a row; stalls with ``o`` and while too many stages are under way.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,

@@ -11,6 +11,7 @@ from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_arcs import RowArcs
 from hw.formats import Formats, GridTableKind
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["RowPieces"]
 
@@ -45,7 +46,7 @@ class RowPieces(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(columns) + 15`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
+    Latency: ``3 * bits(columns) + 16`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
     a row one more; a search takes ``3 * bits(columns) + 4`` more. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
@@ -82,6 +83,9 @@ class RowPieces(wiring.Component):
         row_asked, row = Signal(formats.grid_row_place, reset_less=True), Signal(formats.grid_row_place,
                                                                                  reset_less=True)
         m.d.comb += [arcs.i.valid.eq(asked != 0), arcs.i.payload.eq(row_asked)]
+        # Whether a row is done is known late, and all registers of its arcs stand until then.
+        m.submodules.sectors = sectors = SkidBuffer(arcs.o.payload.shape())
+        wiring.connect(m, arcs.o, sectors.i)
         with m.If(arcs.i.valid & arcs.i.ready):
             m.d.sync += [asked.eq(asked - 1), row_asked.eq(row_asked + 1)]
 
@@ -105,7 +109,7 @@ class RowPieces(wiring.Component):
         is_known, fits, some = Signal(len(PAIRS)), Signal(), Signal()
         piece = Signal(found, reset_less=True)
         first_of = [(Mux(over, lowest, source.low), Mux(over, source.over, source.end))
-                    for source in (arcs.o.payload, window) for over in (0, 1)]
+                    for source in (sectors.o.payload, window) for over in (0, 1)]
         sector_arcs, window_arcs = first_of[:2], first_of[2:]
         chosen, rest = Signal(range(len(PAIRS))), Signal(len(PAIRS))
         for number_of in reversed(range(len(PAIRS))):
@@ -129,13 +133,13 @@ class RowPieces(wiring.Component):
                     m.d.sync += asked.eq(stage.rows)
                     m.next = "row"
             with m.State("row"):
-                sector = arcs.o.payload
+                sector = sectors.o.payload
                 m.d.sync += pairs.eq(Cat(
                     (sector.wraps | (of_sector == 0)) & (window.wraps | (of_window == 0))
                     for of_sector, of_window in PAIRS))
                 with m.If(left == 0):
                     m.next = "over"
-                with m.Elif(arcs.o.valid & (factor == 0)):
+                with m.Elif(sectors.o.valid & (factor == 0)):
                     m.next = "pair"
             with m.State("pair"):
                 options = Array([Cat(Mux(sector_arcs[a][0] > window_arcs[b][0], sector_arcs[a][0], window_arcs[b][0]),
@@ -170,7 +174,7 @@ class RowPieces(wiring.Component):
                 with m.If(pieces.i.ready | ~pieces.i.valid):
                     m.next = "pair"
                     with m.If(pairs == 0):
-                        m.d.comb += arcs.o.ready.eq(1)
+                        m.d.comb += sectors.o.ready.eq(1)
                         m.d.sync += [left.eq(left - 1), row.eq(row + 1), number.eq(number + given.columns)]
                         m.next = "row"
             with m.State("over"):

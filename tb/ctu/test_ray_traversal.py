@@ -41,9 +41,9 @@ def recorded(name, config):
 
 
 def drawn(seed, config):
-    """The same of a random frustum that is hard to cast, in not too many cells, without subshells."""
+    """The same of a random frustum that is hard to cast, in few cells, without subshells."""
     frustum = (random_frustum if seed % 3 else speckled_frustum)(seed)
-    shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.125), by_code=True)
+    shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.2), by_code=True)
     memory = RayMemory(len(frustum.record), config)
     tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
     cluster, played = shelling.cluster(frustum.record, whole), []

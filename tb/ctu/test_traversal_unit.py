@@ -4,19 +4,21 @@
 import cocotb
 import numpy as np
 import pytest
-from cocotb.triggers import RisingEdge
+from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.traversal_unit import TraversalUnit
 from tb.ctu.traversal_bench import Intersection, Place, SettlePort, Surroundings
 from tb.icu.frustum_load import table_writes
-from tb.lib.clocking import start
+from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stream import Monitor, Source
 
 MODULE = "tb.ctu.test_traversal_unit"
+# All that long runs see, so that they are fast.
+PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "error")
 SMALL = {"ctu.lead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8, "ctu.shell_bits": 3,
          "ctu.subshell_bits": 6, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
 
@@ -72,6 +74,51 @@ class Host:
         """Answer nothing more."""
         for one in (*self._tasks, *self._monitors):
             (one.cancel if one in self._tasks else one.stop)()
+        for source in self._sources.values():
+            source.valid.value = 0
+
+
+def given_record(config):
+    """The record that the options name."""
+    scene, cell, clusters, screen = options()["record"]
+    return traversal_record(scene, cell=cell, config=config, clusters=clusters, pixels=(24, 16) if screen else None)
+
+
+class Cast:
+    """A cluster's frustum: everything that stands around the unit."""
+
+    def __init__(self, dut, record, one, config, *, seed, port):
+        self._record, self._one, self._config, self._dut = record, one, config, dut
+        place = Place(record.shelling, record.record, one.sector, config)
+        self.around = Surroundings(dut, place, sink="random", stalls=0.2, seed=seed, asks=False, port=port)
+        self.host = Host(dut, place, one.subshells, config)
+        self.tests = Intersection(self.around, delay=lambda random: random.integers(1, 200), seed=seed)
+
+    async def begin(self):
+        """Tables, frustum, near cells."""
+        await self.host.begin()
+        await self.around.begin()
+
+    async def check(self):
+        """To the end: golden's cells and more, and golden's hits; the counters."""
+        around, one = self.around, self._one
+        await around.until(lambda: around.final)
+        assert self.tests.idle, "the frustum is over while patches are tested"
+        assert self.host.asked == one.subshells.patches.tolist()
+        wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
+        missing = wanted - {cell for cell, _ in around.cells}
+        assert not missing, f"cells {sorted(missing)[:5]} of golden's are missing"
+        mine = one.sector.mask(self._record.record).ravel()
+        different = np.intersect1d(self.tests.hits().differences(self._record.hits), np.flatnonzero(mine))
+        assert not len(different), f"{len(different)} rays hit something else"
+        counters = unpack(TraversalUnit(config=self._config).counters.shape(), int(self._dut.counters.value))
+        cocotb.log.info("%d cells of golden's, %d came: %s", len(wanted), len(around.cells), counters)
+        return counters
+
+    def stop(self):
+        """Nothing more."""
+        for block in (self.around, self.host, self.tests):
+            block.stop()
 
 
 @cocotb.test()
@@ -79,42 +126,53 @@ async def free_running(dut):
     """Each cluster: golden's cells and more, golden's hits, all subshells' patches; and subshells overlap."""
     given = options()
     await start(dut, cycles=given["cycles"])
-    config = config_of(given["changes"])
-    scene, cell, clusters = given["record"]
-    record = traversal_record(scene, cell=cell, config=config, clusters=clusters)
-    port = SettlePort(dut)
+    config, port = config_of(given["changes"]), SettlePort(dut)
+    record = given_record(config)
     for number, one in enumerate(record.sectors):
-        place = Place(record.shelling, record.record, one.sector, config)
-        around = Surroundings(dut, place, sink="random", stalls=0.2, seed=number, asks=False, port=port)
-        host = Host(dut, place, one.subshells, config)
-        tests = Intersection(around, delay=lambda random: random.integers(1, 200), seed=number)
-        await host.begin()
-        await around.begin()
-        await around.until(lambda around=around: around.final)
-        assert tests.idle, "the frustum is over while patches are tested"
-        assert host.asked == one.subshells.patches.tolist()
-        wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
-        missing = wanted - {cell for cell, _ in around.cells}
-        assert not missing, f"cluster {number}: cells {sorted(missing)[:5]} of golden's are missing"
-        mine = one.sector.mask(record.record).ravel()
-        different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))
-        assert not len(different), f"cluster {number}: {len(different)} rays hit something else"
-        counters = unpack(TraversalUnit(config=config).counters.shape(), int(dut.counters.value))
-        cocotb.log.info("%s", counters)
-        assert counters["overlaps"], "subshells must overlap"
-        for block in (around, host, tests):
-            block.stop()
+        cast = Cast(dut, record, one, config, seed=number, port=port)
+        await cast.begin()
+        counters = await cast.check()
+        several = len({played.stage.subshell for played in one.played if played.stage.grid_rays}) > 1
+        assert counters["overlaps"] or not several, "subshells must overlap"
+        cast.stop()
 
 
-def run(record, changes, simulator, *, cycles, pipelines=1):
-    simulate(TraversalUnit(config=config_of(changes), pipelines=pipelines), MODULE, ("free_running",),
-             simulator=simulator, name=f"traversal-unit-{'-'.join(map(str, record))}-{simulator}", changes=changes,
-             record=record, cycles=cycles)
+@cocotb.test()
+async def reset_in_flight(dut):
+    """A frustum that reset cuts off, wherever it is, leaves nothing in the next one."""
+    given = options()
+    await start(dut, cycles=given["cycles"])
+    config = config_of(given["changes"])
+    record = given_record(config)
+    one = record.sectors[0]
+    for number, cut in enumerate((20, 300, 700, 1500)):
+        port = SettlePort(dut)
+        cast = Cast(dut, record, one, config, seed=number, port=port)
+        await cast.begin()
+        await ClockCycles(dut.clk, cut)
+        cast.stop()
+        port.stop()
+        await reset(dut)
+    port = SettlePort(dut)
+    cast = Cast(dut, record, one, config, seed=9, port=port)
+    await ClockCycles(dut.clk, 100)
+    assert not cast.around.cells, "nothing may come before a frustum begins"
+    assert not cast.host.asked
+    await cast.begin()
+    await cast.check()
+    cast.stop()
+
+
+def run(record, changes, simulator, *, cycles, tests=("free_running",), pipelines=1, **given):
+    what = "-".join(map(str, (tests[0], *record)))
+    simulate(TraversalUnit(config=config_of(changes), pipelines=pipelines), MODULE, tests,
+             simulator=simulator, name=f"traversal-unit-{what}-{simulator}", changes=changes, record=record,
+             cycles=cycles, **given)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_lobby(simulator):
-    run(("lobby", 0.25, 1), SMALL, simulator, cycles=30_000)
+    run(("lobby", 0.25, 1, False), SMALL, simulator, cycles=30_000)
 
 
 LARGE = {**SMALL, "ctu.ray_slots": 4096, "ctu.shell_bits": 6, "ctu.grid_row_bits": 11, "ctu.grid_column_bits": 13,
@@ -122,6 +180,13 @@ LARGE = {**SMALL, "ctu.ray_slots": 4096, "ctu.shell_bits": 6, "ctu.grid_row_bits
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("scene", "clusters"), [("lobby", 2), ("room1627", 1)])
-def test_scenes(scene, clusters):
-    run((scene, 0.125, clusters), LARGE, "verilator", cycles=2_000_000, pipelines=2)
+@pytest.mark.parametrize(("scene", "cell", "clusters", "screen"), [
+    ("cornell", 0.125, 1, False), ("lobby", 0.125, 2, False), ("room1627", 0.125, 1, False), ("lobby", 0.125, 2, True)])
+def test_scenes(scene, cell, clusters, screen):
+    run((scene, cell, clusters, screen), LARGE, "verilator", cycles=2_000_000, pipelines=2, visible=PORTS)
+
+
+@pytest.mark.nightly
+def test_reset_in_flight():
+    run(("lobby", 0.25, 1, False), LARGE, "verilator", cycles=200_000, tests=("reset_in_flight",), pipelines=2,
+        visible=PORTS)
