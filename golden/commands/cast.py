@@ -25,7 +25,7 @@ from golden.scene.scene import Scene
 from golden.scene.view import default_camera
 from golden.schedule.sections import cut_sections
 
-__all__ = ["cast"]
+__all__ = ["asked_frustum", "cast"]
 
 JUDGES = ("naive", "oracle")
 
@@ -72,7 +72,7 @@ def cast(scene, origin, normal, patch, rays, screen, method, cell, clusters, com
     check_outputs(output, suffixes=(".npz",))
     check_outputs(picture, suffixes=(".png",))
     config, opened = PRESETS[preset].with_parameters(assignments), open_scene(scene)
-    record, geometry = _frustum(opened, config, origin, normal, patch, rays, screen)
+    record, geometry = asked_frustum(opened, config, origin, normal, patch, rays, screen)
     hits, counts = _cast(method, record, geometry, config, cell, clusters)
     report = {"rays": len(record), "hits": int((hits.patch >= 0).sum()), **_work(counts),
               **_compare(compare, hits, record, opened, geometry, config)}
@@ -88,7 +88,8 @@ def cast(scene, origin, normal, patch, rays, screen, method, cell, clusters, com
         sys.exit(1)
 
 
-def _frustum(scene: Scene, config: Config, origin, normal, patch, rays, screen) -> tuple[FrustumRecord, PatchGeometry]:
+def asked_frustum(scene: Scene, config: Config, origin, normal, patch, rays,
+                  screen) -> tuple[FrustumRecord, PatchGeometry]:
     """What the options ask for: a hemisphere at a point or on a patch, or a screen."""
     given = [name for name, value in (("--origin", origin), ("--patch", patch), ("--screen", screen))
              if value is not None]

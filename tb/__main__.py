@@ -1,0 +1,5 @@
+"""``python -m tb``: the command line of the simulated machine."""
+
+from tb.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""Commands of ``python -m tb``, one module each; `tb.cli` registers them."""

@@ -1,0 +1,109 @@
+"""``cast``: one frustum on the machine, its hits beside golden's, and where its cycles went."""
+
+import json
+import sys
+
+import click
+
+from golden.cast.shelling import Shelling
+from golden.commands.cast import asked_frustum
+from golden.commands.parameters import FILE, SCENE_HELP, Triple, WholePair
+from golden.config import Config
+from golden.frustum import FrustumRecord, Hemisphere
+from golden.memory_map import machine_image
+from golden.output import check_outputs
+from golden.scene.open import open_scene
+from golden.schedule.phase import schedule
+from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig
+from tb.system.plans import without_subshells
+from tb.system.rig import Cast
+from tb.system.timeline import write_timeline
+
+__all__ = ["cast", "report_of"]
+
+
+@click.command(epilog=SCENE_HELP)
+@click.argument("scene")
+@click.option("--origin", type=Triple(), help="Where the rays of a hemisphere start.")
+@click.option("--normal", type=Triple(), help="The middle of the hemisphere.")
+@click.option("--patch", type=int, metavar="NUMBER", help="Origin and normal: the middle of this patch's front.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Of a hemisphere, powers of two.")
+@click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
+@cell_option
+@click.option("--ratio", type=int, default=64, help="Rays of the frustum for each ray cast to schedule it.")
+@click.option("--subshells", is_flag=True, help="Load the schedule's subshells: grid rays towards resident patches "
+              "go first.")
+@click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Casts one after the other: the caches, and "
+              "memories that have been cleared, are the same from the third one on.")
+@machine_options
+@click.option("--timeline", type=FILE, help="Chart of what is busy when, of the last cast. (.svg)")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, casts, timeline, as_json, **machine):
+    """Cast one hemisphere or screen into SCENE on the machine.
+
+    Exits with code 1 if its hits or sums are not golden's.
+    """
+    check_outputs(timeline, suffixes=(".svg",))
+    config = machine_config(**machine)
+    record, geometry = asked_frustum(open_scene(scene), config, origin, normal, patch, rays, screen)
+    shelling = Shelling(geometry, config, cell=cell)
+    plan = schedule(record, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=ratio,
+                    room=config.icu.rays, capacity=config.memsys.own_patches)
+    if not subshells:
+        plan = without_subshells(plan)
+    weights = None if screen else Hemisphere(*rays).polar_weights
+    image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
+    expected = image.with_results(shelling.cast(record)[0])
+    with open_rig(config, **machine) as rig:
+        looks = []
+        done = [rig.cast(image, total=0 if weights is None else int(weights.sum()) * record.columns, sums=True,
+                         again=number > 0, timeline=looks if timeline and number == casts - 1 else None)
+                for number in range(casts)]
+    if timeline:
+        write_timeline(timeline, looks, config, title=f"{scene}, {config.noc.nodes} clusters")
+    report = {"scene": scene, "patches": len(geometry), "clusters": config.noc.nodes,
+              "topology": config.noc.topology, **report_of(record, done, config)}
+    report["differences"] = len(done[-1].image.hits().differences(expected.hits()))
+    report["sums"] = int((done[-1].image["sums"] != expected["sums"]).sum())
+    click.echo(json.dumps(report, indent=1) if as_json else _text(report))
+    if report["differences"] or report["sums"]:
+        sys.exit(1)
+
+
+def report_of(record: FrustumRecord, done: list[Cast], config: Config) -> dict:
+    """Of casts of a frustum: what the last one took, and the first one's cycles."""
+    last, bound = done[-1], done[-1].bound(config)
+    tested, patches = last.total("intersection_tested"), last.total("intersection_patches")
+    return {
+        "rays": len(record), "hits": int((last.image.hits().patch >= 0).sum()), "cycles": last.cycles,
+        "first_cycles": done[0].cycles, "load_cycles": done[0].load_cycles, "result_cycles": last.result_cycles,
+        "bound": bound, "of_bound": max(bound.values()) / last.cycles,
+        "efficiency": tested / last.cycles / len(last.counters), "tests_per_ray": tested / len(record),
+        "edrc": tested / max(1, patches), "links": last.links(config),
+        "sources": {name: last.total(f"memory_{name}") for name in ("own", "remote", "hits", "misses")},
+        "shared": last.shared,
+        "each": [{"efficiency": one["intersection_tested"] / last.cycles,
+                  "edrc": one["intersection_tested"] / max(1, one["intersection_patches"]), **one}
+                 for one in last.counters]}
+
+
+def _text(report: dict) -> str:
+    bound, sources = report["bound"], report["sources"]
+    lines = [
+        f"{report['scene']}: {report['patches']} patches, {report['rays']} rays, {report['hits']} hits, "
+        f"{report['clusters']} clusters, {report['topology']}",
+        f"differences from golden: {report['differences']} hits, {report['sums']} sums",
+        f"cycles {report['cycles']} (the first time {report['first_cycles']}), tables {report['load_cycles']}, "
+        f"results {report['result_cycles']}",
+        "bound  " + ", ".join(f"{name} {cycles}" for name, cycles in bound.items())
+        + f": {report['of_bound']:.2f} of the cycles",
+        f"pipeline efficiency {report['efficiency']:.3f}, tests per ray {report['tests_per_ray']:.2f}, "
+        f"tests per patch {report['edrc']:.1f}",
+        f"patches: own {sources['own']}, remote {sources['remote']}, cache {sources['hits']}, main memory "
+        f"{sources['misses']}; {report['links']:.2f} links on the way",
+        "", f"{'cluster':28} " + " ".join(f"{number:>9}" for number in range(report["clusters"]))]
+    for name in report["each"][0]:
+        values = [one[name] for one in report["each"]]
+        lines.append(f"{name.replace('_', ' '):28} " + " ".join(
+            f"{value:9.3f}" if isinstance(value, float) else f"{value:9}" for value in values))
+    return "\n".join(lines)

@@ -1,0 +1,175 @@
+# amaranth: UnusedElaboratable=no
+"""The commands as a user gives them."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import golden.cli
+import golden.memory_map
+import tb.cli
+import tb.system.build
+import tb.system.fast_port
+from golden.config import PRESETS
+from tb.lib.runner import BUILD
+from tb.system.machine_frusta import MachineFrusta
+from tb.system.rig import LOOK, Cast
+from tb.system.test_engine import SMALL
+from tb.system.timeline import shares
+
+# The machine of the other benches.
+MACHINE = ("--preset", "tiny", "--cell", "0.5", "-P", "ctu.lead=2",
+           *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
+COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Where outputs go; builds stay where they are."""
+    for module in tb.system.build, tb.system.fast_port:
+        monkeypatch.setattr(module, "BUILD", BUILD.resolve())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(main, *arguments):
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result
+
+
+BAD = {
+    "no command": ((), "Missing command"),
+    "no scene": (("cast", "nowhere"), "nowhere"),
+    "no frustum": (("cast", "cornell"), "one of --origin, --patch and --screen"),
+    "clusters": (("cast", "cornell", "--patch", "0", "--clusters", "3"), "a power of two up to 64, not 3"),
+    "no clusters": (("cast", "cornell", "--patch", "0", "--clusters", "0"), "not 0"),
+    "topology": (("cast", "cornell", "--patch", "0", "--topology", "star"), "'star' is not one of"),
+    "policy": (("cast", "cornell", "--patch", "0", "--policy", "random"), "'random' is not one of"),
+    "latency": (("cast", "cornell", "--patch", "0", "--latency", "0"), "0 is not in the range"),
+    "cell": (("cast", "cornell", "--patch", "0", "--cell", "2"), "2.0 is not in the range"),
+    "patch": (("cast", "cornell", "--patch", "999"), "Patch must be 0 to"),
+    "parameter": (("cast", "cornell", "--patch", "0", "-P", "icu.speed=1"), "no parameter 'icu.speed'"),
+    "room": (("cast", "cornell", "--patch", "0", "--rays", "256x128"), "there is room for 16384"),
+    "timeline": (("cast", "cornell", "--patch", "0", "--timeline", "a.png"), "must end in .svg"),
+    "no output": (("formfactors", "cornell"), "Missing option '-o'"),
+    "form factors": (("formfactors", "cornell", "-o", "a.txt"), "must end in .npz"),
+    "rays": (("formfactors", "cornell", "-o", "a.npz", "--rays", "10x3"), "power"),
+    "image": (("render", "cornell", "-o", "a.jpg"), "must end in .png or .exr"),
+    "size": (("render", "cornell", "-o", "a.png", "--size", "512x512"), "at most 16384 rays"),
+    "dark": (("render", "tetra:1", "-o", "a.png", "--size", "0x4"), "Width must be 1 to"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(folder, case):
+    arguments, says = BAD[case]
+    result = run(tb.cli.main, *arguments)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert says in result.stderr
+    assert not list(folder.iterdir())
+
+
+def test_the_machines_errors_are_lines_too(folder, monkeypatch):
+    def fails(*_, **__):
+        raise RuntimeError("verilator fails")
+
+    monkeypatch.setattr("tb.commands.cast.open_rig", fails)
+    result = run(tb.cli.main, "cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", "--ratio", "1")
+    assert result.exit_code == 2
+    assert result.stderr == "error: machine: verilator fails\n"
+
+
+def test_shares_of_a_timeline():
+    def counters(tests, patches):
+        return {"intersection_tested": tests, "intersection_patches": patches, "traversal_steps": 0,
+                "traversal_rays": tests // 4, "traversal_requests": 0}
+
+    looks = [(0, [counters(900, 90)]), (LOOK, [counters(0, 0)]), (2 * LOOK, [counters(LOOK // 2, LOOK // 4)])]
+    at, busy = shares(looks, PRESETS["tiny"])
+    assert at.tolist() == [LOOK / 2, 3 * LOOK / 2]
+    assert busy["tests"].tolist() == [0, 0.5]
+    assert busy["patches"].tolist() == [0, 1]
+    assert busy["grid rays"].tolist() == [0, 0.25]
+
+
+def test_tests_are_shared_out_to_the_last_one():
+    shares_of = MachineFrusta._shares(11, 4)
+    assert shares_of.tolist() == [3, 3, 3, 2]
+
+
+def test_a_cast_adds_up_its_clusters():
+    one = {"traversal_steps": 90, "traversal_rays": 10, "intersection_tested": 70, "intersection_patches": 20,
+           "memory_remote": 10}
+    cast = Cast(image=None, cycles=100, load_cycles=0, result_cycles=0, counters=[one, one | {"memory_remote": 0}],
+                shared={"flits": 120})
+    assert cast.bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
+    assert cast.total("memory_remote") == 10
+    assert cast.links(PRESETS["tiny"]) == 1.0
+
+
+@pytest.mark.sim
+def test_cast(folder):
+    given = ("cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
+    report = json.loads(run(tb.cli.main, *given, "--json").stdout)
+    assert report["differences"] == report["sums"] == 0
+    assert report["hits"] > 0
+    assert report["cycles"] <= report["first_cycles"]
+    assert 0 < report["efficiency"] <= 1
+    assert 0 < report["of_bound"] <= 1
+    assert sum(report["sources"].values()) == report["each"][0]["memory_found"]
+    result = run(tb.cli.main, *given, "--timeline", "busy.svg")
+    assert result.exit_code == 0, result.stderr
+    assert "differences from golden: 0 hits, 0 sums" in result.stdout
+    assert "intersection tested" in result.stdout
+    assert (folder / "busy.svg").read_text().count("<polyline") == 5
+    listed = json.loads(run(tb.cli.main, *given, "--subshells", "--json").stdout)
+    assert listed["differences"] == 0
+    # The patches whose windows subshells are.
+    assert listed["each"][0]["memory_answered"] > report["each"][0]["memory_answered"] == 0
+
+
+@pytest.mark.sim
+def test_a_difference_is_told(folder, monkeypatch):
+    expected = golden.memory_map.MemoryImage.with_results
+
+    def another(image, hits):
+        result = expected(image, hits)
+        result["hits"]["patch"][3] += 1
+        return result
+
+    monkeypatch.setattr("golden.memory_map.MemoryImage.with_results", another)
+    result = run(tb.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
+    assert result.exit_code == 1
+    assert "differences from golden: 1 hits" in result.stdout
+
+
+@pytest.mark.sim
+def test_form_factors_are_goldens(folder):
+    result = run(tb.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
+    assert result.exit_code == 0, result.stderr
+    run(golden.cli.main, "formfactors", "cornell", "-o", "golden.npz", "--rays", "32x8", "--method", "shelling")
+    with np.load("machine.npz") as machine, np.load("golden.npz") as expected:
+        assert set(machine) == set(expected)
+        for name in expected:
+            assert machine[name].tobytes() == expected[name].tobytes(), name
+    assert "frusta" in result.stdout
+
+
+@pytest.mark.sim
+def test_an_image_is_goldens(folder):
+    result = run(tb.cli.main, "render", "cornell", "-o", "machine.png", "-o", "machine.exr", "--size", "24x24",
+                 "--stats", "machine.json", *COARSE, *MACHINE)
+    assert result.exit_code == 0, result.stderr
+    run(golden.cli.main, "render", "cornell", "-o", "golden.png", "-o", "golden.exr", "--size", "24x24", "--method",
+        "shelling", *COARSE)
+    for suffix in "png", "exr":
+        assert (folder / f"machine.{suffix}").read_bytes() == (folder / f"golden.{suffix}").read_bytes()
+    stats = json.loads((folder / "machine.json").read_text())
+    assert 0 < stats["machine"]["share"] < 1
+    assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"]
+    assert "of all rays on the machine" in result.stdout

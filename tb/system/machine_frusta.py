@@ -1,0 +1,109 @@
+"""Frusta on the simulated machine, for those who go on in float64."""
+
+import numpy as np
+
+from golden.cast.fixed_frusta import CONFIG, FixedFrusta
+from golden.cast.shelling import Shelling
+from golden.errors import InputError
+from golden.frustum import FrustumRecord
+from golden.memory_map import machine_image
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+from golden.schedule.phase import schedule
+from tb.system.plans import without_subshells
+from tb.system.rig import Rig
+
+__all__ = ["MachineFrusta"]
+
+# Frusta of a phase; dense rays to sparse ones.
+PHASE, RATIO = 64, 16
+
+
+class MachineFrusta(FixedFrusta):
+    """Casts hemispheres and screens on a machine: the same hits as by `golden.cast.fixed_frusta.ShellingFrusta`.
+
+    A ray's tests and cell steps are the frustum's, shared out evenly. The sums that the machine makes of a hemisphere
+    must be those of its hits.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    rig
+        The machine.
+    cell
+        Cell size as a share of the scene's longest side.
+
+    Members
+    -------
+    frusta, rays, cycles, tested
+        Since the beginning: frusta, their rays, cycles of their casts, and tests.
+
+    Errors
+    ------
+    InputError
+        Cell size out of range, or the machine's numbers are not golden's usual ones.
+    """
+
+    def __init__(self, scene: Scene, rig: Rig, *, cell: float):
+        if rig.config.numbers != CONFIG.numbers:
+            raise InputError("machine: Widths of numbers must be the usual ones where float64 goes on")
+        self._rig, self._cell, self._weights = rig, cell, None
+        self.frusta = self.rays = self.cycles = self.tested = 0
+        super().__init__(scene)
+
+    def hemispheres(self, hemisphere, points, frames, surfaces):
+        """See `FixedFrusta`."""
+        self._weights = hemisphere.polar_weights
+        return super().hemispheres(hemisphere, points, frames, surfaces)
+
+    def screen(self, screen, side):
+        """See `FixedFrusta`."""
+        self._weights = None
+        return super().screen(screen, side)
+
+    def counts(self) -> dict[str, int]:
+        """The members above."""
+        return {name: getattr(self, name) for name in ("frusta", "rays", "cycles", "tested")}
+
+    def summary(self) -> str:
+        """The members above in a line."""
+        efficiency = self.tested / max(1, self.cycles) / self._rig.config.noc.nodes
+        return (f"machine: {self._rig.config.noc.nodes} clusters, {self.frusta} frusta, {self.rays} rays, "
+                f"{self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
+                f"{self.tested / max(1, self.rays):.2f} tests per ray")
+
+    def _machine(self, geometry: PatchGeometry):
+        config = self._rig.config
+        table = Shelling(geometry, config, cell=self._cell).table
+        plan, left = None, 0
+
+        def cast(record: FrustumRecord):
+            nonlocal plan, left
+            fits = plan and (record.columns, record.rows) == (plan.partition.columns, plan.partition.rows)
+            if not fits or not left:
+                plan = without_subshells(schedule(
+                    record, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO, room=config.icu.rays,
+                    capacity=config.memsys.own_patches))
+                left = PHASE
+            left -= 1
+            weights = None if record.is_screen else self._weights
+            image = machine_image(record, geometry, table, config, plan, weights=weights)
+            return self._results(record, image, weights)
+        return cast
+
+    def _results(self, record, image, weights):
+        total = 0 if weights is None else int(weights.sum()) * record.columns
+        done = self._rig.cast(image, total=total, sums=weights is not None)
+        hits = done.image.hits()
+        if weights is not None and (done.image["sums"] != image.with_results(hits)["sums"]).any():
+            raise RuntimeError("The machine's sums are not those of its hits")
+        count = len(record)
+        self.frusta, self.rays, self.cycles = self.frusta + 1, self.rays + count, self.cycles + done.cycles
+        self.tested += done.total("intersection_tested")
+        return hits, *(self._shares(done.total(name), count) for name in ("intersection_tested", "traversal_steps"))
+
+    @staticmethod
+    def _shares(total, count):
+        share, rest = divmod(total, count)
+        return share + (np.arange(count) < rest)
