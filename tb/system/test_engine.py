@@ -341,18 +341,25 @@ def run(name, scene, changes, tests, *, cell, clusters, cycles, corruptions=0, *
              visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=cycles, corruptions=corruptions)
 
 
-@cocotb.test()
-async def third_parties(dut):
-    """Registers and memory are both driven by others, cocotbext-axi's manager and RAM, with pauses."""
+def third_party_memory(bench):
+    """Puts a memory of cocotbext-axi in the place of the model."""
     from cocotbext.axi import AxiBus, AxiRam
 
-    bench = Bench(dut)
+    dut = bench.dut
     bench.stop()
     ram = AxiRam(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, size=1 << 16)
     for half in ram.write_if, ram.read_if:
         half.log.setLevel("WARNING")
     bench.port.memory = SimpleNamespace(base=0, data=ram.mem)
     bench.host = Host(bench.port, bench.config, base=0x4000)
+    return ram
+
+
+@cocotb.test()
+async def third_parties(dut):
+    """Registers and memory are both driven by others, cocotbext-axi's manager and RAM, with pauses."""
+    bench = Bench(dut)
+    ram = third_party_memory(bench)
     await start(dut, cycles=options()["cycles"])
     master, write, read = bench.port.master, ram.write_if, ram.read_if
     channels = (master.write_if.aw_channel, master.write_if.w_channel, master.write_if.b_channel,

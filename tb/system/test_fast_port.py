@@ -21,13 +21,13 @@ from tb.system.build import engine_text
 from tb.system.fast_port import FastPort, complete
 from tb.system.register_error import RegisterError
 from tb.system.scenes import frusta, save
-from tb.system.test_engine import SMALL, Bench
+from tb.system.test_engine import SMALL, Bench, third_party_memory
 
 CHANGES = SMALL | {"noc.columns": 1}
 CONFIG = config_of(CHANGES)
 BASE = 0x1_0000_4000
-# Of simulated cycles per second.
-FASTER = 10
+# How many times the cycles per second of a bench whose memory is moved by Python in each cycle, at least.
+FASTER = 2
 
 
 @pytest.fixture(scope="module")
@@ -117,24 +117,31 @@ def test_errors_and_resets(given):
             cast(host, given[0])
 
 
-@cocotb.test()
-async def timed(dut):
-    """Seconds and cycles of one load, cast and result, with all that wakes Python."""
-    bench = Bench(dut, latency=10)
-    await start(dut, cycles=options()["cycles"])
+async def rate(bench):
+    """Cycles per second of the processor of one load, cast and result, with all that wakes Python."""
     begin, before = time.process_time(), get_sim_time("ns")
     await bench.check(bench.frusta[0])
-    cycles = (get_sim_time("ns") - before) / PERIOD
-    Path(options()["result"]).write_text(json.dumps({"rate": cycles / (time.process_time() - begin)}))
+    return (get_sim_time("ns") - before) / PERIOD / (time.process_time() - begin)
+
+
+@cocotb.test()
+async def timed(dut):
+    """Of our memory model, which looks at as few pins as can be, and of somebody else's memory."""
+    bench = Bench(dut, latency=10)
+    await start(dut, cycles=options()["cycles"])
+    rates = {"ours": await rate(bench)}
+    third_party_memory(bench)
+    rates["theirs"] = await rate(bench)
+    Path(options()["result"]).write_text(json.dumps(rates))
 
 
 @pytest.mark.sim
-def test_ten_times_as_fast(given, capsys):
+def test_many_times_as_fast(given, capsys):
     result = (BUILD / "vectors" / "fast-port.json").resolve()
     folder = save(given[:1], BUILD / "vectors" / "engine-fast-port")
     simulate(engine_text(CONFIG), "tb.system.test_fast_port", ("timed",), name="engine-fast-port", changes=CHANGES,
              visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=1_000_000, result=str(result))
-    slow = json.loads(result.read_text())["rate"]
+    rates = json.loads(result.read_text())
     with port_for(given) as port:
         host = Host(port, CONFIG, base=BASE)
         begin, before = time.process_time(), port.cycles
@@ -142,6 +149,6 @@ def test_ten_times_as_fast(given, capsys):
             cast(host, given[0])
         fast = (port.cycles - before) / (time.process_time() - begin)
     with capsys.disabled():
-        sys.stdout.write(f"\ncycles per second: {slow:.0f} with Python in each, {fast:.0f} without: "
-                         f"{fast / slow:.0f} times as many\n")
-    assert fast >= FASTER * slow
+        sys.stdout.write(f"\ncycles per second: {fast:.0f}; with Python in each {rates['theirs']:.0f} (a memory of "
+                         f"cocotbext-axi) and {rates['ours']:.0f} (ours)\n")
+    assert fast >= FASTER * max(rates.values())
