@@ -10,10 +10,7 @@ from click.testing import CliRunner
 import golden.cli
 import golden.memory_map
 import tb.cli
-import tb.system.build
-import tb.system.fast_port
 from golden.config import PRESETS
-from tb.lib.runner import BUILD
 from tb.system.machine_frusta import MachineFrusta
 from tb.system.rig import LOOK, Cast
 from tb.system.test_engine import SMALL
@@ -27,9 +24,7 @@ COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4"
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Where outputs go; builds stay where they are."""
-    for module in tb.system.build, tb.system.fast_port:
-        monkeypatch.setattr(module, "BUILD", BUILD.resolve())
+    """Where outputs go."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -94,7 +89,7 @@ def test_shares_of_a_timeline():
     assert at.tolist() == [LOOK / 2, 3 * LOOK / 2]
     assert busy["tests"].tolist() == [0, 0.5]
     assert busy["patches"].tolist() == [0, 1]
-    assert busy["grid rays"].tolist() == [0, 0.25]
+    assert busy["grid rays"].tolist() == [0, 0.125]
 
 
 def test_tests_are_shared_out_to_the_last_one():
@@ -103,7 +98,7 @@ def test_tests_are_shared_out_to_the_last_one():
 
 
 def test_a_cast_adds_up_its_clusters():
-    one = {"traversal_steps": 90, "traversal_rays": 10, "intersection_tested": 70, "intersection_patches": 20,
+    one = {"traversal_steps": 90, "traversal_requests": 40, "intersection_tested": 70, "intersection_patches": 20,
            "memory_remote": 10}
     cast = Cast(image=None, cycles=100, load_cycles=0, result_cycles=0, counters=[one, one | {"memory_remote": 0}],
                 shared={"flits": 120})

@@ -11,7 +11,7 @@ from golden.config import Config
 from hw.package.tops import engine_verilog
 from tb.lib.runner import BUILD
 
-__all__ = ["engine_text"]
+__all__ = ["ROOT", "engine_text"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,7 +53,7 @@ def engine_text(config: Config) -> str:
     For Verilator with its variables 0 at first: of memories nothing is said that begin with zeros.
     """
     key = hashlib.sha256(SOURCES + json.dumps(config.parameters(), sort_keys=True).encode()).hexdigest()[:24]
-    path = BUILD / "verilog" / f"engine-{key}.v"
+    path = ROOT / BUILD / "verilog" / f"engine-{key}.v"
     if not path.exists():
         with _unwritten_zeros():
             text = engine_verilog(config)

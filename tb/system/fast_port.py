@@ -13,7 +13,7 @@ from golden.config import Config
 from hw.engine import CLUSTER
 from tb.host import Port
 from tb.lib.runner import BUILD
-from tb.system.build import engine_text
+from tb.system.build import ROOT, engine_text
 from tb.system.register_error import RegisterError
 
 __all__ = ["FastPort", "complete", "machine_library"]
@@ -48,7 +48,7 @@ def machine_library(config: Config) -> Path:
     """
     text = engine_text(config)
     key = hashlib.sha256(f"{text}{MAIN.read_text()}{FLAGS}".encode()).hexdigest()[:24]
-    folder = (BUILD / f"machine-{key}").resolve()
+    folder = ROOT / BUILD / f"machine-{key}"
     library = folder / "machine.so"
     if not library.exists():
         shutil.rmtree(folder, ignore_errors=True)

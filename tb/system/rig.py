@@ -71,10 +71,10 @@ class Cast:
     def bound(self, config: Config) -> dict[str, int]:
         """Cycles below which no cluster can be by what its traversal, its intersection and its patches take.
 
-        Traversal is steps over pipelines, or grid rays, of which one goes out in two cycles; intersection is tests.
+        Traversal is steps over pipelines, or grid rays that are looked at, one in a cycle; intersection is tests.
         """
         pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
-        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), 2 * one["traversal_rays"])
+        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_requests"])
                                  for one in self.counters),
                 "intersection": max(one["intersection_tested"] for one in self.counters),
                 "patches": max(4 * one["intersection_patches"] for one in self.counters)}

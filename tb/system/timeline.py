@@ -13,11 +13,11 @@ __all__ = ["shares", "write_timeline"]
 def shares(looks: list[tuple[int, list[dict[str, int]]]], config: Config) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Middle of each stretch between two looks, and of each unit the share of the stretch in which it was busy.
 
-    Of all clusters together. A patch takes intersection four cycles at least, and a grid ray traversal two.
+    Of all clusters together. A patch takes intersection four cycles at least.
     """
     pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
     units = {"tests": ("intersection_tested", 1), "patches": ("intersection_patches", 4),
-             "steps": ("traversal_steps", 1 / pipelines), "grid rays": ("traversal_rays", 2),
+             "steps": ("traversal_steps", 1 / pipelines), "grid rays": ("traversal_rays", 1),
              "requests": ("traversal_requests", 1)}
     at = np.array([cycle for cycle, _ in looks])
     length = np.maximum(np.diff(at), 1)

@@ -1,0 +1,118 @@
+"""What frusta take on the machine.
+
+``python -m tb.bench.engine`` casts hemispheres from each scene's ceiling on the RTL, cold and warm, and writes
+out/bench/engine.md: cycles beside what they cannot be below, and where the others went. Hits and sums must be golden's.
+"""
+
+from pathlib import Path
+
+import click
+
+from golden.cast.shelling import Shelling
+from golden.commands.parameters import WholePair
+from golden.config import PRESETS
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.memory_map import MemoryImage, machine_image
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.phase import schedule
+from tb.bench.report import provenance, write_report
+from tb.commands.cast import report_of
+from tb.system.plans import without_subshells
+from tb.system.rig import Rig, engine_config
+
+__all__ = ["measure", "rows_of"]
+
+SCENES, CLUSTERS = ("cornell", "lobby", "room1627", "tetra", "man"), (1, 2, 4, 8, 16)
+# Points of the ceiling that the phase is scheduled from, and that is cast from; rays for each one that schedules.
+REFERENCE, POINT, RATIO = 0, 5, 64
+# Casts until caches and cleared memories are the same each time.
+CASTS = 3
+STALLS = ("traversal_waits_for_survival", "traversal_waits_for_rays", "traversal_waits_for_traversal",
+          "traversal_waits_for_cells", "intersection_waits_for_slot", "intersection_waits_for_rays", "memory_stalls")
+
+
+def measure(rig: Rig, scene: str, *, cell: float, rays: tuple[int, int]) -> dict:
+    """What `tb.commands.cast.report_of` says of a hemisphere.
+
+    Errors
+    ------
+    SystemExit
+        Hits or sums are not golden's.
+    """
+    config, opened, hemisphere = rig.config, open_scene(scene), Hemisphere(*rays)
+    points, down = ceiling_points(opened)
+    geometry = PatchGeometry.of(opened, config.numbers, points)
+    shelling = Shelling(geometry, config, cell=cell)
+    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
+                         for point in (REFERENCE, POINT))
+    plan = without_subshells(schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes,
+                                      ratio=RATIO, room=config.icu.rays, capacity=config.memsys.own_patches))
+    image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
+    expected: MemoryImage = image.with_results(shelling.cast(record)[0])
+    total = int(hemisphere.polar_weights.sum()) * record.columns
+    done = [rig.cast(image, total=total, sums=True, again=number > 0) for number in range(CASTS)]
+    for one in done:
+        for name in "hits", "sums":
+            if one.image[name].tobytes() != expected[name].tobytes():
+                raise SystemExit(f"error: {scene}, {config.noc.nodes} clusters: {name} are not golden's")
+    return {"patches": len(geometry), **report_of(record, done, config)}
+
+
+def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
+    """A row for each number of clusters: cycles and rates, and where cycles went, of the cluster with most of each."""
+    cycles, stalls = [], []
+    first = found[min(found)]
+    for clusters, one in found.items():
+        bound, sources = one["bound"], one["sources"]
+        speedup = first["cycles"] / one["cycles"]
+        most = max(first["bound"].values()) / max(bound.values())
+        lowest = min(each["efficiency"] for each in one["each"])
+        cycles.append(
+            f"| {scene} | {clusters} | {one['first_cycles']} | {one['cycles']} | {bound['traversal']} "
+            f"| {bound['intersection']} | {bound['patches']} | {one['of_bound']:.2f} | {one['efficiency']:.3f} "
+            f"| {lowest:.3f} | {speedup:.2f} | {most:.2f} | {one['tests_per_ray']:.2f} | {one['edrc']:.1f} "
+            f"| {sources['own']} | {sources['remote']} | {sources['hits']} | {sources['misses']} "
+            f"| {one['links']:.2f} |")
+        stalls.append(f"| {scene} | {clusters} | {one['cycles']} | " + " | ".join(
+            str(max(each[name] for each in one["each"])) for name in STALLS) + " |")
+    return cycles, stalls
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/engine.md")
+@click.option("--clusters", type=int, multiple=True, default=CLUSTERS)
+@click.option("--cell", type=float, default=0.0625)
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64")
+@click.option("--preset", type=click.Choice(list(PRESETS)), default="paper")
+@click.option("--latency", type=int, default=10)
+def main(scenes, output, clusters, cell, rays, preset, latency) -> None:
+    """Write the tables for SCENES (default: cornell, lobby, room1627, tetra, man)."""
+    found = {scene: {} for scene in scenes or SCENES}
+    for count in clusters:
+        config = engine_config(PRESETS[preset], clusters=count, topology="mesh")
+        with Rig(config, latency=latency) as rig:
+            for scene, by_clusters in found.items():
+                by_clusters[count] = measure(rig, scene, cell=cell, rays=rays)
+                click.echo(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
+    rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
+    write_report(output, [
+        "# Frusta on the machine", "",
+        f"{provenance('amaranth')}; preset {preset}, {rays[0]} x {rays[1]} rays, cell {cell}, main memory {latency} "
+        "cycles away, a hemisphere at a point of the ceiling that the phase was not scheduled from, no subshells. Hits "
+        "and sums are golden's.", "",
+        "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, or a cycle per grid ray "
+        "looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
+        "resident set, of another cluster, in the cache, in main memory.", "",
+        "| scene | clusters | cold | warm | traversal | intersection | patches | bound : warm | efficiency | lowest "
+        "| speedup | by the bound | tests per ray | tests per patch | own | remote | cache | main | links |",
+        "|---" * 19 + "|", *(line for cycles, _ in rows for line in cycles), "",
+        "Cycles in which something waited, of the cluster with most of them:", "",
+        f"| scene | clusters | warm | {' | '.join(name.replace('_', ' ') for name in STALLS)} |",
+        "|---" * (3 + len(STALLS)) + "|", *(line for _, stalls in rows for line in stalls)])
+
+
+if __name__ == "__main__":
+    main()

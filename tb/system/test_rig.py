@@ -1,0 +1,70 @@
+# amaranth: UnusedElaboratable=no
+"""A machine with its host: what is loaded again, what is counted."""
+
+import numpy as np
+import pytest
+
+from golden.config import PRESETS
+from golden.errors import InputError
+from golden.memory_map import MemoryImage
+from hw.cluster import COUNTERS
+from tb.lib.configurations import config_of
+from tb.system.plans import without_subshells
+from tb.system.rig import SHARED, USUAL, Rig, engine_config
+from tb.system.scenes import frusta
+from tb.system.test_engine import SMALL
+
+CONFIG = config_of(SMALL | {"noc.columns": 1})
+
+
+def test_a_configuration_for_so_many_clusters():
+    config = engine_config(PRESETS["paper"], clusters=8, topology="torus")
+    assert (config.noc.columns, config.noc.rows, config.noc.topology) == (4, 2, "torus")
+    assert config.icu.rays == USUAL["icu.rays"]
+    assert engine_config(PRESETS["paper"], clusters=1, topology="mesh", given=("icu.rays",)).icu.rays == 1 << 18
+    with pytest.raises(InputError, match="must be at most 64"):
+        engine_config(PRESETS["paper"], clusters=128, topology="mesh")
+
+
+def test_registers_and_counters_have_names_of_their_own():
+    assert not set(SHARED) & set(COUNTERS)
+
+
+@pytest.mark.sim
+def test_what_is_the_same_is_not_loaded_again():
+    given = frusta("cornell", CONFIG, cell=0.5, points=(5, 1))
+    other = frusta("cornell", CONFIG, cell=0.25, points=(5,))[0]
+    with Rig(CONFIG, latency=5) as rig:
+        def cast(frustum, **options):
+            done = rig.cast(frustum.image, total=frustum.total, sums=True, **options)
+            for name in "hits", "sums":
+                assert done.image[name].tobytes() == frustum.written[name].tobytes(), name
+            return done
+
+        looks = []
+        first, second = cast(given[0]), cast(given[1], timeline=looks)
+        assert second.load_cycles < first.load_cycles
+        assert cast(given[1], again=True).load_cycles < second.load_cycles
+        assert [cycle for cycle, _ in looks] == sorted(cycle for cycle, _ in looks)
+        assert len(looks) > 3
+        # Another scene, of which more has to be loaded; and one whose vertices alone are others.
+        assert cast(other).load_cycles > second.load_cycles
+        cast(given[0])
+        moved = MemoryImage({**given[0].image.regions, "patches": given[0].image["patches"].copy()})
+        moved["patches"]["vertex"][:, 0] ^= 1 << 20
+        changed = rig.cast(moved, total=given[0].total, sums=True).image.hits()
+        assert len(changed.differences(given[0].hits)) > 20
+        assert second.total("memory_found") == second.counters[0]["memory_found"] > 0
+        assert set(second.shared) == set(SHARED)
+
+
+def test_a_plan_without_subshells_has_all_else(monkeypatch):
+    plans = []
+    monkeypatch.setattr("tb.system.scenes.machine_image", lambda *given, **_: plans.append(given[4]))
+    frusta("cornell", CONFIG.replace({"noc.columns": 2}), cell=0.5)
+    plan = plans[0]
+    bare = without_subshells(plan)
+    assert any(len(listed) for listed in plan.subshells)
+    assert [len(listed) for listed in bare.subshells] == [0, 0]
+    assert bare.partition is plan.partition
+    assert np.array_equal(bare.sets.chosen, plan.sets.chosen)
