@@ -12,6 +12,7 @@ from hw.ctu.traversal_start import TraversalStart
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
 from hw.lib.round_robin import RoundRobin
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["CellTraversal"]
 
@@ -19,7 +20,8 @@ __all__ = ["CellTraversal"]
 class CellTraversal(wiring.Component):
     """`TraversalStart`, then `CellSteps` and `CellNumber`, or several of both.
 
-    A ray begins where there is room for it, one after the other.
+    A ray begins where there is room for it, one after the other. Between the three there are registers, also for
+    ``ready``: what stands while a cell waits would be all registers at once.
 
     Parameters
     ----------
@@ -44,7 +46,7 @@ class CellTraversal(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * product_registers + 27`` cycles to a ray's first cell, with several pipelines one more. One
+    Latency: ``3 * product_registers + 29`` cycles to a ray's first cell, with several pipelines one more. One
     ray per cycle, and one cell per cycle and pipeline where at least 5 rays wait or are under way in each; stands while
     a cell waits. One item per cycle comes out.
 
@@ -69,8 +71,11 @@ class CellTraversal(wiring.Component):
             "o": Out(stream.Signature(StructLayout({"tag": tag, "cell": formats.cell, "is_cell": 1, "last": 1}))),
             "origin": In(ArrayLayout(formats.place, 3)), "shape": In(ArrayLayout(formats.grid_count, 3)),
             "steps": Out(pipelines)})
+        self._begins = SkidBuffer(self._start.o.payload.shape())
+        self._met = [SkidBuffer(steps.o.payload.shape()) for steps in self._steps]
         self._merge = Arbiter(self._numbers[0].o.payload.shape(), count=pipelines) if pipelines > 1 else None
-        self.latency = self._start.latency + self._steps[0].latency + self._numbers[0].latency + (pipelines > 1)
+        self.latency = (pipelines > 1) + sum(block.latency for block in (
+            self._start, self._begins, self._steps[0], self._met[0], self._numbers[0]))
 
     def elaborate(self, platform):
         m = Module()
@@ -78,16 +83,19 @@ class CellTraversal(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), self._start.i)
         m.d.comb += [self._start.origin.eq(self.origin), self._start.shape.eq(self.shape)]
         m.submodules.turns = turns = RoundRobin(count=count)
-        free, begins = turns.asks, self._start.o
+        m.submodules.begins = self._begins
+        wiring.connect(m, self._start.o, self._begins.i)
+        free, begins = turns.asks, self._begins.o
         m.d.comb += [turns.wants.eq(free), begins.ready.eq(free.any()), turns.goes.eq(begins.valid & free.any())]
-        for k, (steps, number) in enumerate(zip(self._steps, self._numbers, strict=True)):
-            m.submodules[f"steps_{k}"], m.submodules[f"number_{k}"] = steps, number
-            met, given = steps.o, number.i
+        for k, (steps, skid, number) in enumerate(zip(self._steps, self._met, self._numbers, strict=True)):
+            m.submodules[f"steps_{k}"], m.submodules[f"met_{k}"], m.submodules[f"number_{k}"] = steps, skid, number
+            wiring.connect(m, steps.o, skid.i)
+            met, given = skid.o, number.i
             m.d.comb += [
                 steps.shape.eq(self.shape), number.shape.eq(self.shape), free[k].eq(steps.i.ready),
                 steps.i.valid.eq(begins.valid & turns.first[k]), steps.i.payload.eq(begins.payload),
                 given.valid.eq(met.valid), met.ready.eq(given.ready), given.payload.index.eq(met.payload.index),
-                given.payload.tag.tag.eq(met.payload.tag), self.steps[k].eq(met.valid & met.ready),
+                given.payload.tag.tag.eq(met.payload.tag), self.steps[k].eq(steps.o.valid & steps.o.ready),
                 *(given.payload.tag[name].eq(met.payload[name]) for name in ("is_cell", "last"))]
         source, made = self._numbers[0].o, self._numbers[0].o.payload
         if self._merge is not None:

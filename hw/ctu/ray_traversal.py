@@ -13,6 +13,7 @@ from hw.ctu.ray_banks import RayBanks
 from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
 from hw.ctu.survival import Survival
 from hw.formats import Formats
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["COUNTERS", "RayTraversal"]
 
@@ -67,7 +68,7 @@ class RayTraversal(wiring.Component):
 
     Timing
     ------
-    Latency: ``6 * pyramid_levels + 5 * product_registers + 57`` cycles from a request to its ray's first cell, with
+    Latency: ``7 * pyramid_levels + 5 * product_registers + 60`` cycles from a request to its ray's first cell, with
     several pipelines one more. One request, one ray and one cell per cycle; stalls with ``o``. After reset, and every
     2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles later.
 
@@ -85,6 +86,7 @@ class RayTraversal(wiring.Component):
         sent = StructLayout({"stage": formats.stage, "slot": self._slot_bits})
         way = StructLayout({"sent": sent, "begin": formats.begin, "length": formats.parameter})
         self._survival = Survival(config=config, tag=self._ray)
+        self._leaving = SkidBuffer(self._memory.o.payload.shape())
         self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=way)
         self._traversal = CellTraversal(config=config, tag=sent, pipelines=pipelines)
         super().__init__({
@@ -96,7 +98,7 @@ class RayTraversal(wiring.Component):
             "i_word": In(stream.Signature(formats.settle_word)), "lowest": Out(formats.settle),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
         self.latency = sum(block.latency for block in (
-            self._survival, self._memory, self._entries, self._direction, self._traversal))
+            self._survival, self._memory, self._leaving, self._entries, self._direction, self._traversal))
 
     @property
     def _slot_bits(self):
@@ -154,7 +156,9 @@ class RayTraversal(wiring.Component):
             m.d.sync += [near_closed.eq(0), all_closed.eq(0)]
 
         # Rays.
-        lives, leaves, bits = survival.o, memory.o, self._slot_bits
+        m.submodules.leaving = leaving = self._leaving
+        wiring.connect(m, memory.o, leaving.i)
+        lives, leaves, bits = survival.o, leaving.o, self._slot_bits
         m.d.comb += [
             memory.i.valid.eq(lives.valid), lives.ready.eq(memory.i.ready),
             memory.i.payload.slot.eq(lives.payload.ray[:bits]),

@@ -15,8 +15,8 @@ __all__ = ["SIDE_BITS", "SquareScan", "extent", "square"]
 
 # A word holds 2^b x 2^b squares, and a square of a level as many of the level below.
 SIDE_BITS = 2
-# Registers that a window passes for each word: it enters, its word is addressed, read, held and compared.
-STAGES = 5
+# Registers that a window passes for each word: it enters, its word is addressed, read, held, compared and judged.
+STAGES = 6
 
 
 def square_bits(config: Config, level: int) -> int:
@@ -77,7 +77,7 @@ class SquareScan(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles to the first word, 5 for each further one. One word per cycle, of any window; stands while a
+    Latency: ``6`` cycles to the first word, 6 for each further one. One word per cycle, of any window; stands while a
     window waits to leave. A code is seen 2 cycles after it came, or 1.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`.
@@ -132,10 +132,10 @@ class SquareScan(wiring.Component):
         m.d.sync += chosen.eq(Cat(given.column[:SIDE_BITS], given.row[:SIDE_BITS]))
         m.d.comb += write.en.eq(Mux(writes, 1 << chosen, 0))
 
-        moves, ends, live, done = Signal(), Signal(), Signal(), Signal()
+        moves, ends, done = Signal(), Signal(), Signal()
         valid = [Signal(name=f"valid_{stage}") for stage in range(STAGES)]
         rays = [Signal(self._item, name=f"window_{stage}", reset_less=True) for stage in range(STAGES)]
-        entered, addressed, fetched, held, compared = rays
+        entered, addressed, fetched, held, compared, judged = rays
 
         # Which squares of the word lie in the window, and where the walk goes on.
         near = addressed.extent
@@ -148,6 +148,8 @@ class SquareScan(wiring.Component):
         inside, codes, below, over = (Signal(lanes, reset_less=True), Signal.like(read.data, reset_less=True),
                                       Signal(lanes, reset_less=True), Signal(reset_less=True))
         ended = Signal(reset_less=True)
+        # What all registers of the ring depend on is known before.
+        found, live, finishes = Signal(), Signal(reset_less=True), Signal(reset_less=True)
 
         def lies(at, first, last):
             """Of a word's columns or rows those between two of the section's, both among them."""
@@ -155,10 +157,10 @@ class SquareScan(wiring.Component):
                        for k in range(side))
 
         m.d.comb += [
-            live.eq(compared.extent.some & (below.any() | ~still_fresh)), done.eq(valid[-1] & (live | over)),
+            found.eq(compared.extent.some & (below.any() | ~still_fresh)), done.eq(valid[-1] & finishes),
             moves.eq(self.o.ready | ~done), self.o.valid.eq(done), self.o.payload.live.eq(live),
             self.i.ready.eq(moves & ~(valid[-1] & ~done)),
-            *(self.o.payload[name].eq(compared[name]) for name in ("tag", "threshold", "extent")),
+            *(self.o.payload[name].eq(judged[name]) for name in ("tag", "threshold", "extent")),
             read.en.eq(moves), ends.eq(~fetched.extent.some | (
                 last_column & last_row & (fetched.second | ~fetched.extent.round)))]
         enters = self.i.payload
@@ -166,7 +168,7 @@ class SquareScan(wiring.Component):
             for source, target in pairwise(range(STAGES)):
                 m.d.sync += [valid[target].eq(valid[source]), rays[target].eq(rays[source])]
             m.d.sync += [
-                valid[0].eq(self.i.valid | (valid[-1] & ~done)), rays[0].eq(compared),
+                valid[0].eq(self.i.valid | (valid[-1] & ~done)), rays[0].eq(judged),
                 # Of the word: addressed, ...
                 read.addr.eq(address(entered.column, entered.row)),
                 # ... being read, ...
@@ -177,9 +179,11 @@ class SquareScan(wiring.Component):
                 # ... held, ...
                 codes.eq(read.data), inside.eq(Cat(columns & rows[k].replicate(side) for k in range(side))),
                 ended.eq(ends), was_fresh.eq(is_fresh),
-                # ... and compared.
+                # ... compared, ...
                 below.eq(Cat((codes[k] < held.threshold) & inside[k] for k in range(lanes))), over.eq(ended),
-                still_fresh.eq(was_fresh)]
+                still_fresh.eq(was_fresh),
+                # ... and judged.
+                live.eq(found), finishes.eq(found | over)]
             with m.If(~(valid[-1] & ~done)):
                 m.d.sync += [entered.tag.eq(enters.tag), entered.threshold.eq(enters.threshold),
                              entered.extent.eq(enters.extent), entered.second.eq(0),

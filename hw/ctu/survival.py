@@ -62,7 +62,7 @@ class Survival(wiring.Component):
 
     Timing
     ------
-    Latency: ``6 * pyramid_levels + 14`` cycles for a grid ray that a single word of each level is looked up for. A word
+    Latency: ``7 * pyramid_levels + 14`` cycles for a grid ray that a single word of each level is looked up for. A word
     of 4 x 4 squares of each level per cycle, and a grid ray per cycle at most; stalls with ``o``.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`. Source: design.md section 5.
