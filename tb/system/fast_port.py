@@ -79,7 +79,7 @@ def _build(text, config, folder, library):
                  "Vtop", *FLAGS, "--Mdir", ".", "-CFLAGS", "-fPIC"],
                 *([[*make, "-f", "Vtop_hier.mk", made]] if several else []),
                 [*make, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"],
-                ["g++", "-shared", "-fPIC", "-I.", f"-I{include}", "-faligned-new", "-O2",
+                ["g++", "-shared", "-fPIC", "-I.", f"-I{include}", f"-I{include / 'vltstd'}", "-faligned-new", "-O2",
                  f"-DBEAT_BYTES={config.memory.beat_bytes}", str(MAIN.resolve()), "-o", "part.so", "libVtop.a",
                  *([made] if several else []), "libverilated.a", "-pthread"]):
             if subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=log, check=False).returncode:
