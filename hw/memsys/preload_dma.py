@@ -301,9 +301,10 @@ class PreloadDma(wiring.Component):
             with m.If(region == number.HITS.value):
                 m.next = "Answer"
         address, length = Signal(self._config.memory.address_bits), Signal(LENGTH_BITS)
-        less = Signal(COUNT_BITS)
         # Only of these regions less than everything is read.
         shift = {number.CLUSTERS: 6, number.SUBSHELLS: 3, number.RESIDENTS: 2}
+        less, ahead = Signal(COUNT_BITS), Signal(COUNT_BITS + max(shift.values()))
+        part, rest = Signal.like(length), Signal.like(length)
         with m.State("Locate"):
             m.d.sync += [self._base.eq(command.image + place.offset), less.eq(self._records - 1)]
             m.next = "Count"
@@ -311,7 +312,7 @@ class PreloadDma(wiring.Component):
                 m.d.sync += region.eq(region + 1)
                 m.next = "Choose"
         with m.State("Count"):
-            m.d.sync += [address.eq(self._base), self._record.eq(0), self._word.eq(0),
+            m.d.sync += [ahead.eq(0), rest.eq(0), self._record.eq(0), self._word.eq(0),
                          self._emits.eq(command.regions.bit_select(region, 1) & ~self._ids_only)]
             with m.Switch(self._region):
                 for k, words in enumerate(RECORD_WORDS):
@@ -320,10 +321,14 @@ class PreloadDma(wiring.Component):
                         # Records times words, but one: words are one or two powers of two.
                         low = (words & -words).bit_length() - 1
                         high = words >> low + 1
-                        small = Cat(Const((1 << low) - 1, low), less)
-                        m.d.sync += length.eq(small + (self._records << words.bit_length() - 1) if high else small)
+                        m.d.sync += part.eq(Cat(Const((1 << low) - 1, low), less))
+                        if high:
+                            m.d.sync += rest.eq(self._records << words.bit_length() - 1)
                         if number(k) in shift:
-                            m.d.sync += address.eq(self._base + (self._first << shift[number(k)]))
+                            m.d.sync += ahead.eq(self._first << shift[number(k)])
+            m.next = "Add"
+        with m.State("Add"):
+            m.d.sync += [address.eq(self._base + ahead), length.eq(part + rest)]
             m.next = "Ask"
         narrow = Signal()
         m.d.comb += narrow.eq(Array(size == 4 for size in RECORD_BYTES)[region])
