@@ -11,6 +11,7 @@ from amaranth.lib import wiring
 from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from hw.ctu.ray_banks import RayBanks
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
@@ -55,7 +56,12 @@ UNITS = {
         "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
         "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
         "CellNumber": TAG, "CellTraversal": TAG, "Survival": TAG, "NearWindow": TAG, "SettleSweep": {},
-        "GridEntries": TAG, "RayTraversal": {}, "TraversalUnit": {},
+        "GridEntries": TAG,
+        # Of grid rays' numbers of 20 bits.
+        "RayBanks": lambda config: RayBanks(
+            slots=config.ctu.ray_slots, version_bits=22 - config.ctu.ray_slots.bit_length(),
+            deferred=config.ctu.deferred, generation_bits=config.icu.generation_bits, tag=34),
+        "RayTraversal": {}, "TraversalUnit": {},
     },
     "memsys": {
         # A location per grid ray of a shell.
