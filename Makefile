@@ -60,6 +60,7 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.schedule
 	$(BIN)/python -m tb.bench.shelling
 	$(BIN)/python -m tb.bench.traversal
+	$(BIN)/python -m tb.bench.overlap
 	$(BIN)/python -m tb.bench.exactness
 	$(BIN)/python -m tb.bench.network
 	$(BIN)/python -m tb.bench.network_load
