@@ -1,0 +1,38 @@
+# amaranth: UnusedElaboratable=no
+"""Whole frusta on many clusters: the same hits and sums in all networks, with all caches, however slow memory is."""
+
+import pytest
+
+from golden.config import PRESETS
+from golden.noc.topology import TOPOLOGIES
+from hw.memsys.cache_policy import CachePolicy
+from tb.system.rig import Rig, engine_config
+from tb.system.scenes import frusta
+
+SCENES = {"cornell": 0.25, "lobby": 0.125, "room1627": 0.125, "man": 0.125}
+POLICIES = CachePolicy.DIRECT, CachePolicy.LFU
+MEMORIES = {"latency": 10}, {"latency": 5, "spread": 60, "shuffles": True, "seed": 3}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("clusters", [1, 2, 4, 8, 16])
+@pytest.mark.parametrize("topology", TOPOLOGIES)
+def test_hits_and_sums_are_golden(topology, clusters):
+    if clusters == 1 and topology != TOPOLOGIES[0]:
+        pytest.skip("one cluster has no network")
+    config = engine_config(PRESETS["paper"], clusters=clusters, topology=topology)
+    remote = 0
+    for scene, cell in SCENES.items():
+        given = frusta(scene, config, cell=cell, rays=(64, 32), points=(5, 2))
+        for policy in POLICIES:
+            for memory in MEMORIES:
+                with Rig(config, policy=policy, **memory) as rig:
+                    for frustum in given:
+                        done = rig.cast(frustum.image, total=frustum.total, sums=True)
+                        for name in "hits", "sums":
+                            assert done.image[name].tobytes() == frustum.written[name].tobytes(), (
+                                f"{scene}, {policy.name}, {memory}: {name}")
+                        remote += done.total("memory_remote")
+                    assert rig.port.outside == 0
+    # Clusters have asked each other, or there is nobody to ask.
+    assert (remote > 0) == (clusters > 1)
