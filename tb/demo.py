@@ -8,8 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+from PIL import Image, ImageChops
 
-from tb.command import golden
+from tb.command import golden, machine
 
 # Name of the pictures, what is rendered, how. The telephone goes through a file on disk.
 RENDERS = (
@@ -18,6 +19,10 @@ RENDERS = (
     ("phone", "phone.glb", ("--size", "400x300")),
     ("mountain", "mountain", ("--size", "400x300")),
 )
+
+# The image that the machine makes, of few elements, and how.
+RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200")
+MACHINE = ("--clusters", "4", "--cell", "0.25")
 
 
 def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> list[str]:
@@ -46,17 +51,39 @@ def form_factors(folder: Path) -> list[str]:
             f"{worst:.1e} of it.", ""]
 
 
+def on_the_machine(folder: Path) -> list[str]:
+    """A section of the report: an image whose hemispheres and primary rays the RTL has cast, beside golden's."""
+    line = machine(folder, "render", *RENDERED, "-o", "machine.png", "-o", "machine.exr", "--stats", "machine.json",
+                   *MACHINE)
+    cast = machine(folder, "cast", "cornell", "--patch", "4", "--timeline", "timeline.svg", *MACHINE)
+    golden(folder, "render", *RENDERED, "--method", "shelling", "-o", "machine-golden.png", "-o", "machine-golden.exr")
+    for suffix in "png", "exr":
+        if (folder / f"machine.{suffix}").read_bytes() != (folder / f"machine-golden.{suffix}").read_bytes():
+            raise SystemExit(f"error: machine.{suffix} is not what golden makes")
+    with Image.open(folder / "machine.png") as ours, Image.open(folder / "machine-golden.png") as theirs:
+        ImageChops.difference(ours.convert("RGB"), theirs.convert("RGB")).save(folder / "machine-difference.png")
+    done = json.loads((folder / "machine.json").read_text())["machine"]
+    return ["## On the machine", "", f"`{line}`", "",
+            "![the machine's image](machine.png) ![golden's](machine-golden.png) "
+            "![the difference](machine-difference.png)", "",
+            f"Hemispheres and primary rays were cast by the RTL, {done['share']:.1%} of all rays: {done['frusta']} "
+            f"frusta, {done['rays']:,} rays, {done['cycles']:,} cycles, {done['tested'] / done['rays']:.2f} tests per "
+            "ray. All bytes of both images are golden's: the third one is black.", "",
+            f"`{cast}`", "", "![what is busy when](timeline.svg)", ""]
+
+
 def main(folder: Path) -> None:
     """Render, compute, report."""
     folder.mkdir(parents=True, exist_ok=True)
     report = ["# Demo", "",
               f"radiosity-engine {version('radiosity-engine')}, Python {platform.python_version()}, "
-              f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). All by the golden renderer in "
-              "double precision; there is no hardware yet.", ""]
+              f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). All but the last by the "
+              "golden renderer in double precision.", ""]
     golden(folder, "scene", "phone", "-o", "phone.glb")
     for job in RENDERS:
         report += picture(folder, *job)
     report += form_factors(folder)
+    report += on_the_machine(folder)
     (folder / "report.md").write_text("\n".join(report))
     sys.stdout.write(f"\npictures and report in {folder}/report.md\n")
 
