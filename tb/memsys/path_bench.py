@@ -15,6 +15,7 @@ from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
 from tb.golden.schedule.scenes import case
+from tb.lib.clocking import reset
 from tb.lib.configurations import config_of
 from tb.lib.pauses import PAUSES
 from tb.lib.payload import pack, unpack
@@ -222,6 +223,28 @@ class Bench:
         """Code and number."""
         found = unpack(self._fault, int(getattr(self.dut, f"fault__{cluster}").value))
         return PathFault(found["code"]), found["number"]
+
+    def again(self, **given):
+        """A bench like this one, stopped, with what stays of its surroundings."""
+        self.stop()
+        return type(self)(self.dut, **given)
+
+    async def after_resets(self, waits, share):
+        """After a reset so many cycles into a frustum nothing of before it comes, and a part of a frustum is right."""
+        bench = self
+        for wait in waits:
+            await bench.begin()
+            tasks = [cocotb.start_soon(source.send(bench.met(k))) for k, source in enumerate(bench.sources)]
+            await ClockCycles(bench.dut.clk, wait)
+            for task in tasks:
+                task.cancel()
+            bench.stop()
+            await reset(bench.dut)
+            bench = bench.again()
+            await Source(bench.dut, "i_invalidate").send([CachePolicy.LRU.value])
+            await ClockCycles(bench.dut.clk, 40)
+            assert not any(sink.items for sink in bench.sinks)
+            await bench.frustum(share)
 
     def stop(self):
         """Give nothing more, and take nothing."""

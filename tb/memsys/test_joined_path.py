@@ -7,20 +7,18 @@ import json
 
 import cocotb
 import pytest
-from cocotb.triggers import ClockCycles
 
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.noc.network_fault import NetworkFault
-from tb.lib.clocking import reset, start
+from tb.lib.clocking import start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
 from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, options, simulate
-from tb.lib.stream import Source
 from tb.memsys.joined_path import JoinedPath
 from tb.memsys.path_bench import BASE, COVERED, Bench, scene
 from tb.memsys.test_memory_path import ICARUS, SMALL
@@ -65,6 +63,10 @@ class JoinedBench(Bench):
     def leave(self):
         """It stays: it may owe beats."""
 
+    def again(self, **given):
+        """At the same memory."""
+        return super().again(ram=self.ram, **given)
+
     async def frustum(self, share=1.0):
         """Nobody in between finds a fault."""
         met = await super().frustum(share)
@@ -96,12 +98,9 @@ async def every_pair_of_pauses(dut):
     await start(dut, cycles=options()["cycles"])
     bench = JoinedBench(dut)
     await bench.load()
-    ram = bench.ram
-    bench.stop()
     for number, (source, sink) in enumerate(MATRIX):
-        bench = JoinedBench(dut, source=source, sink=sink, memory=[*PAUSES][(number + number // 5) % 5], ram=ram)
+        bench = bench.again(source=source, sink=sink, memory=[*PAUSES][(number + number // 5) % 5])
         await bench.frustum(options()["share"])
-        bench.stop()
 
 
 @cocotb.test()
@@ -110,21 +109,7 @@ async def reset_in_flight(dut):
     await start(dut, cycles=options()["cycles"])
     bench = JoinedBench(dut)
     await bench.load()
-    ram = bench.ram
-    for wait in (40, 110, 200):
-        await bench.begin()
-        tasks = [cocotb.start_soon(source.send(bench.met(k))) for k, source in enumerate(bench.sources)]
-        await ClockCycles(dut.clk, wait)
-        for task in tasks:
-            task.cancel()
-        bench.stop()
-        await reset(dut)
-        bench = JoinedBench(dut, ram=ram)
-        await Source(dut, "i_invalidate").send([CachePolicy.LRU.value])
-        await ClockCycles(dut.clk, 40)
-        assert not any(sink.items for sink in bench.sinks)
-        await bench.frustum(options()["share"])
-        bench.stop()
+    await bench.after_resets((40, 110, 200), options()["share"])
 
 
 def run(name, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4), share=0.15,

@@ -14,7 +14,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
-from tb.lib.clocking import reset, start
+from tb.lib.clocking import start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
@@ -60,11 +60,9 @@ async def every_pair_of_pauses(dut):
     await start(dut, cycles=40_000)
     bench = Bench(dut)
     await bench.load()
-    bench.stop()
     for number, (source, sink) in enumerate(MATRIX):
-        bench = Bench(dut, source=source, sink=sink, latency=5 + number, delay=1 + 3 * number)
+        bench = bench.again(source=source, sink=sink, latency=5 + number, delay=1 + 3 * number)
         await bench.frustum(options()["share"])
-        bench.stop()
 
 
 @cocotb.test()
@@ -73,19 +71,7 @@ async def reset_in_flight(dut):
     await start(dut, cycles=30_000)
     bench = Bench(dut)
     await bench.load()
-    for wait in (30, 90, 170):
-        await bench.begin()
-        tasks = [cocotb.start_soon(source.send(bench.met(k))) for k, source in enumerate(bench.sources)]
-        await ClockCycles(dut.clk, wait)
-        for task in tasks:
-            task.cancel()
-        bench.stop()
-        await reset(dut)
-        bench = Bench(dut)
-        await Source(dut, "i_invalidate").send([CachePolicy.LRU.value])
-        await ClockCycles(dut.clk, 40)
-        assert not any(sink.items for sink in bench.sinks)
-        await bench.frustum(0.3)
+    await bench.after_resets((30, 90, 170), 0.3)
 
 
 def malformed():
