@@ -12,10 +12,12 @@ from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, PL
 from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.fixed import Format
 
-__all__ = ["Formats", "GridTableKind", "TableKind", "shape"]
+__all__ = ["GRID_GROUP", "Formats", "GridTableKind", "TableKind", "shape"]
 
 # Bits of a weight of a ray: those of `golden.frustum.Hemisphere.polar_weights`, and a few for few columns.
 WEIGHT_BITS = 42
+# Neighbours of a row of grid rays that survival looks at together, at most.
+GRID_GROUP = 8
 
 
 class TableKind(enum.Enum, shape=2):
@@ -119,6 +121,7 @@ class Formats:
         self.grid_row_place = unsigned(config.ctu.grid_row_bits)
         self.grid_column_place = unsigned(config.ctu.grid_column_bits)
         self.grid_side = unsigned(12)
+        self.grid_group = unsigned(GRID_GROUP.bit_length())
         # Among the rays, in units of 2^-INDEX_FRACTION; and how far from there.
         self.position = signed(18 + INDEX_FRACTION)
         self.reach = unsigned(17 + INDEX_FRACTION)
@@ -313,14 +316,15 @@ class Formats:
 
     @property
     def grid_request(self) -> StructLayout:
-        """A grid ray that a subshell asks for in a shell, its row and column as places in the tables; or no ray
-        (``is_ray`` 0), only to say that its stage is over (``last``) or the frustum (``final``).
+        """Neighbours in a row that a subshell asks for in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
+        first the number, and row and column as places in the tables; or none, only to say that its stage is over
+        (``last``) or the frustum (``final``).
 
         ``stage`` counts the stages from the frustum's first one on.
         """
         return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
-                             "row": self.grid_row_place, "column": self.grid_column_place, "is_ray": 1, "last": 1,
-                             "final": 1})
+                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_group,
+                             "last": 1, "final": 1})
 
     @property
     def grid_shell(self) -> StructLayout:

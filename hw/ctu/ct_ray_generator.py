@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.ctu.row_pieces import RowPieces
 from hw.ctu.stage_rows import StageRows
-from hw.formats import Formats
+from hw.formats import GRID_GROUP, Formats
 from hw.lib.queue import Queue
 
 __all__ = ["CtRayGenerator"]
@@ -17,7 +17,7 @@ STAGES = 2
 
 
 class CtRayGenerator(wiring.Component):
-    """`StageRows` and `RowPieces` in a row, and then ray by ray.
+    """`StageRows` and `RowPieces` in a row, and then groups of neighbours.
 
     A stage's rows are looked for while the rays of the one before it leave.
 
@@ -36,7 +36,8 @@ class CtRayGenerator(wiring.Component):
         A stage is over: no payload. Always ready.
     o
         `Formats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and window
-        by row and column, and then its ``last`` item; behind the last subshell's a ``final`` item.
+        by row and column, up to `GRID_GROUP` of a row together, and then its ``last`` item; behind the last subshell's
+        a ``final`` item.
     lead, stops
         How many stages more than one may be under way. No stage begins any more in this frustum.
     frustum, last_shell
@@ -45,7 +46,7 @@ class CtRayGenerator(wiring.Component):
     Timing
     ------
     Latency: ``3 * bits(rows) + 3 * bits(columns) + 28`` cycles from a subshell to its first ray, ``rows`` and
-    ``columns`` the shell's. A ray per cycle within a row; stalls with ``o`` and while too many stages are under way.
+    ``columns`` the shell's. A group per cycle within a row; stalls with ``o`` and while too many stages are under way.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
     section 5.3.4.3.
@@ -75,21 +76,26 @@ class CtRayGenerator(wiring.Component):
             m.d.comb += [block.frustum.eq(self.frustum), block.i_table.valid.eq(self.i_table.valid),
                          block.i_table.payload.eq(self.i_table.payload)]
 
-        # The rays of a piece; ``more`` of them behind the one that is shown.
+        # The rays of a piece; ``more`` of them behind those that are shown.
         piece, shown = pieces.o, self.o
         more = Signal(piece.payload["count"].shape())
         follows = more != 0
         leaves = shown.ready | ~shown.valid
+
+        def first_of(rays):
+            return Mux(rays > GRID_GROUP, GRID_GROUP, rays)
+
         m.d.comb += piece.ready.eq(leaves & ~follows)
         with m.If(leaves):
             with m.If(follows & shown.valid):
-                m.d.sync += [more.eq(more - 1), shown.payload.ray.eq(shown.payload.ray + 1),
-                             shown.payload.column.eq(shown.payload.column + 1)]
+                m.d.sync += [more.eq(more - first_of(more)), shown.payload["count"].eq(first_of(more)),
+                             shown.payload.ray.eq(shown.payload.ray + GRID_GROUP),
+                             shown.payload.column.eq(shown.payload.column + GRID_GROUP)]
             with m.Else():
-                is_ray = piece.payload["count"] != 0
+                rays = piece.payload["count"]
                 m.d.sync += [
-                    shown.valid.eq(piece.valid), more.eq(Mux(piece.valid & is_ray, piece.payload["count"] - 1, 0)),
-                    shown.payload.is_ray.eq(is_ray),
+                    shown.valid.eq(piece.valid), more.eq(Mux(piece.valid, rays - first_of(rays), 0)),
+                    shown.payload["count"].eq(first_of(rays)),
                     *(shown.payload[name].eq(piece.payload[name])
                       for name in ("stage", "shell", "ray", "row", "column", "last", "final"))]
         return m

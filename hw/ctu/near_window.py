@@ -1,4 +1,4 @@
-"""Near window: the rays that a grid ray stands for."""
+"""Near window: the rays that a grid ray, or neighbours in a row, stand for."""
 
 from amaranth.hdl import Module, Mux
 from amaranth.lib import stream, wiring
@@ -10,6 +10,7 @@ from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
 from hw.formats import Formats, GridTableKind
 from hw.lib.pipeline import Pipeline
+from hw.lib.shared_port import write_in_place_of
 
 __all__ = ["NearWindow"]
 
@@ -20,7 +21,8 @@ class NearWindow(wiring.Component):
     """``first = -((reach + 1/2 - position) >> 8)`` and ``last = (position + reach - 1/2) >> 8`` of the columns; the
     rows are its row's.
 
-    Of a screen the columns are clipped, of a hemisphere they go round, and all of them begin with column 0.
+    Of a screen the columns are clipped, of a hemisphere they go round, and all of them begin with column 0. Of
+    neighbours the first one's ``first`` and the last one's ``last`` are taken: all that is near any of them lies there.
 
     Parameters
     ----------
@@ -34,7 +36,8 @@ class NearWindow(wiring.Component):
     i_table
         `Formats.grid_table_write`. Always ready.
     i
-        ``tag``, ``shell``, ``row`` and ``column``, places in the tables. Always ready.
+        ``tag``, ``shell``, ``row``, ``column`` and ``last``, places in the tables: of the first and of the last one of
+        neighbours, or twice the same column. Always ready.
     o
         ``tag``, the shell's ``threshold``, ``window`` (`Formats.window`). Always ready.
     is_screen, columns
@@ -42,7 +45,7 @@ class NearWindow(wiring.Component):
 
     Timing
     ------
-    Latency: ``7`` cycles. One ray per cycle; nothing stalls.
+    Latency: ``7`` cycles. One window per cycle; nothing stalls.
 
     Golden counterpart: `golden.ctu.grid_rays.GridRays`, ``first_row`` to ``column_count``.
     """
@@ -53,7 +56,7 @@ class NearWindow(wiring.Component):
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i": In(stream.Signature(StructLayout({
                 "tag": tag, "shell": formats.shell, "row": formats.grid_row_place,
-                "column": formats.grid_column_place}), always_ready=True)),
+                "column": formats.grid_column_place, "last": formats.grid_column_place}), always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "threshold": formats.threshold,
                                                     "window": formats.window}), always_ready=True)),
             "is_screen": In(1), "columns": In(formats.count)})
@@ -71,14 +74,18 @@ class NearWindow(wiring.Component):
         threshold = entry(GridTableKind.SHELL, formats.grid_shell, StructLayout({"threshold": formats.threshold}),
                           given.shell)
         row = entry(GridTableKind.ROW, formats.grid_row, rows, given.row)
-        column = entry(GridTableKind.COLUMN, formats.grid_column, StructLayout({"position": formats.position}),
-                       given.column)
+        # Both positions at once; what is written goes through the last one's port.
+        self._record, self._positions = formats.grid_column, Memory(
+            shape=formats.position, depth=1 << len(given.column), init=[], attrs={"no_rw_check": 1})
+        ports = self._positions.read_port(), self._positions.read_port()
+        self._shared = ports[1]
+        left, right = (pipeline.delay(pipeline.read(port, pipeline.input(place)), 1)
+                       for port, place in zip(ports, (given.column, given.last), strict=True))
 
         def step(function, *operands):
             return pipeline.register(function, *operands)
 
-        low, high = step(lambda row, column: (column.position - row.column_reach, column.position + row.column_reach),
-                         row, column)
+        low, high = step(lambda row, left, right: (left - row.column_reach, right + row.column_reach), row, left, right)
         first = step(lambda low: (low + (HALF - 1)) >> INDEX_FRACTION, low)
         last = step(lambda high: (high - HALF) >> INDEX_FRACTION, high)
         first = step(lambda first: Mux(self.is_screen & (first < 0), 0, first), first)
@@ -101,6 +108,10 @@ class NearWindow(wiring.Component):
         m = Module()
         add_tables(m, self.i_table, self._tables)
         self._pipeline.add_to(m)
+        m.submodules.positions, write = self._positions, self.i_table.payload
+        write_in_place_of(self._shared, m, self._positions.write_port(),
+                          enable=self.i_table.valid & (write.kind == GridTableKind.COLUMN), address=write.index,
+                          data=View(self._record, write.data[:self._record.size]).position)
         return m
 
 

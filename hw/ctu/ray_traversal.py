@@ -62,15 +62,16 @@ class RayTraversal(wiring.Component):
     lowest
         See `SettleSweep`.
     counters
-        Since the frustum began: cycles until it was over, requests looked at, grid rays sent, steps, cells, requests
+        Since the frustum began: cycles until it was over, grid rays looked at, grid rays sent, steps, cells, requests
         that waited for a ray under way; cycles in which rays of several subshells were under way, in which a request
         waited for survival, a surviving ray for the ray memory, a ray that left for traversal, and a cell to be taken.
 
     Timing
     ------
-    Latency: ``7 * pyramid_levels + 5 * product_registers + 60`` cycles from a request to its ray's first cell, with
-    several pipelines one more. One request, one ray and one cell per cycle; stalls with ``o``. After reset, and every
-    2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles later.
+    Latency: ``5 * product_registers + 70`` cycles from a request for a ray alone to its first
+    cell, with several pipelines one more. A request for neighbours in two cycles, one ray and one cell per cycle;
+    stalls with ``o``. After reset, and every 2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles
+    later.
 
     Golden counterpart: `golden.ctu.unit.CellTraversalUnit.open`. Source: Shen 1993, section 5.3.4.
     """
@@ -85,7 +86,7 @@ class RayTraversal(wiring.Component):
             generation_bits=config.icu.generation_bits, tag=StructLayout({"stage": formats.stage, **place}))
         sent = StructLayout({"stage": formats.stage, "slot": self._slot_bits})
         way = StructLayout({"sent": sent, "begin": formats.begin, "length": formats.parameter})
-        self._survival = Survival(config=config, tag=self._ray)
+        self._survival = Survival(config=config, ray=self._ray)
         self._leaving = SkidBuffer(self._memory.o.payload.shape())
         self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=way)
         self._traversal = CellTraversal(config=config, tag=sent, pipelines=pipelines)
@@ -137,15 +138,14 @@ class RayTraversal(wiring.Component):
 
         # Requests: the near cells first; what is no ray only closes its stage.
         near_closed, all_closed, open_ = Signal(), Signal(), Signal()
-        request, ray = self.i.payload, survival.i.payload
-        takes = self.i.valid & self.i.ready
+        request, rays = self.i.payload, survival.i.payload
+        takes, some = self.i.valid & self.i.ready, request["count"].any()
         m.d.comb += [
             open_.eq(runs & near_closed & ~all_closed & (stages.near_over if config.ctu.lead == 0 else 1)),
-            survival.i.valid.eq(self.i.valid & open_ & request.is_ray),
-            self.i.ready.eq(open_ & (survival.i.ready | ~request.is_ray)),
-            *(ray[name].eq(request[name]) for name in ("shell", "row", "column")),
-            *(ray.tag[name].eq(request[name]) for name in self._ray.members),
-            stages.enters.valid.eq(takes & request.is_ray), stages.enters.payload.eq(request.stage)]
+            survival.i.valid.eq(self.i.valid & open_ & some), self.i.ready.eq(open_ & (survival.i.ready | ~some)),
+            *(rays.first[name].eq(request[name]) for name in self._ray.members), rays["count"].eq(request["count"]),
+            stages.enters.valid.eq(takes & some), stages.enters.payload["count"].eq(request["count"]),
+            stages.enters.payload.stage.eq(request.stage)]
         near_closes = self.i_near.valid & self.i_near.ready & self.i_near.payload.last
         m.d.comb += [stages.closes.eq(near_closes | (takes & request.last)), stages.closed_all.eq(all_closed)]
         with m.If(near_closes):
@@ -195,10 +195,11 @@ class RayTraversal(wiring.Component):
         with m.If(sent & out.final):
             m.d.sync += runs.eq(0)
         dropped = [getattr(survival, f"o_dropped_{level}") for level in range(levels)]
-        for place, (valid, stage) in enumerate((
-                *((one.valid, one.payload.stage) for one in dropped),
-                *((one.valid, one.payload.stage) for one in memory.o_passed), (ends, met.payload.tag.stage))):
-            m.d.comb += [stages.left[place].valid.eq(valid), stages.left[place].payload.eq(stage)]
+        for place, (valid, stage, count) in enumerate((
+                *((one.valid, one.payload.first.stage, one.payload["count"]) for one in dropped),
+                *((one.valid, one.payload.stage, 1) for one in memory.o_passed), (ends, met.payload.tag.stage, 1))):
+            m.d.comb += [stages.left[place].valid.eq(valid), stages.left[place].payload.stage.eq(stage),
+                         stages.left[place].payload["count"].eq(count)]
         m.d.comb += [stages.settled.eq(self.settled), self.o_over.valid.eq(stages.over & stages.near_over)]
 
         # Which subshell a stage is of: a new one, if its shell does not come behind that of the stage before it. There
@@ -207,7 +208,7 @@ class RayTraversal(wiring.Component):
         before, shell, present = Signal(index_bits), Signal(request.shell.shape()), Signal(index_bits)
         subshells = [Signal(index_bits, name=f"subshell_{index}") for index in range(1 << index_bits)]
         m.d.comb += present.eq(before + (request.shell <= shell))
-        with m.If(takes & request.is_ray):
+        with m.If(takes & some):
             for index, subshell in enumerate(subshells):
                 with m.If(request.stage[:index_bits] == index):
                     m.d.sync += subshell.eq(present)
@@ -225,7 +226,7 @@ class RayTraversal(wiring.Component):
         waiting, several = Signal.like(memory.waiting), Signal()
         m.d.sync += [waiting.eq(memory.waiting), several.eq(Cat(differ(bit) for bit in range(index_bits)).any())]
         events = {
-            "cycles": runs, "requests": survival.i.valid & survival.i.ready, "rays": leaves.valid & leaves.ready,
+            "cycles": runs, "rays": leaves.valid & leaves.ready,
             "cells": sent & ~out.final, "deferrals": memory.waiting > waiting, "overlaps": several,
             "waits_for_survival": survival.i.valid & ~survival.i.ready, "waits_for_rays": lives.valid & ~lives.ready,
             "waits_for_traversal": leaves.valid & ~leaves.ready, "waits_for_cells": self.o.valid & ~self.o.ready}
@@ -234,8 +235,11 @@ class RayTraversal(wiring.Component):
             m.d.sync += counts.eq(event)
             with m.If(counts):
                 m.d.sync += self.counters[name].eq(self.counters[name] + 1)
-        steps = Signal.like(traversal.steps)
-        m.d.sync += [steps.eq(traversal.steps), self.counters.steps.eq(self.counters.steps + sum(steps))]
+        steps, requests = Signal.like(traversal.steps), Signal.like(request["count"])
+        m.d.sync += [
+            steps.eq(traversal.steps), self.counters.steps.eq(self.counters.steps + sum(steps)),
+            requests.eq(Mux(takes, request["count"], 0)),
+            self.counters.requests.eq(self.counters.requests + requests)]
         with m.If(accepts):
             m.d.sync += self.counters.eq(0)
         return m

@@ -2,10 +2,11 @@
 
 from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.formats import GRID_GROUP, Formats
 
 __all__ = ["COUNT_BITS", "FIRST", "StageCount", "stage_index_bits"]
 
@@ -14,7 +15,7 @@ FIRST = 15
 # Of the grid rays of a stage that are under way: more than there is room for.
 COUNT_BITS = 12
 # Cycles from a closed stage's last event until its count says so.
-SETTLES = 4
+SETTLES = 5
 
 
 def stage_index_bits(config: Config) -> int:
@@ -38,8 +39,8 @@ class StageCount(wiring.Component):
     begins
         A frustum: nothing is under way, and the near cells' stage is open.
     enters, left
-        The stage of a grid ray that comes in, and of those that end; a ray ends in a later cycle than it comes in. An
-        array of streams. Always ready.
+        ``stage`` and ``count`` of grid rays that come in, and of those that end; a ray ends in a later cycle than it
+        comes in. An array of streams. Always ready.
     closes
         The present stage, the near cells' at first, has no further cell or ray: the next one is open.
     closed_all
@@ -58,13 +59,13 @@ class StageCount(wiring.Component):
 
     Timing
     ------
-    Latency: ``4`` cycles from the end of the last ray, or from the one that closes the stage. A stage every 4 cycles.
+    Latency: ``5`` cycles from the end of the last ray, or from the one that closes the stage. A stage every 5 cycles.
     """
 
     def __init__(self, *, config: Config, leaves: int):
         self._leaves, formats = leaves, Formats(config)
         self._bits = bits = stage_index_bits(config)
-        ends = stream.Signature(formats.stage, always_ready=True)
+        ends = stream.Signature(StructLayout({"stage": formats.stage, "count": formats.grid_group}), always_ready=True)
         super().__init__({
             "begins": In(1), "enters": In(ends), "left": In(ends).array(leaves), "closes": In(1), "closed_all": In(1),
             "settled": In(1 << bits), "over": Out(1), "near_over": Out(1), "done": Out(1), "rays": Out(1 << bits)})
@@ -75,11 +76,14 @@ class StageCount(wiring.Component):
         bits = self._bits
         counts = [Signal(COUNT_BITS, name=f"count_{index}") for index in range(1 << bits)]
         for index, count in enumerate(counts):
-            comes, goes = Signal(name=f"comes_{index}"), Signal(self._leaves, name=f"goes_{index}")
-            m.d.sync += [
-                comes.eq(self.enters.valid & (self.enters.payload[:bits] == index)),
-                goes.eq(Cat(left.valid & (left.payload[:bits] == index) for left in self.left)),
-                count.eq(count + comes - sum(goes)), self.rays[index].eq(count.any())]
+            comes, came, gone = (Signal(range(GRID_GROUP * self._leaves + 1), name=f"{name}_{index}")
+                                 for name in ("comes", "came", "gone"))
+            goes = [Signal(left.payload["count"].shape(), name=f"goes_{index}") for left in self.left]
+            for source, target in zip((self.enters, *self.left), (comes, *goes), strict=True):
+                m.d.sync += target.eq(Mux(source.valid & (source.payload.stage[:bits] == index),
+                                          source.payload["count"], 0))
+            m.d.sync += [came.eq(comes), gone.eq(sum(goes)), count.eq(count + came - gone),
+                         self.rays[index].eq(count.any())]
 
         # The oldest stage that is not over, and how many after it are open or closed.
         first = FIRST & (1 << bits) - 1

@@ -1,11 +1,13 @@
 """Survival: which grid rays go on."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
+from amaranth.lib.data import StructLayout, View
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.ctu.group_split import ROOM as SPLIT_ROOM
+from hw.ctu.group_split import GroupSplit
 from hw.ctu.near_window import NearWindow
 from hw.ctu.settle_sweep import SettleSweep
 from hw.ctu.square_scan import SquareScan, extent
@@ -17,10 +19,12 @@ from hw.lib.queue import Queue
 
 __all__ = ["Survival"]
 
-# Grid rays between the gate and the first scan: more than the cycles that they take.
+# Windows between a gate and the first scan: more than the cycles that they take.
 CREDITS = 20
-# Grid rays in front of each further scan.
+# Groups in front of each further scan.
 ROOM = 4
+# Rays that are not looked up together: hardly anything would be saved.
+FEW = 2
 
 
 class Survival(wiring.Component):
@@ -28,18 +32,22 @@ class Survival(wiring.Component):
 
     ::
 
-        i - NearWindow - SectionClip - SquareScan of the highest level - ... - SquareScan of the tiles - o
-                                            '- SettleSweep -------------------------'
+        i -+-----------+- NearWindow - SectionClip -+- groups - SquareScan of the highest level - ... -+- SquareScan
+           |           |                            '- rays alone --------------------------------------'  of the tiles
+           '- GroupSplit - live groups -------------------------------------------------------------------'   '- o
+        SettleSweep - codes of all squares
 
-    A grid ray that a level finds dead goes no further. The squares' codes are what the sweep has found: old ones say
-    "live" too often, and nobody waits for new ones.
+    Neighbours in a row stand for nearly the same rays, so they are looked up together first: a group that a level finds
+    dead goes no further, and of one that all levels find live each ray is looked up among the tiles, as is one of few.
+    The squares' codes are what the sweep has found: old ones say "live" too often, and nobody waits for new ones.
 
     Parameters
     ----------
     config
         The configuration.
-    tag
-        Shape of what goes along.
+    ray
+        Shape of a grid ray: a structure with ``shell``, ``row`` and ``column``, places in the tables, ``ray``, its
+        number, and what goes along.
 
     Members
     -------
@@ -48,11 +56,11 @@ class Survival(wiring.Component):
     i_table
         `Formats.grid_table_write`. Always ready.
     i
-        ``tag``, ``shell``, ``row`` and ``column``, places in the tables.
+        ``first``, a grid ray, and ``count`` of neighbours from it on, at least one.
     o
-        ``tag`` of a grid ray that goes on.
+        A grid ray that goes on.
     o_dropped
-        An array of streams, one for each level: ``tag`` of a grid ray that does not. Always ready.
+        An array of streams, one for each level: ``first`` and ``count`` of those that do not. Always ready.
     o_tile, i_word
         The settle map's ``i_read`` and ``o_read``.
     lowest
@@ -62,30 +70,34 @@ class Survival(wiring.Component):
 
     Timing
     ------
-    Latency: ``7 * pyramid_levels + 14`` cycles for a grid ray that a single word of each level is looked up for. A word
-    of 4 x 4 squares of each level per cycle, and a grid ray per cycle at most; stalls with ``o``.
+    Latency: ``24`` cycles for a grid ray alone that a single word is looked up for. A word of 4 x 4 squares of each
+    level per cycle; in each cycle a group or a ray of a live group begins its way. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`. Source: design.md section 5.
     """
 
-    def __init__(self, *, config: Config, tag):
-        self._config, self._formats, self._tag = config, Formats(config), tag
+    def __init__(self, *, config: Config, ray: StructLayout):
+        self._config, self._formats = config, Formats(config)
         formats = self._formats
         self._levels = config.ctu.pyramid_levels
-        self._item = StructLayout({"tag": tag, "threshold": formats.threshold})
-        self._near = NearWindow(config=config, tag=tag)
+        self._group = StructLayout({"first": ray, "count": formats.grid_group})
+        # What a window is of: a group, or a ray alone that is looked up among the tiles.
+        self._tag = StructLayout({**self._group.members, "alone": 1})
+        self._item = StructLayout({"tag": self._tag, "threshold": formats.threshold})
+        self._near = NearWindow(config=config, tag=self._tag)
         self._clip = SectionClip(config=config, slot=self._item)
         super().__init__({
             "i_start": In(stream.Signature(0)), "i_table": In(self._near.i_table.signature.flip()),
-            "i": In(stream.Signature(self._near.i.payload.shape())), "o": Out(stream.Signature(tag)),
-            **{f"o_dropped_{level}": Out(stream.Signature(tag, always_ready=True)) for level in range(self._levels)},
+            "i": In(stream.Signature(self._group)), "o": Out(stream.Signature(ray)),
+            **{f"o_dropped_{level}": Out(stream.Signature(self._group, always_ready=True))
+               for level in range(self._levels)},
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
             "lowest": Out(formats.settle), "frustum": In(formats.frustum)})
-        asked = StructLayout({**self._item.members, "extent": extent(config)})
-        self._scans = [SquareScan(config=config, level=level, tag=tag) for level in range(self._levels)]
-        self._queue = Queue(asked, depth=CREDITS)
+        self._asked = StructLayout({**self._item.members, "extent": extent(config)})
+        self._scans = [SquareScan(config=config, level=level, tag=self._tag) for level in range(self._levels)]
+        self._split, self._queue = GroupSplit(ray), Queue(self._asked, depth=CREDITS)
         # The last ones of a window, from the first ones and how many there are.
-        self._extents = stream.Signature(asked, always_ready=True).create()
+        self._extents = stream.Signature(self._asked, always_ready=True).create()
         self._ends = pipeline = Pipeline(self._clip.o, self._extents)
         given, made = self._clip.o.payload, self._extents.payload
         window = given.window
@@ -105,53 +117,96 @@ class Survival(wiring.Component):
                 (made.extent.row_first, pipeline.input(window.row_first)),
                 (made.extent.row_last, last(window.row_first, window.row_count))):
             pipeline.output(target, value)
-        self._ahead = self._near.latency + self._clip.latency + pipeline.latency
-        self.latency = self._ahead + self._queue.latency + sum(scan.latency for scan in self._scans) + self._levels - 1
+        # A register in front of the near windows.
+        self.latency = 1 + sum(block.latency for block in (
+            self._split, self._near, self._clip, pipeline, self._queue, self._scans[0]))
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.near, m.submodules.clip, m.submodules.queue = near, clip, queue = (
-            self._near, self._clip, self._queue)
-        m.submodules.gate = gate = CreditGate(self.i.payload.shape(), credits=CREDITS)
+        m.submodules.near, m.submodules.clip, m.submodules.split = near, clip, split = (
+            self._near, self._clip, self._split)
         m.submodules.sweep = sweep = SettleSweep(config=self._config)
         section = self.frustum.section
-        wiring.connect(m, wiring.flipped(self.i), gate.i)
         wiring.connect(m, wiring.flipped(self.i_table), near.i_table)
         wiring.connect(m, wiring.flipped(self.i_start), sweep.i_start)
         wiring.connect(m, sweep.o_tile, wiring.flipped(self.o_tile))
         wiring.connect(m, wiring.flipped(self.i_word), sweep.i_word)
         self._ends.add_to(m)
-        given = near.o.payload
+        given, made = near.o.payload, self._extents.payload
         m.d.comb += [
-            near.i.valid.eq(gate.o.valid), gate.o.ready.eq(1), near.i.payload.eq(gate.o.payload),
             near.is_screen.eq(self.frustum.is_screen), near.columns.eq(self.frustum.columns),
             clip.i.valid.eq(near.o.valid), clip.i.payload.window.eq(given.window),
             clip.i.payload.slot.tag.eq(given.tag), clip.i.payload.slot.threshold.eq(given.threshold),
-            clip.frustum.eq(self.frustum), queue.i.valid.eq(self._extents.valid),
-            queue.i.payload.eq(self._extents.payload), gate.i_return.valid.eq(queue.o.valid & queue.o.ready),
-            sweep.section.eq(section), self.lowest.eq(sweep.lowest)]
+            clip.frustum.eq(self.frustum), sweep.section.eq(section), self.lowest.eq(sweep.lowest)]
         columns = Signal(self._formats.count)
         m.d.sync += columns.eq(section.end_column - section.first_column)
 
-        source = queue.o
+        alone, groups, group_gate = self._add_looks(m)
+        for queue, is_mine in ((alone, made.tag.alone), (groups, ~made.tag.alone)):
+            m.d.comb += [queue.i.valid.eq(self._extents.valid & is_mine), queue.i.payload.eq(made)]
+        source = groups.o
         for level in reversed(range(self._levels)):
             m.submodules[f"scan_{level}"] = scan = self._scans[level]
             dropped, squares = getattr(self, f"o_dropped_{level}"), getattr(sweep, f"o_{level}")
             m.d.comb += [
-                scan.i.valid.eq(source.valid), source.ready.eq(scan.i.ready), scan.columns.eq(columns),
-                *(scan.i.payload[name].eq(source.payload[name]) for name in ("tag", "threshold", "extent")),
-                scan.fresh.eq(sweep.fresh), scan.i_square.valid.eq(squares.valid),
+                scan.columns.eq(columns), scan.fresh.eq(sweep.fresh), scan.i_square.valid.eq(squares.valid),
                 scan.i_square.payload.eq(squares.payload)]
             found = scan.o.payload
+            m.d.comb += [dropped.valid.eq(scan.o.valid & ~found.live), dropped.payload.first.eq(found.tag.first),
+                         dropped.payload["count"].eq(found.tag["count"])]
             if level:
-                m.submodules[f"queue_{level}"] = following = Queue(queue.o.payload.shape(), depth=ROOM)
-                target = following.i
-                m.d.comb += [target.payload[name].eq(found[name]) for name in ("tag", "threshold", "extent")]
+                m.submodules[f"queue_{level}"] = following = Queue(self._asked, depth=ROOM)
+                m.d.comb += [
+                    scan.i.valid.eq(source.valid), source.ready.eq(scan.i.ready),
+                    *(scan.i.payload[name].eq(source.payload[name]) for name in self._asked.members),
+                    *(following.i.payload[name].eq(found[name]) for name in self._asked.members),
+                    following.i.valid.eq(scan.o.valid & found.live), scan.o.ready.eq(following.i.ready | ~found.live)]
                 source = following.o
-            else:
-                target = self.o
-                m.d.comb += target.payload.eq(found.tag)
-            m.d.comb += [
-                target.valid.eq(scan.o.valid & found.live), scan.o.ready.eq(target.ready | ~found.live),
-                dropped.valid.eq(scan.o.valid & ~found.live), dropped.payload.eq(found.tag)]
+
+        # Groups go before rays alone, here and to the near windows: there are so few that rays are hardly late, and
+        # the next ones are known when those of the last group have gone. A live group waits for nothing: it has room
+        # where it is taken apart, as what comes from there has to pass here too. Few rays, of which looking together
+        # saves nothing, go there at once.
+        split, given, lives, taken = self._split, scan.i, scan.o.valid & found.live, Signal(range(SPLIT_ROOM + 1))
+        enters = source.valid & (taken != SPLIT_ROOM)
+        view = View(self._asked, Mux(enters, source.payload.as_value(), alone.o.payload.as_value()))
+        dies = scan.o.valid & scan.o.ready & ~found.live & ~found.tag.alone
+        few, comes, goes = self.i.payload["count"] <= FEW, lives & ~found.tag.alone, Signal()
+        m.d.comb += [goes.eq((taken < SPLIT_ROOM - 1) & ~comes),
+                     group_gate.i.valid.eq(self.i.valid & ~few), group_gate.i.payload.eq(self.i.payload),
+                     self.i.ready.eq(Mux(few, goes, group_gate.i.ready))]
+        m.d.sync += taken.eq(taken + (source.valid & source.ready) + (self.i.valid & few & goes) - dies - split.leaves)
+        m.d.comb += [
+            given.valid.eq(alone.o.valid | enters), alone.o.ready.eq(given.ready & ~enters),
+            source.ready.eq(given.ready & (taken != SPLIT_ROOM)),
+            *(given.payload[name].eq(view[name]) for name in self._asked.members),
+            self.o.valid.eq(lives & found.tag.alone), self.o.payload.eq(found.tag.first),
+            split.i.valid.eq(comes | (self.i.valid & few & goes)),
+            split.i.payload.first.eq(Mux(comes, found.tag.first.as_value(), self.i.payload.first.as_value())),
+            split.i.payload["count"].eq(Mux(comes, found.tag["count"], self.i.payload["count"])),
+            scan.o.ready.eq(self.o.ready | ~lives | ~found.tag.alone)]
         return m
+
+    def _add_looks(self, m):
+        """Whose turn it is to have its window made, and queues for the windows of rays alone and of groups."""
+        m.submodules.alone, m.submodules.gate = alone, gate = (
+            self._queue, CreditGate(self._split.o.payload.shape(), credits=CREDITS))
+        m.d.comb += gate.i_return.valid.eq(alone.o.valid & alone.o.ready)
+        wiring.connect(m, self._split.o, gate.i)
+        looks, look = Signal(), Signal(self._near.i.payload.shape(), reset_less=True)
+        near, ray = self._near.i, gate.o.payload
+        m.submodules.groups = groups = Queue(self._asked, depth=CREDITS)
+        m.submodules.group_gate = group_gate = CreditGate(self._group, credits=CREDITS)
+        group, first = group_gate.o.payload, group_gate.o.payload.first
+        m.d.comb += [
+            near.valid.eq(looks), near.payload.eq(look), gate.o.ready.eq(~group_gate.o.valid), group_gate.o.ready.eq(1),
+            group_gate.i_return.valid.eq(groups.o.valid & groups.o.ready)]
+        m.d.sync += [looks.eq(gate.o.valid | group_gate.o.valid), look.tag.alone.eq(~group_gate.o.valid)]
+        with m.If(~group_gate.o.valid):
+            m.d.sync += [look.tag.first.eq(ray), look.tag["count"].eq(1), look.last.eq(ray.column),
+                         *(look[name].eq(ray[name]) for name in ("shell", "row", "column"))]
+        with m.Else():
+            m.d.sync += [look.tag.first.eq(first), look.tag["count"].eq(group["count"]),
+                         look.last.eq(first.column + group["count"] - 1),
+                         *(look[name].eq(first[name]) for name in ("shell", "row", "column"))]
+        return alone, groups, group_gate

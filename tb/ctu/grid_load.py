@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from golden.config import Config
 from golden.ctu.grid_rays import GridRays
 from golden.ctu.unit import CellTraversalUnit
-from hw.formats import Formats, GridTableKind
+from hw.formats import GRID_GROUP, Formats, GridTableKind
 from tb.lib.payload import pack
 
-__all__ = ["GridPlaces", "grid_writes", "unit_writes"]
+__all__ = ["GridPlaces", "grid_writes", "grouped", "unit_writes"]
 
 
 class GridPlaces:
@@ -36,7 +36,21 @@ class GridPlaces:
         """Of the ray ``number`` of a shell what a `Formats.grid_request` says."""
         row, column = divmod(number, rays.columns)
         return {"shell": rays.shell, "ray": self.first_ray[rays.shell] + number,
-                "row": self.first_row[rays.shell] + row, "column": self.first_column[rays.shell] + column, "is_ray": 1}
+                "row": self.first_row[rays.shell] + row, "column": self.first_column[rays.shell] + column, "count": 1}
+
+
+def grouped(requests: Iterable[dict]) -> list[dict]:
+    """Requests for rays alone as requests for up to `GRID_GROUP` neighbours, in the same order."""
+    groups = []
+    for request in requests:
+        last = groups[-1] if groups else None
+        if last and last["count"] < GRID_GROUP and all(
+                last[name] == request[name] for name in ("shell", "row")) and all(
+                last[name] + last["count"] == request[name] for name in ("ray", "column")):
+            last["count"] += 1
+        else:
+            groups.append(dict(request))
+    return groups
 
 
 def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=None) -> list[dict]:

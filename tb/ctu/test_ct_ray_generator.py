@@ -2,6 +2,8 @@
 
 """The ray generator asks for golden's grid rays, subshell by subshell and shell by shell, in their order."""
 
+from itertools import pairwise
+
 import cocotb
 import pytest
 from amaranth.sim import Simulator
@@ -9,6 +11,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.ct_ray_generator import CtRayGenerator
+from hw.formats import GRID_GROUP
 from tb.ctu.window_stages import CASES, SECTORS, RecordStages, WindowStages
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -21,6 +24,8 @@ from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_ct_ray_generator"
+# Between the beginnings of short rows.
+ROW_CYCLES = 5
 # Frustum, sector and seed.
 RUNS = [(kind, sector, 3 + sector) for kind, sectors in SECTORS.items() for sector in range(len(sectors))]
 
@@ -33,11 +38,14 @@ SHAPE = make(config_of({})).signature.members["o"].signature.members["payload"].
 
 
 def check(came, stages):
-    """``came``: the payloads in their order."""
+    """``came``: the payloads in their order; of groups each ray is looked at."""
+    assert all(item["count"] <= GRID_GROUP for item in came)
+    came = [{**item, "ray": item["ray"] + k, "column": item["column"] + k, "count": min(1, item["count"])}
+            for item in came for k in range(max(1, item["count"]))]
     wanted = stages.requests
     for number, (got, item) in enumerate(zip(came, wanted, strict=False)):
         different = {name: (got[name], value) for name, value in item.items() if got[name] != value}
-        flags = {name: got[name] for name in ("is_ray", "last", "final") if got[name] != item.get(name, 0)}
+        flags = {name: got[name] for name in ("count", "last", "final") if got[name] != item.get(name, 0)}
         assert not different, f"request {number} of {len(wanted)}: (got, wanted) {different}"
         assert not flags, f"request {number} of {len(wanted)}: {flags} must not be"
     assert len(came) == len(wanted)
@@ -150,7 +158,7 @@ def test_no_stage_begins_after_a_stop():
     check(came, stages)
 
 
-def test_a_ray_per_cycle_after_the_latency():
+def test_a_group_per_cycle_after_the_latency():
     config = config_of({})
     stages = WindowStages("hemisphere", config, seed=4, last_shell=6)
     stages.only(slice(0, 0))
@@ -158,13 +166,22 @@ def test_a_ray_per_cycle_after_the_latency():
     check(came, stages)
     rays = stages.rays[2]
     assert cycles[0] - first == documented_latency(CtRayGenerator, config, rows=rays.rows, columns=rays.columns)
-    by_stage = {}
+    by_row = {}
     for item, cycle in zip(came, cycles, strict=True):
-        if item["is_ray"]:
-            by_stage.setdefault(item["stage"], []).append(cycle)
-    assert len(by_stage) == stages.last_shell - 1
-    for times in by_stage.values():
-        assert times[-1] - times[0] + 1 == len(times), "rays of a stage must follow each other without a gap"
+        if item["count"]:
+            by_row.setdefault(item["stage"], {}).setdefault(item["row"], []).append((cycle, item["count"]))
+    assert len(by_row) == stages.last_shell - 1
+    for rows in by_row.values():
+        check_rate(list(rows.values()))
+
+
+def check_rate(rows):
+    """``rows``: by row of a stage, the cycles of its groups and how many rays each has."""
+    for row in rows:
+        assert row[-1][0] - row[0][0] + 1 == len(row), "groups of a row must follow each other without a gap"
+        assert all(count == GRID_GROUP for _, count in row[:-1]), "all groups of a row but the last one must be full"
+    for before, row in pairwise(rows):
+        assert row[0][0] - before[0][0] <= max(len(before), ROW_CYCLES), "a row must begin when the last one has left"
 
 
 def test_the_windows_hold_every_case():
@@ -261,8 +278,8 @@ async def reset_in_flight(dut):
 
 
 @cocotb.test()
-async def one_ray_per_cycle(dut):
-    """Without pauses the rays of a stage follow each other without a gap."""
+async def a_group_per_cycle(dut):
+    """Without pauses the groups of a row follow each other without a gap."""
     await start(dut, cycles=50_000)
     stages = WindowStages("hemisphere", config_of({}), seed=4, last_shell=8)
     stages.only(slice(0, 0))
@@ -273,12 +290,15 @@ async def one_ray_per_cycle(dut):
     rays = stages.rays[2]
     assert bench.sink.cycles[0] - taken.cycles[0] == documented_latency(
         CtRayGenerator, config_of({}), rows=rays.rows, columns=rays.columns)
-    stage = [cycle for item, cycle in zip(bench.sink.items, bench.sink.cycles, strict=True)
-             if unpack(SHAPE, item)["is_ray"] and unpack(SHAPE, item)["shell"] == 8]
-    assert stage[-1] - stage[0] + 1 == len(stage) == stages.rays[8].rows * stages.rays[8].columns
+    rows = {}
+    for item, cycle in zip((unpack(SHAPE, item) for item in bench.sink.items), bench.sink.cycles, strict=True):
+        if item["count"] and item["shell"] == 8:
+            rows.setdefault(item["row"], []).append((cycle, item["count"]))
+    assert [sum(count for _, count in row) for row in rows.values()] == [stages.rays[8].columns] * stages.rays[8].rows
+    check_rate(list(rows.values()))
 
 
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
-    simulate(make(config_of({})), MODULE, ("every_pair_of_pauses", "reset_in_flight", "one_ray_per_cycle"),
+    simulate(make(config_of({})), MODULE, ("every_pair_of_pauses", "reset_in_flight", "a_group_per_cycle"),
              simulator=simulator, name=f"ct-ray-generator-{simulator}")

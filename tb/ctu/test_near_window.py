@@ -1,10 +1,14 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
+from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.stimulus.ctu.grid_rays import draw_rays
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.near_window import NearWindow
+from hw.formats import GRID_GROUP
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.configurations import CONFIGURATIONS
@@ -39,7 +43,8 @@ def of_record(frustum, config):
         one = rays[shell - 2]
         row, column = row % one.rows, column % one.columns
         request = places.request(one, row * one.columns + column)
-        items.append({"tag": tag, **{name: request[name] for name in ("shell", "row", "column")}})
+        items.append({"tag": tag, "last": request["column"],
+                      **{name: request[name] for name in ("shell", "row", "column")}})
         # A window of no columns may begin anywhere.
         expected.append({"tag": tag, "threshold": thresholds[shell], "window": {
             "column_first": one.first_column[row, column], "column_count": one.column_count[row, column],
@@ -49,6 +54,45 @@ def of_record(frustum, config):
     assert (counts < record.columns).any(), "some rays must not"
     return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, items=items,
                    expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
+
+
+def neighbours(frustum, config):
+    """Windows of all that lies between the first and the last of neighbours."""
+    random = np.random.default_rng(5)
+    record = frustum(random, config)
+    rays_of = shells(record)
+    rays = [rays_of(shell) for shell in range(2, 11)]
+    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
+    items, expected = [], []
+    for tag in range(RAYS // 2):
+        one = rays[int(random.integers(len(rays)))]
+        row, column = int(random.integers(one.rows)), int(random.integers(one.columns))
+        last = min(one.columns - 1, column + int(random.integers(GRID_GROUP)))
+        request = places.request(one, row * one.columns + column)
+        items.append({"tag": tag, "last": request["column"] + last - column,
+                      **{name: request[name] for name in ("shell", "row", "column")}})
+        half, reach = 1 << INDEX_FRACTION - 1, int(one.column_reach[row])
+        first = (int(one.column_position[column]) - reach + half - 1) >> INDEX_FRACTION
+        end = ((int(one.column_position[last]) + reach - half) >> INDEX_FRACTION) + 1
+        if record.is_screen:
+            first, end = max(first, 0), min(end, record.columns)
+        count = max(0, min(end - first, record.columns))
+        first = 0 if count == record.columns else first % (record.columns if not record.is_screen else 1 << 30)
+        if count:
+            # All that is near one of the neighbours.
+            for place in range(column, last + 1):
+                offsets = (int(one.first_column[row, place]) - first + np.arange(one.column_count[row, place]))
+                assert (offsets % record.columns < count).all()
+        expected.append({"tag": tag, "threshold": thresholds[one.shell], "window": {
+            "column_first": first, "column_count": count, "row_first": one.first_row[row],
+            "row_count": one.row_count[row]}})
+    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, items=items,
+                   expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
+
+
+@pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
+def test_windows_of_neighbours(frustum):
+    check_block(make, partial(neighbours, frustum), variants=CONFIGURATIONS.values())
 
 
 @pytest.mark.parametrize("vectors", [vectors, screen_vectors])

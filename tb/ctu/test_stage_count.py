@@ -1,10 +1,13 @@
 """Stages are over in their order, and none too early."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
 from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
+from hw.formats import GRID_GROUP
 from tb.lib.configurations import config_of
 from tb.lib.timing import documented_latency
 
@@ -32,22 +35,27 @@ def test_random_stages(lead, seed):
             cycle += 1
             assert cycle < 20_000, "the bench hangs"
             near = newest == 0
-            enters = not near and newest < STAGES and newest - over <= lead and random.random() < 0.4
+            enters = 0
+            if not near and newest < STAGES and newest - over <= lead and random.random() < 0.4:
+                enters = int(random.integers(1, GRID_GROUP, endpoint=True))
             closes = newest < STAGES and newest - over <= lead and random.random() < 0.1
             leaving = []
+            left = Counter(rays)
             for stage in random.permutation([stage for stage, count in rays.items() for _ in range(count)])[:LEAVES]:
-                if random.random() < 0.3:
-                    leaving.append(int(stage))
+                if random.random() < 0.3 and left[int(stage)]:
+                    count = int(random.integers(1, min(GRID_GROUP, left[int(stage)]), endpoint=True))
+                    left[int(stage)] -= count
+                    leaving.append((int(stage), count))
             if enters:
-                rays[newest] = rays.get(newest, 0) + 1
-            ctx.set(dut.enters.valid, int(enters))
-            ctx.set(dut.enters.payload, (newest + FIRST) % 16)
+                rays[newest] = rays.get(newest, 0) + enters
+            ctx.set(dut.enters.valid, int(enters > 0))
+            ctx.set(dut.enters.payload, {"stage": (newest + FIRST) % 16, "count": enters})
             for place in range(LEAVES):
                 ctx.set(dut.left[place].valid, int(place < len(leaving)))
                 if place < len(leaving):
-                    stage = leaving[place]
-                    ctx.set(dut.left[place].payload, (stage + FIRST) % 16)
-                    rays[stage] -= 1
+                    stage, count = leaving[place]
+                    ctx.set(dut.left[place].payload, {"stage": (stage + FIRST) % 16, "count": count})
+                    rays[stage] -= count
                     if random.random() < 0.5:
                         until[stage] = cycle + int(random.integers(1, 40))
             ctx.set(dut.closes, int(closes))

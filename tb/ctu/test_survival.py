@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from amaranth.lib.data import StructLayout
 from amaranth.sim import Simulator
 
 from golden.ctu.sector import Sector
@@ -10,7 +11,8 @@ from golden.ctu.survival import survivors_by_code
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.survival import Survival
-from tb.ctu.grid_load import GridPlaces, grid_writes
+from hw.formats import GRID_GROUP, Formats
+from tb.ctu.grid_load import GridPlaces, grid_writes, grouped
 from tb.icu.frustum_load import frustum_payload, tiles
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
@@ -36,10 +38,15 @@ class Case:
         self.write(self.draw())
         places = GridPlaces(self.grids)
         asked = [(grid, number) for grid in self.grids for number in range(grid.rows * grid.columns)]
-        chosen = np.sort(random.permutation(len(asked))[:rays])
-        self.asked = [asked[k] for k in chosen]
-        self.items = [{"tag": tag, **{name: places.request(*one)[name] for name in ("shell", "row", "column")}}
-                      for tag, one in enumerate(self.asked)]
+        # Neighbours, and rays alone.
+        chosen = np.zeros(len(asked), dtype=bool)
+        while chosen.sum() < min(rays, 7 * len(asked) // 8):
+            first = random.integers(len(asked))
+            chosen[first:first + random.choice([1, 1, 3, GRID_GROUP, 20])] = True
+        self.asked = {places.request(*asked[k])["ray"]: asked[k] for k in np.flatnonzero(chosen)}
+        self.items = [{"first": {name: group[name] for name in ("ray", "shell", "row", "column")},
+                       "count": group["count"]} for group in grouped(places.request(*one)
+                                                                     for one in self.asked.values())]
 
     def draw(self):
         """High codes, and some low ones near each other."""
@@ -51,11 +58,11 @@ class Case:
         return codes
 
     def wanted(self):
-        """Whether each of the grid rays goes on."""
+        """Whether each of the grid rays goes on, by its number."""
         pyramid = SettlePyramid(self.codes, self.config)
         going = {grid.shell: survivors_by_code(grid, pyramid, self.thresholds[grid.shell], self.section,
                                                self.record).ravel() for grid in self.grids}
-        return [bool(going[grid.shell][number]) for grid, number in self.asked]
+        return {ray: bool(going[grid.shell][number]) for ray, (grid, number) in self.asked.items()}
 
     def write(self, codes):
         """Into the settle map: what lies beyond the section's border is never written."""
@@ -66,11 +73,19 @@ class Case:
         self.words = whole.reshape(down, side, across, side).transpose(0, 2, 1, 3).reshape(down * across, -1).tolist()
 
 
+def rays_of(group):
+    """The numbers of its rays."""
+    return range(group["first"]["ray"], group["first"]["ray"] + group["count"])
+
+
 class Bench:
     """Survival in Amaranth's simulator, with a settle map."""
 
     def __init__(self, case, *, source="none", sink="none", stall=0.0):
-        self.case, self.dut = case, Survival(config=case.config, tag=12)
+        formats = Formats(case.config)
+        self.case, self.dut = case, Survival(config=case.config, ray=StructLayout({
+            "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
+            "column": formats.grid_column_place}))
         self._pauses, self._stops, self._stall = PAUSES[source](1), PAUSES[sink](2), stall
         self.lived, self.dropped, self.taken = {}, {}, {}
         self._cycle, self.sweeps, self.ready, self.holds = 0, 0, True, False
@@ -112,7 +127,7 @@ class Bench:
         await ctx.tick().repeat(60)
 
     async def send(self, ctx, items):
-        """Requests, until all of them are decided; which of them go on."""
+        """Groups, until all of their rays are decided; which of them go on, by number."""
         self.lived, self.dropped, self.taken = {}, {}, {}
         for item in items:
             while next(self._pauses):
@@ -123,32 +138,32 @@ class Bench:
             await ctx.tick().until(self.dut.i.ready)
         ctx.set(self.dut.i.valid, 0)
         waited = 0
-        while len(self.lived) + len(self.dropped) < len(items):
+        while len(self.lived) + len(self.dropped) < sum(item["count"] for item in items):
             await ctx.tick()
             waited += 1
             assert waited < 20_000, "the bench hangs"
-        return [item["tag"] in self.lived for item in items]
+        return {ray: ray in self.lived for item in items for ray in rays_of(item)}
 
     async def _take(self, ctx):
         """Who goes on and who does not, and when; ``ready`` comes and goes."""
         dut = self.dut
         drops = [getattr(dut, f"o_dropped_{level}") for level in range(self.case.config.ctu.pyramid_levels)]
-        signals = [dut.i.valid & dut.i.ready, dut.i.payload.tag,
-                   *(signal for one in (dut.o, *drops) for signal in (one.valid, one.payload))]
+        signals = [dut.i.valid & dut.i.ready, dut.i.payload, dut.o.valid, dut.o.payload,
+                   *(signal for one in drops for signal in (one.valid, one.payload))]
         while True:
             ready = not next(self._stops)
             ctx.set(dut.o.ready, ready)
-            _, _, takes, taken, valid, tag, *dropped = await ctx.tick().sample(*signals)
+            _, _, takes, taken, valid, lives, *dropped = await ctx.tick().sample(*signals)
             self._cycle += 1
             if takes:
-                self.taken[taken] = self._cycle
+                self.taken.update(dict.fromkeys(rays_of(taken), self._cycle))
             if valid and ready:
-                assert tag not in self.lived, "a grid ray goes on once"
-                self.lived[tag] = self._cycle
-            for valid, tag in zip(dropped[::2], dropped[1::2], strict=True):
+                assert lives["ray"] not in self.lived, "a grid ray goes on once"
+                self.lived[lives["ray"]] = self._cycle
+            for valid, group in zip(dropped[::2], dropped[1::2], strict=True):
                 if valid:
-                    assert tag not in self.dropped, "a grid ray is dropped once"
-                    self.dropped[tag] = self._cycle
+                    assert not self.dropped.keys() & set(rays_of(group)), "a grid ray is dropped once"
+                    self.dropped.update(dict.fromkeys(rays_of(group), self._cycle))
             assert not set(self.lived) & set(self.dropped)
 
     async def _settle(self, ctx):
@@ -186,17 +201,18 @@ CASES = [
 def test_decisions_of_golden(changes, seed, kind, pauses):
     config = config_of(changes)
     case = Case(config, seed, **kind)
+    # A screen's grid rays are few: each stands for many rays.
+    parts = [] if kind["screen"] else ["some of a group go on"]
     coverage = Coverage(["goes on", "does not", "lives while codes are unknown", "dies when codes have grown",
-                         "begins live again"])
+                         "begins live again", *parts])
 
     async def test(ctx, bench):
         # Until the first sweep is over every grid ray with rays of the section near it goes on.
         first = case.wanted()
         bench.holds = True
         early = await bench.send(ctx, case.items[::8])
-        assert all(came or not wanted for wanted, came in zip(first[::8], early, strict=True))
-        coverage.hit("lives while codes are unknown", [came and not wanted for wanted, came in zip(first[::8], early,
-                                                                                                strict=True)])
+        assert all(came or not first[ray] for ray, came in early.items())
+        coverage.hit("lives while codes are unknown", [came and not first[ray] for ray, came in early.items()])
         bench.holds = False
         await bench.swept(ctx)
         assert await bench.send(ctx, case.items) == first
@@ -204,37 +220,49 @@ def test_decisions_of_golden(changes, seed, kind, pauses):
         case.write(np.maximum(case.codes, case.random.integers(120, 256, size=case.codes.shape)))
         grown = case.wanted()
         meanwhile = await bench.send(ctx, case.items[::8])
-        assert all(came or not wanted for wanted, came in zip(grown[::8], meanwhile, strict=True))
+        assert all(came or not grown[ray] for ray, came in meanwhile.items())
         await bench.swept(ctx)
         assert await bench.send(ctx, case.items) == grown
-        coverage.hit_all({"goes on": first, "does not": np.invert(first),
-                          "dies when codes have grown": np.array(first) & ~np.array(grown)})
+        coverage.hit_all({
+            "goes on": list(first.values()), "does not": [not one for one in first.values()],
+            "dies when codes have grown": [first[ray] and not grown[ray] for ray in first],
+            **{part: [len({first[ray] for ray in rays_of(item)}) == 2 for item in case.items] for part in parts}})
         # A new frustum: all codes are 0 until they have been read again.
         await bench.start(ctx)
         bench.holds = True
         again = await bench.send(ctx, case.items[::8])
-        coverage.hit("begins live again", [came and not now for came, now in zip(again, grown[::8], strict=True)])
+        coverage.hit("begins live again", [came and not grown[ray] for ray, came in again.items()])
 
     Bench(case, **pauses).run(test)
     coverage.check()
 
 
-def test_a_grid_ray_per_cycle_after_the_latency():
-    for levels in (1, 2, 3):
-        config = config_of({"ctu.pyramid_levels": levels})
-        # A small section, of which no window has more than a word of squares.
-        case = Case(config, 21, screen=True, whole=False, rays=60)
-        case.section = Sector(0, min(16, case.record.columns), 0, min(16, case.record.rows))
-        case.write(np.zeros((case.section.end_row, case.section.end_column), dtype=np.int64))
+@pytest.mark.parametrize("levels", [1, 2, 3])
+def test_rates_after_the_latency(levels):
+    """A group per cycle, or a ray of a live group; and after the latency a ray alone."""
+    config = config_of({"ctu.pyramid_levels": levels})
+    # A small section, of which no window has more than a word of squares.
+    case = Case(config, 21, screen=True, whole=False, rays=200)
+    case.section = Sector(0, min(16, case.record.columns), 0, min(16, case.record.rows))
+    size = case.section.end_row, case.section.end_column
+    # Of shells in which a ray can settle.
+    full = [item for item in case.items if item["count"] == GRID_GROUP
+            and case.thresholds[item["first"]["shell"]] < 256]
+    assert len(full) > 8
 
-        async def test(ctx, bench, case=case):
+    async def test(ctx, bench):
+        case.write(np.zeros(size, dtype=np.int64))
+        await bench.swept(ctx)
+        await bench.send(ctx, [{**item, "count": 1} for item in case.items[:1]])
+        assert {bench.lived[ray] - bench.taken[ray] for ray in bench.lived} == {bench.dut.latency}
+        # A group per cycle, and then each ray of a live one.
+        for codes, share in ((0, 1 + 1 / GRID_GROUP), (255, 1 / GRID_GROUP)):
+            case.write(np.full(size, codes))
             await bench.swept(ctx)
-            await bench.send(ctx, case.items)
-            taken = list(bench.taken.values())
-            assert taken[-1] - taken[0] == len(taken) - 1, "grid rays must be taken without a gap"
-            latencies = {bench.lived[tag] - bench.taken[tag] for tag in bench.lived}
-            assert latencies == {bench.dut.latency}
+            await bench.send(ctx, full)
+            done = [*bench.lived.values(), *bench.dropped.values()]
+            assert (max(done) - min(done)) / len(done) <= share + 0.05
 
-        bench = Bench(case)
-        assert bench.dut.latency == documented_latency(Survival, config)
-        bench.run(test)
+    bench = Bench(case)
+    assert bench.dut.latency == documented_latency(Survival, config)
+    bench.run(test)

@@ -15,7 +15,7 @@ from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
 from hw.ctu.stage_count import FIRST, stage_index_bits
 from hw.formats import Formats
-from tb.ctu.grid_load import GridPlaces, unit_writes
+from tb.ctu.grid_load import GridPlaces, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.pauses import PAUSES
 from tb.lib.payload import pack, unpack
@@ -77,7 +77,7 @@ class Place:
         """The requests of a stage, its number counted from 0 on; the last of them closes it."""
         numbers = self.asked(shell, window) if chosen is None else chosen
         shape = self.formats.grid_request
-        asked = [self.places.request(self.rays[shell], int(number)) for number in numbers]
+        asked = grouped(self.places.request(self.rays[shell], int(number)) for number in numbers)
         return [*(pack(shape, {**one, "stage": stage % STAGES}) for one in asked),
                 pack(shape, {"stage": stage % STAGES, "shell": shell, "last": 1})]
 
