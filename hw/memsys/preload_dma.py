@@ -219,6 +219,8 @@ class PreloadDma(wiring.Component):
         factor_bits = max(8, icu.side_bits + 1)
         term, size, rays = Signal(COUNT_BITS + 8, reset_less=True), Signal(factor_bits, reset_less=True), Signal()
         region, place = self._region, self._place.data
+        # What is compared comes from registers: the region's records, and how many there may be.
+        self._count, limit = Signal(COUNT_BITS, reset_less=True), Signal(COUNT_BITS, reset_less=True)
         with m.State("Wait for a command"):
             m.d.comb += self.i.ready.eq(1)
             with m.If(self.i.valid):
@@ -235,7 +237,8 @@ class PreloadDma(wiring.Component):
             m.d.sync += self._in_header.eq(0)
             m.next = "Take a region"
         with m.State("Take a region"):
-            m.d.sync += [end.eq(place.offset), term.eq(place.count), size.eq(sizes[region]), rays.eq(0)]
+            m.d.sync += [end.eq(place.offset), term.eq(place.count), size.eq(sizes[region]), rays.eq(0),
+                         self._count.eq(place.count), limit.eq(most[region])]
             m.next = "Add its size"
             with m.If(self._code != Fault.NONE):
                 m.next = "Answer"
@@ -250,9 +253,9 @@ class PreloadDma(wiring.Component):
         with m.State("Compare its end"):
             m.d.sync += region.eq(region + 1)
             m.next = "Take a region"
-            wrong = (end > self._size) | (place.count > most[region])
-            same = (region == RegionNumber.RESIDENCE.value) & (place.count != self.patches.count)
-            more = (region == RegionNumber.SUMS.value) & (place.count != self.patches.count + 1)
+            wrong = (end > self._size) | (self._count > limit)
+            same = (region == RegionNumber.RESIDENCE.value) & (self._count != self.patches.count)
+            more = (region == RegionNumber.SUMS.value) & (self._count != self.patches.count + 1)
             with m.If(wrong | same | more):
                 self._fail(m, Fault.REGION)
             with m.If(region == len(REGIONS) - 1):
@@ -266,20 +269,23 @@ class PreloadDma(wiring.Component):
             with m.If(end != self.hits.count):
                 self._fail(m, Fault.REGION)
             m.d.sync += region.eq(RegionNumber.CLUSTERS.value)
-            m.next = "Find the cluster"
+            m.next = "Count the clusters"
 
     def _add_regions(self, m):
         """Region after region, those that have been asked for; the cluster's record before all."""
         region, place, command = self._region, self._place.data, self._command
         number, reader, own = RegionNumber, self._reader, self._own
         needs_own = sum(1 << number[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
+        with m.State("Count the clusters"):
+            m.d.sync += self._count.eq(place.count)
+            m.next = "Find the cluster"
         with m.State("Find the cluster"):
             m.d.sync += [self._first.eq(command.cluster), self._records.eq(1)]
             m.next = "Locate"
             with m.If((command.regions & needs_own) == 0):
                 m.d.sync += region.eq(0)
                 m.next = "Choose"
-            with m.Elif(command.cluster >= place.count):
+            with m.Elif(command.cluster >= self._count):
                 self._fail(m, Fault.POINTER)
                 m.next = "Answer"
             with m.If(self._code != Fault.NONE):
