@@ -172,8 +172,10 @@ class PreloadDma(wiring.Component):
 
     def _add_header(self, m):
         """The header's words; where the results are."""
-        word, number = self._reader.o.payload, Signal(range(HEADER_WORDS))
-        goes = self._reader.o.valid & self._in_header
+        # In registers, as it comes through the reader's memory.
+        reader, number = self._reader, Signal(range(HEADER_WORDS))
+        word, goes = Signal(reader.o.payload.shape(), reset_less=True), Signal()
+        m.d.sync += [word.eq(reader.o.payload), goes.eq(reader.o.valid & self._in_header)]
         offset, wide = Signal(self._config.memory.address_bits, reset_less=True), Signal()
         low, high = word.data[:32], word.data[32:]
         region = number[1:] - 1

@@ -84,7 +84,9 @@ def test_latency_costs_cycles_and_the_seed_repeats_them(given):
 
     assert cycles(latency=1) < cycles(latency=10) < cycles(latency=40)
     chance = {"latency": 5, "spread": 200, "shuffles": True}
-    assert cycles(seed=1, **chance) == cycles(seed=1, **chance) != cycles(seed=2, **chance)
+    # The host looks now and then, so seeds may seem to take the same.
+    assert cycles(seed=1, **chance) == cycles(seed=1, **chance)
+    assert len({cycles(seed=seed, **chance) for seed in range(1, 6)}) > 1
 
 
 @pytest.mark.sim
