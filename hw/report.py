@@ -7,11 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from amaranth.lib import wiring
+from amaranth.lib.data import StructLayout
 
 from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
 from hw.ctu.ray_banks import RayBanks
+from hw.ctu.survival import Survival
+from hw.formats import Formats
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
@@ -41,6 +44,14 @@ def _filter(config, bits, count):
     return Filter(bits=bits, count=count, generation_bits=config.memsys.filter_generation_bits)
 
 
+def _survival(config):
+    """Of grid rays with nothing else than their stage."""
+    formats = Formats(config)
+    return Survival(config=config, ray=StructLayout({
+        "stage": formats.stage, "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
+        "column": formats.grid_column_place}))
+
+
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the
 # name of their class, or else how they are made.
 TAG = {"tag": 1}
@@ -55,7 +66,7 @@ UNITS = {
     "ctu": {
         "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
         "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
-        "CellNumber": TAG, "CellTraversal": TAG, "Survival": TAG, "NearWindow": TAG, "SettleSweep": {},
+        "CellNumber": TAG, "CellTraversal": TAG, "Survival": _survival, "NearWindow": TAG, "SettleSweep": {},
         "GridEntries": TAG,
         # Of grid rays' numbers of 20 bits.
         "RayBanks": lambda config: RayBanks(
