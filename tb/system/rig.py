@@ -8,6 +8,7 @@ from golden.config import Config
 from golden.memory_map import MemoryImage
 from golden.noc.packing import reply_flits, request_flits
 from golden.noc.topology import grid_shape
+from hw.formats import GRID_GROUP
 from hw.memsys.cache_policy import CachePolicy
 from tb.host import LIVES, Host
 from tb.system.fast_port import FastPort, complete
@@ -71,11 +72,12 @@ class Cast:
     def bound(self, config: Config) -> dict[str, int]:
         """Cycles below which no cluster can be by what its traversal, its intersection and its patches take.
 
-        Traversal is steps over pipelines, or grid rays that are looked at, one in a cycle; intersection is tests.
+        Traversal is steps over pipelines, grid rays that are sent, one in a cycle, or those that are looked at, a group
+        in a cycle; intersection is tests.
         """
         pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
-        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_requests"])
-                                 for one in self.counters),
+        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_rays"],
+                                     -(-one["traversal_requests"] // GRID_GROUP)) for one in self.counters),
                 "intersection": max(one["intersection_tested"] for one in self.counters),
                 "patches": max(4 * one["intersection_patches"] for one in self.counters)}
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.config import Config
+from hw.formats import GRID_GROUP
 from tb.bench.chart import Line, write_chart
 
 __all__ = ["shares", "write_timeline"]
@@ -18,7 +19,7 @@ def shares(looks: list[tuple[int, list[dict[str, int]]]], config: Config) -> tup
     pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
     units = {"tests": ("intersection_tested", 1), "patches": ("intersection_patches", 4),
              "steps": ("traversal_steps", 1 / pipelines), "grid rays": ("traversal_rays", 1),
-             "requests": ("traversal_requests", 1)}
+             "requests": ("traversal_requests", 1 / GRID_GROUP)}
     at = np.array([cycle for cycle, _ in looks])
     length = np.maximum(np.diff(at), 1)
     busy = {}
