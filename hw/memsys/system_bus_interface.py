@@ -102,7 +102,8 @@ class SystemBusInterface(wiring.Component):
             m.submodules[f"{name}_cache"], m.submodules[f"{name}_fetch"] = cache, fetch
             wiring.connect(m, start, cache.i_invalidate)
             wiring.connect(m, cache.o_fetch, fetch.i)
-            wiring.connect(m, fetch.o, cache.i_fill)
+            # What memory answered goes through checks already before it fills a line.
+            m.d.sync += [cache.i_fill.valid.eq(fetch.o.valid), cache.i_fill.payload.eq(fetch.o.payload)]
             m.d.comb += [getattr(self, f"{name}_hits").eq(cache.hits), getattr(self, f"{name}_misses").eq(cache.misses)]
             asked = self.i_request.payload
             m.d.comb += [cache.i.payload.tag.eq(asked.source), cache.i.payload.key.eq(asked.item.key)]
