@@ -69,7 +69,7 @@ class RayTraversal(wiring.Component):
     Timing
     ------
     Latency: ``5 * product_registers + 70`` cycles from a request for a ray alone to its first
-    cell, with several pipelines one more. A request for neighbours in two cycles, one ray and one cell per cycle;
+    cell, with several pipelines one more. A request for neighbours, one ray and one cell per cycle;
     stalls with ``o``. After reset, and every 2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles
     later.
 

@@ -103,7 +103,7 @@ def main(scenes, output, clusters, cell, rays, preset, latency) -> None:
         f"{provenance('amaranth')}; preset {preset}, {rays[0]} x {rays[1]} rays, cell {cell}, main memory {latency} "
         "cycles away, a hemisphere at a point of the ceiling that the phase was not scheduled from, no subshells. Hits "
         "and sums are golden's.", "",
-        "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, or a cycle per grid ray "
+        "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, grid rays sent, or eighths of those "
         "looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
         "resident set, of another cluster, in the cache, in main memory.", "",
         "| scene | clusters | cold | warm | traversal | intersection | patches | bound : warm | efficiency | lowest "

@@ -20,12 +20,9 @@ from tb.lib.runner import Simulation
 from tb.mutation.blocks import BLOCKS, bench_of
 from tb.mutation.mutants import make_mutants
 
-# Found by its bench, or not.
-KILLED, SURVIVED = "killed", "survived"
-
 
 class _Judge:
-    """Runs the bench on a mutant; in processes of their own."""
+    """Runs the bench on a mutant, in processes of their own: its number, and whether it survives."""
 
     def __init__(self, block, bench, text, seed):
         self._block, self._bench, self._text, self._seed = block, bench, text, seed
@@ -36,7 +33,7 @@ class _Judge:
             failed = Simulation(self._text).run(
                 self._bench.module, self._bench.tests, f"mutants/{self._block}-{mutant}", self._seed,
                 self._bench.given, plusargs=(f"+mutant={mutant}",), failures=1)
-        return mutant, KILLED if failed else SURVIVED
+        return mutant, not failed
 
 
 def judge(block: str, *, count: int, seed: int, processes: int) -> dict:
@@ -50,16 +47,16 @@ def judge(block: str, *, count: int, seed: int, processes: int) -> dict:
     bench = bench_of(block)
     mutants = make_mutants(bench.text, count=count, seed=seed)
     judged = _Judge(block, bench, mutants.text, seed)
-    if judged(0)[1] is KILLED:
+    if not judged(0)[1]:
         raise RuntimeError(f"The bench of {block} fails without a mutant")
-    started, outcome = time.monotonic(), {}
+    started, survives = time.monotonic(), {}
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         todo = range(1, len(mutants.about) + 1)
-        for mutant, what in tqdm(pool.imap_unordered(judged, todo), total=len(todo), desc=block):
-            outcome[mutant] = what
+        for mutant, survived in tqdm(pool.imap_unordered(judged, todo), total=len(todo), desc=block):
+            survives[mutant] = survived
     return {"block": block, "seed": seed, "count": len(mutants.about), "seconds": time.monotonic() - started,
-            "survivors": {str(mutant): mutants.about[mutant - 1] for mutant in sorted(outcome)
-                          if outcome[mutant] is SURVIVED}}
+            "survivors": {str(mutant): mutants.about[mutant - 1] for mutant in sorted(survives)
+                          if survives[mutant]}}
 
 
 @click.command()

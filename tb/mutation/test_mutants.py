@@ -1,12 +1,16 @@
 """Mutants: the same component, and one that is wrong."""
 
 import shutil
+from unittest import mock
 
+import cocotb
 import pytest
 
 from hw.export import verilog_of
+from tb.bench import mutation
+from tb.lib.clocking import start
 from tb.lib.runner import Simulation
-from tb.mutation.blocks import BLOCKS, bench_of
+from tb.mutation.blocks import BLOCKS, Bench, bench_of
 from tb.mutation.mutants import make_mutants
 from tb.package.test_export import Rom
 
@@ -24,6 +28,20 @@ def test_the_component_and_mutants_of_it():
     failed = [bool(simulation.run(*CASE, f"mutants/rom-{k}", 1, {}, plusargs=(f"+mutant={k}",)))
               for k in range(1, COUNT + 1)]
     assert sum(failed) > COUNT // 2
+
+
+@cocotb.test()
+async def looks_at_nothing(dut):
+    await start(dut, cycles=100)
+
+
+@pytest.mark.sim
+def test_mutants_that_nobody_looks_for_survive():
+    text = verilog_of(Rom(), "top")
+    nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
+    with mock.patch.object(mutation, "bench_of", return_value=nothing):
+        found = mutation.judge("rom", count=COUNT, seed=1, processes=2)
+    assert list(found["survivors"]) == [str(number) for number in range(1, COUNT + 1)]
 
 
 @pytest.mark.nightly
