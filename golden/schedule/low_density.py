@@ -38,6 +38,9 @@ class LowDensity:
         Their P windows in the frustum.
     frequency
         N int64, for each patch of the scene: rays to be tested against it.
+    passed, passed_window
+        Q int64, patches of the same cells that lie between the rays that were cast, in the order of discovery; their
+        windows.
     """
 
     frusta: VirtualFrusta
@@ -47,6 +50,8 @@ class LowDensity:
     shell: np.ndarray
     window: Window
     frequency: np.ndarray
+    passed: np.ndarray
+    passed_window: Window
 
 
 def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
@@ -85,7 +90,7 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
     directions = record.directions(*frusta.rays)
     tests, steps = np.zeros(frusta.shape, dtype=np.int64), np.zeros(frusta.shape)
     frequency = np.zeros(len(geometry), dtype=np.int64)
-    found, shells = [], []
+    found, shells, passed = [], [], []
     for shell in range(1, unit.last_shell + 1):
         alive = distance > unit.settled(shell)
         if not alive.any():
@@ -105,9 +110,11 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
         np.minimum.at(distance, place, np.where(plane <= farthest[patch], plane, np.inf))
         found.append(new[frequency[new] > 0])
         shells.append(np.full(len(found[-1]), shell))
-    order = np.concatenate(found).astype(np.int64)
+        passed.append(new[frequency[new] == 0])
+    order, between = (np.concatenate(each).astype(np.int64) for each in (found, passed))
     return LowDensity(frusta=frusta, tests=tests, steps=steps, patches=order, shell=np.concatenate(shells),
-                      window=patches.window[order], frequency=frequency)
+                      window=patches.window[order], frequency=frequency, passed=between,
+                      passed_window=patches.window[between])
 
 
 def _distances(record, geometry, patches, config):

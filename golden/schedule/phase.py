@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.config import Config
+from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.memsys.cell_table import CellTable
 from golden.noc.topology import Topology
@@ -12,7 +13,7 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.assignment import heaviest_to_nearest, simple, traffic
 from golden.schedule.classification import classify
 from golden.schedule.low_density import LowDensity, low_density
-from golden.schedule.resident_sets import ResidentSets, resident_sets
+from golden.schedule.resident_sets import ResidentSets, fill_up, resident_sets
 from golden.schedule.sections import Partition, cut_sections
 from golden.schedule.subshells import SubshellList, subshell_lists
 
@@ -56,7 +57,7 @@ class Schedule:
 
 
 def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,
-             ratio: int, room: int | None = None, capacity: int | None = None,
+             ratio: int, room: int | None = None, capacity: int | None = None, fill: bool = False,
              topology: str | None = None) -> Schedule:
     """Schedule a phase.
 
@@ -72,21 +73,29 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
         Dense to sparse rays.
     room, capacity
         Rays and patches that a cluster holds. No limits by default.
+    fill
+        What is left of the capacity goes to patches that no sparse ray meets, but that lie in the cells of those rays:
+        dense ones meet some, and intersection is given all.
     topology
         Assign the heaviest traffic to the nearest processors of this network. Default: cluster i is processor i.
 
     Errors
     ------
     InputError
-        See `low_density`, `cut_sections`, `resident_sets`, `Topology`.
+        See `low_density`, `cut_sections`, `resident_sets`, `Topology`; or there is no capacity to fill.
 
     Source: Shen 1993, section 4.4.2.
     """
+    if fill and capacity is None:
+        raise InputError("schedule: Capacity must be given where sets are filled, not None")
     found = low_density(record, geometry, table, config, ratio=ratio)
     partition = cut_sections(found.frusta.share(found.tests), clusters=clusters, room=room)
     cluster = classify(partition, found.window)
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
+    subshells = subshell_lists(found, sets, partition)
+    if fill:
+        sets = fill_up(sets, found.passed, classify(partition, found.passed_window), capacity=capacity)
     processor = simple(clusters) if topology is None else heaviest_to_nearest(
         traffic(partition, found.window, cluster), Topology.of(topology, clusters).hops)
     return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,
-                    subshells=subshell_lists(found, sets, partition), processor=processor)
+                    subshells=subshells, processor=processor)

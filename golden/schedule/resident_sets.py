@@ -7,7 +7,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.schedule.usage import usage_order
 
-__all__ = ["ResidentSets", "resident_sets"]
+__all__ = ["ResidentSets", "fill_up", "resident_sets"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,3 +65,21 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
         own = np.flatnonzero(cluster == number)
         held.append(patches[own[np.sort(usage_order(frequency[own])[:capacity])]])
     return ResidentSets(tuple(held))
+
+
+def fill_up(sets: ResidentSets, patches: np.ndarray, cluster: np.ndarray, *, capacity: int) -> ResidentSets:
+    """Sets with more patches behind those that they have, as far as there is room.
+
+    Parameters
+    ----------
+    sets
+        None of ``patches`` is in them.
+    patches
+        Q patch numbers; the first ones are taken first.
+    cluster
+        Q, the cluster of each.
+    capacity
+        As for `resident_sets`.
+    """
+    return ResidentSets(tuple(np.append(held, patches[cluster == number])[:max(capacity, len(held))]
+                              for number, held in enumerate(sets.patches)))

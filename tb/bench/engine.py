@@ -48,7 +48,8 @@ def measure(rig: Rig, scene: str, *, cell: float, rays: tuple[int, int]) -> dict
     reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
                          for point in (REFERENCE, POINT))
     plan = without_subshells(schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes,
-                                      ratio=RATIO, room=config.icu.rays, capacity=config.memsys.own_patches))
+                                      ratio=RATIO, room=config.icu.rays, capacity=config.memsys.own_patches,
+                                      fill=True))
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
     expected: MemoryImage = image.with_results(shelling.cast(record)[0])
     total = int(hemisphere.polar_weights.sum()) * record.columns

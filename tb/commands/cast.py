@@ -1,7 +1,9 @@
 """``cast``: one frustum on the machine, its hits beside golden's, and where its cycles went."""
 
+import csv
 import json
 import sys
+from pathlib import Path
 
 import click
 
@@ -11,12 +13,12 @@ from golden.commands.parameters import FILE, SCENE_HELP, Triple, WholePair
 from golden.config import Config
 from golden.frustum import FrustumRecord, Hemisphere
 from golden.memory_map import machine_image
-from golden.output import check_outputs
+from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig
 from tb.system.plans import without_subshells
-from tb.system.rig import Cast
+from tb.system.rig import Cast, Waves
 from tb.system.timeline import write_timeline
 
 __all__ = ["cast", "report_of"]
@@ -37,28 +39,40 @@ __all__ = ["cast", "report_of"]
               "memories that have been cleared, are the same from the third one on.")
 @machine_options
 @click.option("--timeline", type=FILE, help="Chart of what is busy when, of the last cast. (.svg)")
+@click.option("--waves", type=FILE, help="Signals of the last cast. (.vcd)")
+@click.option("--waves-begin", type=click.IntRange(0), default=0, help="From this cycle of the cast on.")
+@click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="So many cycles.")
+@click.option("--csv", "table", type=FILE, help="Counters, a row for each cluster of each cast. (.csv)")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, casts, timeline, as_json, **machine):
+def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, casts, timeline, waves, waves_begin,
+         waves_cycles, table, as_json, **machine):
     """Cast one hemisphere or screen into SCENE on the machine.
 
     Exits with code 1 if its hits or sums are not golden's.
     """
     check_outputs(timeline, suffixes=(".svg",))
+    check_outputs(waves, suffixes=(".vcd",))
+    check_outputs(table, suffixes=(".csv",))
     config = machine_config(**machine)
     record, geometry = asked_frustum(open_scene(scene), config, origin, normal, patch, rays, screen)
     shelling = Shelling(geometry, config, cell=cell)
     plan = schedule(record, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=ratio,
-                    room=config.icu.rays, capacity=config.memsys.own_patches)
+                    room=config.icu.rays, capacity=config.memsys.own_patches, fill=True)
     if not subshells:
         plan = without_subshells(plan)
     weights = None if screen else Hemisphere(*rays).polar_weights
     image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
     expected = image.with_results(shelling.cast(record)[0])
-    with open_rig(config, **machine) as rig:
-        looks = []
-        done = [rig.cast(image, total=0 if weights is None else int(weights.sum()) * record.columns, sums=True,
-                         again=number > 0, timeline=looks if timeline and number == casts - 1 else None)
-                for number in range(casts)]
+    traces = Waves(path=waves, begin=waves_begin, cycles=waves_cycles) if waves else None
+    with open_rig(config, traced=waves is not None, **machine) as rig:
+        looks, done = [], []
+        for number in range(casts):
+            is_last = number == casts - 1
+            done.append(rig.cast(
+                image, total=0 if weights is None else int(weights.sum()) * record.columns, sums=True, again=number > 0,
+                timeline=looks if timeline and is_last else None, waves=traces if is_last else None))
+    if table:
+        write_counters(table, done)
     if timeline:
         write_timeline(timeline, looks, config, title=f"{scene}, {config.noc.nodes} clusters")
     report = {"scene": scene, "patches": len(geometry), "clusters": config.noc.nodes,
@@ -85,6 +99,16 @@ def report_of(record: FrustumRecord, done: list[Cast], config: Config) -> dict:
         "each": [{"efficiency": one["intersection_tested"] / last.cycles,
                   "edrc": one["intersection_tested"] / max(1, one["intersection_patches"]), **one}
                  for one in last.counters]}
+
+
+def write_counters(path: Path, done: list[Cast]) -> None:
+    """Counters as a table: cast, cluster, cycles, and the counters' names; a row for each cluster of each cast."""
+    with whole_file(path) as part, part.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(["cast", "cluster", "cycles", *done[0].counters[0]])
+        for number, one in enumerate(done):
+            for cluster, counters in enumerate(one.counters):
+                rows.writerow([number, cluster, one.cycles, *counters.values()])
 
 
 def _text(report: dict) -> str:

@@ -51,10 +51,11 @@ def machine_config(*, clusters: int, topology: str, preset: str, assignments: tu
                          given=tuple(one.partition("=")[0] for one in assignments))
 
 
-def open_rig(config: Config, *, policy: str | None, latency: int, spread: int, memory_seed: int, **_) -> Rig:
+def open_rig(config: Config, *, policy: str | None, latency: int, spread: int, memory_seed: int,
+             traced: bool = False, **_) -> Rig:
     """The machine that they ask for."""
     return Rig(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency, spread=spread,
-               shuffles=spread > 0, seed=memory_seed)
+               shuffles=spread > 0, seed=memory_seed, traced=traced)
 
 
 def write_json(path: Path, values: dict) -> None:

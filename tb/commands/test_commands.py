@@ -1,6 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """The commands as a user gives them."""
 
+import csv
 import json
 
 import numpy as np
@@ -11,6 +12,7 @@ import golden.cli
 import golden.memory_map
 import tb.cli
 from golden.config import PRESETS
+from tb.commands.cast import write_counters
 from tb.system.machine_frusta import MachineFrusta
 from tb.system.rig import LOOK, Cast
 from tb.system.test_engine import SMALL
@@ -49,6 +51,8 @@ BAD = {
     "parameter": (("cast", "cornell", "--patch", "0", "-P", "icu.speed=1"), "no parameter 'icu.speed'"),
     "room": (("cast", "cornell", "--patch", "0", "--rays", "256x128"), "there is room for 16384"),
     "timeline": (("cast", "cornell", "--patch", "0", "--timeline", "a.png"), "must end in .svg"),
+    "waves": (("cast", "cornell", "--patch", "0", "--waves", "a.fst"), "must end in .vcd"),
+    "counters": (("cast", "cornell", "--patch", "0", "--csv", "a.json"), "must end in .csv"),
     "no output": (("formfactors", "cornell"), "Missing option '-o'"),
     "form factors": (("formfactors", "cornell", "-o", "a.txt"), "must end in .npz"),
     "rays": (("formfactors", "cornell", "-o", "a.npz", "--rays", "10x3"), "power"),
@@ -126,6 +130,31 @@ def test_cast(folder):
     assert listed["differences"] == 0
     # The patches whose windows subshells are.
     assert listed["each"][0]["memory_answered"] > report["each"][0]["memory_answered"] == 0
+
+
+def test_counters_as_a_table(tmp_path):
+    casts = [Cast(image=None, cycles=cycles, load_cycles=0, result_cycles=0, shared={},
+                  counters=[{"a": cycles, "b": 2}, {"a": 3, "b": 4}]) for cycles in (100, 90)]
+    write_counters(tmp_path / "counters.csv", casts)
+    with (tmp_path / "counters.csv").open(newline="") as file:
+        assert list(csv.reader(file)) == [
+            ["cast", "cluster", "cycles", "a", "b"], ["0", "0", "100", "100", "2"], ["0", "1", "100", "3", "4"],
+            ["1", "0", "90", "90", "2"], ["1", "1", "90", "3", "4"]]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("clusters", [1, 2])
+def test_waveforms(folder, clusters):
+    result = run(tb.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", "--clusters",
+                 clusters, "--waves", "cast.vcd", "--waves-begin", "100", "--waves-cycles", "50", "--csv",
+                 "counters.csv", *MACHINE)
+    assert result.exit_code == 0, result.stderr
+    text = (folder / "cast.vcd").read_text()
+    times = [int(line[1:]) for line in text.splitlines() if line.startswith("#")]
+    # Both edges of the clock in each cycle, and units inside the clusters.
+    assert times == list(range(times[0], times[0] + 2 * 50))
+    assert text.count("module intersection ") >= clusters
+    assert len((folder / "counters.csv").read_text().splitlines()) == 1 + 3 * clusters
 
 
 @pytest.mark.sim

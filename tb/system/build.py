@@ -2,16 +2,20 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
 
 from amaranth.back import rtlil
 
 from golden.config import Config
-from hw.package.tops import engine_verilog
+from golden.noc.topology import TOPOLOGIES
+from hw.cluster import Cluster
+from hw.engine import CLUSTER, Engine
+from hw.export import verilog_of
 from tb.lib.runner import BUILD
 
-__all__ = ["ROOT", "engine_text"]
+__all__ = ["ROOT", "cluster_text", "engine_text", "frame_text"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -47,16 +51,32 @@ def _unwritten_zeros():
         rtlil.ModuleEmitter.emit_memory = written
 
 
-def engine_text(config: Config) -> str:
-    """The engine with its cluster, from a file if the same sources have made one before.
-
-    For Verilator with its variables 0 at first: of memories nothing is said that begin with zeros.
-    """
+def _text(name: str, config: Config, make: Callable[[Config], str]) -> str:
+    """Made, or from a file if the same sources have made it before."""
     key = hashlib.sha256(SOURCES + json.dumps(config.parameters(), sort_keys=True).encode()).hexdigest()[:24]
-    path = ROOT / BUILD / "verilog" / f"engine-{key}.v"
+    path = ROOT / BUILD / "verilog" / f"{name}-{key}.v"
     if not path.exists():
         with _unwritten_zeros():
-            text = engine_verilog(config)
+            text = make(config)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     return path.read_text()
+
+
+def frame_text(config: Config) -> str:
+    """The engine without the module of its clusters."""
+    return _text("frame", config, lambda config: verilog_of(Engine(config=config, apart=True), "top"))
+
+
+def cluster_text(config: Config) -> str:
+    """The module of an engine's clusters. Of the network it knows how many nodes there are: topologies share it."""
+    return _text("cluster", config.replace({"noc.topology": TOPOLOGIES[0]}),
+                 lambda config: verilog_of(Cluster(config=config), CLUSTER))
+
+
+def engine_text(config: Config) -> str:
+    """The engine with its cluster.
+
+    For Verilator with its variables 0 at first: of memories nothing is said that begin with zeros.
+    """
+    return frame_text(config) + cluster_text(config)

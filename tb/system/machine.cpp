@@ -7,6 +7,9 @@
 
 #include "Vtop.h"
 #include "verilated.h"
+#if VM_TRACE
+#include "verilated_vcd_c.h"
+#endif
 
 // Verilator writes the second of two underscores as a number.
 #define AXI(pin) top.axi___05F##pin
@@ -56,6 +59,27 @@ struct Machine {
     Vtop top{&context};
     Memory memory;
     uint64_t now = 0;
+#if VM_TRACE
+    VerilatedVcdC waves;
+
+    // Begins with a path, and ends without one.
+    void trace(const char* path) {
+        waves.close();
+        if (path) waves.open(path);
+    }
+
+    // Two times to a cycle: the clock rises at the even ones.
+    void look() {
+        if (waves.isOpen()) waves.dump(2 * now + !top.clk);
+    }
+
+    Machine() {
+        context.traceEverOn(true);
+        top.trace(&waves, 99);
+    }
+#else
+    void look() {}
+#endif
 
     static constexpr unsigned beat_bytes = BEAT_BYTES;
 
@@ -70,6 +94,7 @@ struct Machine {
         top.clk = 1;
         top.eval();
         ++now;
+        look();
         if (asks) memory.reads.push_back(read), memory.reads.back().due = memory.due(now);
         if (wants) memory.writes.push_back(write);
         if (taken) next_beat();
@@ -79,6 +104,7 @@ struct Machine {
         AXI(wready) = !memory.writes.empty();
         top.clk = 0;
         top.eval();
+        look();
     }
 
     void store() {
@@ -218,6 +244,10 @@ void machine_run(Machine* machine, uint64_t cycles) {
 int machine_read(Machine* machine, uint32_t address, uint32_t* value) { return machine->read(address, value); }
 
 int machine_write(Machine* machine, uint32_t address, uint32_t value) { return machine->write(address, value); }
+
+#if VM_TRACE
+void machine_trace(Machine* machine, const char* path) { machine->trace(path); }
+#endif
 
 // Cycles, beats read and written, and beats outside the memory.
 void machine_counts(Machine* machine, uint64_t* counts) {

@@ -84,7 +84,7 @@ class MachineFrusta(FixedFrusta):
             if not fits or not left:
                 plan = without_subshells(schedule(
                     record, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO, room=config.icu.rays,
-                    capacity=config.memsys.own_patches))
+                    capacity=config.memsys.own_patches, fill=True))
                 left = PHASE
             left -= 1
             weights = None if record.is_screen else self._weights

@@ -1,6 +1,7 @@
 """A simulated machine and its host: images of frusta in, hits and what they took out."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -8,12 +9,13 @@ from golden.config import Config
 from golden.memory_map import MemoryImage
 from golden.noc.packing import reply_flits, request_flits
 from golden.noc.topology import grid_shape
+from golden.output import whole_file
 from hw.formats import GRID_GROUP
 from hw.memsys.cache_policy import CachePolicy
 from tb.host import LIVES, Host
 from tb.system.fast_port import FastPort, complete
 
-__all__ = ["Cast", "Rig", "engine_config"]
+__all__ = ["Cast", "Rig", "Waves", "engine_config"]
 
 # What a simulation needs, unless a run says otherwise: little room for rays, memories that are cleared seldom, and
 # shells that do not wait for the ones before.
@@ -40,6 +42,15 @@ def engine_config(config: Config, *, clusters: int, topology: str, given: tuple[
     columns, rows = grid_shape(max(1, clusters))
     changes = {name: value for name, value in USUAL.items() if name not in given}
     return config.replace({**changes, "noc.topology": topology, "noc.columns": columns, "noc.rows": rows})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waves:
+    """Signals of some cycles, as VCD, from so many cycles after the start of a cast on."""
+
+    path: Path
+    begin: int
+    cycles: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,7 +111,7 @@ class Rig:
     policy
         Of its caches. Default: the configuration's.
     memory
-        Of `FastPort`: latency, spread, shuffles, seed.
+        Of `FastPort`: latency, spread, shuffles, seed, traced.
     """
 
     def __init__(self, config: Config, *, policy: CachePolicy | None = None, **memory):
@@ -120,7 +131,7 @@ class Rig:
         self.close()
 
     def cast(self, image: MemoryImage, *, total: int = 0, sums: bool = False, again: bool = False,
-             timeline: list | None = None) -> Cast:
+             timeline: list | None = None, waves: Waves | None = None) -> Cast:
         """Cast a frustum.
 
         Parameters
@@ -133,6 +144,8 @@ class Rig:
             It is the one that was cast before: nothing is loaded.
         timeline
             To which cycle and counters of each cluster are appended now and then.
+        waves
+            Written of this cast; the rig is ``traced``.
 
         Errors
         ------
@@ -147,6 +160,12 @@ class Rig:
         loaded = self.port.cycles
         shared = self._shared()
         complete(self._host.start())
+        if waves:
+            complete(self.port.wait(waves.begin))
+            with whole_file(waves.path) as part:
+                self.port.trace(part)
+                complete(self.port.wait(waves.cycles))
+                self.port.trace(None)
         while timeline is not None and complete(self._host.status())["casts"]:
             timeline.append((self.port.cycles - loaded, complete(self._host.counters())))
             complete(self.port.wait(LOOK))

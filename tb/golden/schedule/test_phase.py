@@ -15,6 +15,7 @@ from golden.schedule.usage import cumulative_frequency
 from tb.golden.schedule.scenes import CONFIG, case
 
 SCENES = ["room1627", "cubes", "phone"]
+ROOM = 512
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -32,6 +33,29 @@ def test_patches_are_found_once_and_shell_by_shell(scene):
     assert len(np.unique(found.patches)) == len(found.patches)
     assert (np.diff(found.shell) >= 0).all()
     assert np.array_equal(np.sort(found.patches), np.flatnonzero(found.frequency))
+
+
+def test_patches_between_the_rays_cast_fill_the_room_that_is_left(scene):
+    plain, filled = made(scene, capacity=ROOM), made(scene, capacity=ROOM, fill=True)
+    found, passed = plain.found.patches, filled.found.passed
+    assert not np.intersect1d(found, passed).size
+    assert len(np.unique(passed)) == len(passed)
+    for held, more in zip(plain.sets.patches, filled.sets.patches, strict=True):
+        assert more[:len(held)].tolist() == held.tolist()
+        assert len(more) <= ROOM
+        assert np.isin(more[len(held):], passed).all()
+    assert len(filled.sets) > len(plain.sets)
+    residents = np.concatenate(filled.sets.patches)
+    assert len(np.unique(residents)) == len(residents)
+    # What a casting is given is more often resident.
+    references = np.zeros(len(scene.geometry), dtype=np.int64)
+    scene.shelling.cast(scene.record, references=references)
+    assert references[residents].sum() >= references[plain.sets.chosen].sum()
+
+
+def test_what_is_filled_has_a_size(scene):
+    with pytest.raises(InputError, match="Capacity must be given where sets are filled, not None"):
+        made(scene, fill=True)
 
 
 def test_work_by_frustum_and_by_patch_are_the_same_work(scene):

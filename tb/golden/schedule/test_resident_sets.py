@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.errors import InputError
-from golden.schedule.resident_sets import resident_sets
+from golden.schedule.resident_sets import fill_up, resident_sets
 
 PATCHES = np.array([9, 4, 7, 1, 3])
 CLUSTER = np.array([1, 0, 1, 1, 0])
@@ -33,3 +33,12 @@ def test_residence_names_cluster_and_local_address_or_nothing():
 def test_negative_capacity_is_refused():
     with pytest.raises(InputError, match="Capacity must be at least 0, not -1"):
         resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=-1)
+
+
+def test_room_that_is_left_is_filled_behind_what_is_held():
+    sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=4)
+    more = fill_up(sets, np.array([2, 8, 5, 0, 6]), np.array([0, 0, 1, 1, 0]), capacity=4)
+    assert [held.tolist() for held in more.patches] == [[4, 3, 2, 8], [9, 7, 1, 5]]
+    # Who holds more than that keeps it.
+    assert [held.tolist() for held in fill_up(sets, np.array([2]), np.array([1]), capacity=1).patches] == [
+        [4, 3], [9, 7, 1]]
