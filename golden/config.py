@@ -242,7 +242,8 @@ class Ctu:
         Levels of squares by which survival is looked up; 1 to 3. Those of the first one are the settle map's tiles,
         those of each further one 4 x 4 of the one below: of a dead one nothing more is looked at.
     subshell_bits
-        A cluster's list has at most 2^b subshells; 4 to 14.
+        A cluster's list has at most 2^b subshells; 4 to 14, or 0: there are no lists, and all of a sector is its last
+        subshell.
     shell_bits
         Shells have numbers below 2^b; 3 to 10.
     grid_row_bits, grid_column_bits
@@ -264,11 +265,18 @@ class Ctu:
 
     def __post_init__(self):
         for name, low, high in (("pipelines", 0, 4), ("lead", 0, 15), ("pyramid_levels", 1, 3),
-                                ("subshell_bits", 4, 14), ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
+                                ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
                                 ("grid_column_bits", 6, 18), ("near_cell_bits", 5, 14)):
             _check_range("ctu", name, getattr(self, name), low, high)
+        if self.subshell_bits:
+            _check_range("ctu", "subshell_bits", self.subshell_bits, 4, 14)
         for name, low, high in (("ray_slots", 8, 1 << 18), ("deferred", 4, 256)):
             _check_power_of_two("ctu", name, getattr(self, name), low, high)
+
+    @property
+    def subshells(self) -> int:
+        """How many a list can have."""
+        return 1 << self.subshell_bits if self.subshell_bits else 0
 
     def traversal_pipelines(self, clusters: int) -> int:
         """Traversal pipelines of each of ``clusters`` clusters.

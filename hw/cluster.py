@@ -68,7 +68,8 @@ class Cluster(wiring.Component):
               |    '- patches of subshells -'                    |          '- o_sum
               '------------- settle map -------------------------'
 
-    Patches whose windows are subshells are the cluster's own; traversal asks for them as other clusters do.
+    Patches whose windows are subshells are the cluster's own; traversal asks for them as other clusters do. Where there
+    are no lists of subshells (``ctu.subshell_bits`` of 0) nothing is there for them.
 
     Parameters
     ----------
@@ -142,10 +143,11 @@ class Cluster(wiring.Component):
         for name in ("cells", "lists", "types", "geometry"):
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
         wiring.connect(m, load.o_grid, traversal.i_table)
-        table, ours, theirs = load.o_table, intersection.i_table, traversal.i_slack
-        m.d.comb += [
-            ours.valid.eq(table.valid), ours.payload.eq(table.payload), table.ready.eq(ours.ready),
-            theirs.valid.eq(table.valid & ours.ready), theirs.payload.eq(table.payload)]
+        table, ours = load.o_table, intersection.i_table
+        wiring.connect(m, table, ours)
+        if self._config.ctu.subshells:
+            m.d.comb += [traversal.i_slack.valid.eq(table.valid & ours.ready),
+                         traversal.i_slack.payload.eq(table.payload)]
 
     def _add_cast(self, m, memory, intersection, traversal, load, control):
         """A frustum's beginning, cells, patches, the settle map."""
@@ -194,6 +196,10 @@ class Cluster(wiring.Component):
 
     def _add_subshells(self, m, memory, traversal, load):
         """The list, and its patches beside those that other clusters ask for."""
+        if not self._config.ctu.subshells:
+            wiring.connect(m, wiring.flipped(self.i_asked), memory.i_asked)
+            wiring.connect(m, memory.o_answer, wiring.flipped(self.o_answer))
+            return
         m.submodules.list = table = SubshellTable(config=self._config)
         wiring.connect(m, load.o_subshell, table.i_load)
         wiring.connect(m, traversal.o_entry, table.i)

@@ -1,6 +1,6 @@
 """The schedule of a phase: all that stays the same over its castings, from one sparse casting."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -54,6 +54,11 @@ class Schedule:
     def estimated_steps(self) -> np.ndarray:
         """Cell-traversal steps expected of each cluster, without those beyond its sector's border."""
         return self.partition.sums(self.found.frusta.share(self.found.steps))
+
+    def without_subshells(self) -> "Schedule":
+        """With no subshell but the last one, which is not listed: the hits are the same."""
+        none = SubshellList(*(np.zeros(0, dtype=np.int64) for _ in fields(SubshellList)))
+        return replace(self, subshells=(none,) * len(self.subshells))
 
 
 def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,

@@ -62,7 +62,7 @@ class SubshellGenerator(wiring.Component):
 
     def __init__(self, *, config: Config):
         formats = self._formats = Formats(config)
-        self._bits = config.ctu.subshell_bits
+        self._bits, self._table = config.ctu.subshell_bits, config.ctu.subshells
         # As wide as in memory.
         word = 32
         super().__init__({
@@ -73,7 +73,7 @@ class SubshellGenerator(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        formats, table = self._formats, 1 << self._bits
+        formats, table = self._formats, self._table
         m.submodules.entries = entries = Queue(StructLayout({
             "patch": formats.patch, "shell": formats.shell, "no_patch": 1, "no_shell": 1}), depth=ROOM)
         given = Signal(self.i.payload.shape(), reset_less=True)

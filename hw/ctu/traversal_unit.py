@@ -29,7 +29,8 @@ class TraversalUnit(wiring.Component):
     Parameters
     ----------
     config
-        The configuration.
+        The configuration. Where there are no lists (``ctu.subshell_bits`` of 0) there is no `SubshellWindows`, and none
+        of the streams ``i_slack``, ``o_entry``, ``i_entry``, ``o_patch`` and ``i_vertex``.
     pipelines
         Traversal pipelines, see `golden.config.Ctu.traversal_pipelines`.
 
@@ -65,16 +66,18 @@ class TraversalUnit(wiring.Component):
     def __init__(self, *, config: Config, pipelines: int = 1):
         self._config, formats = config, Formats(config)
         self._back = RayTraversal(config=config, pipelines=pipelines)
-        self._subshells, self._windows = SubshellGenerator(config=config), SubshellWindows(config=config)
+        self._subshells = SubshellGenerator(config=config)
+        self._windows = SubshellWindows(config=config) if config.ctu.subshells else None
         self._rays = CtRayGenerator(config=config)
         self._given = StructLayout({
             "traversal": formats.traversal_frustum, "last_shell": formats.shell,
             "subshells": self._subshells.i.payload.shape()})
         # Streams that go straight through, by the name inside.
-        self._straight = (
-            (self._back, {"i_near": "i_near", "o": "o", "o_tile": "o_tile", "i_word": "i_word"}),
-            (self._subshells, {"o_entry": "o_read", "i_entry": "i_read"}),
-            (self._windows, {"o_patch": "o_patch", "i_vertex": "i_vertex", "i_slack": "i_table"}))
+        self._straight = [(self._back, {"i_near": "i_near", "o": "o", "o_tile": "o_tile", "i_word": "i_word"})]
+        if self._windows:
+            self._straight += [
+                (self._subshells, {"o_entry": "o_read", "i_entry": "i_read"}),
+                (self._windows, {"o_patch": "o_patch", "i_vertex": "i_vertex", "i_slack": "i_table"})]
         members = {}
         for block, names in self._straight:
             for outer, inner in names.items():
@@ -87,8 +90,8 @@ class TraversalUnit(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.subshells, m.submodules.windows = subshells, windows = self._subshells, self._windows
-        m.submodules.rays, m.submodules.back = rays, back = self._rays, self._back
+        m.submodules.subshells, m.submodules.rays = subshells, rays = self._subshells, self._rays
+        m.submodules.back = back = self._back
         for block, names in self._straight:
             for outer, inner in names.items():
                 ours, theirs = wiring.flipped(getattr(self, outer)), getattr(block, inner)
@@ -111,11 +114,19 @@ class TraversalUnit(wiring.Component):
         frustum = kept.traversal.frustum
         m.d.comb += [
             subshells.i.payload.eq(kept.subshells), back.i_frustum.payload.eq(kept.traversal),
-            windows.frustum.eq(frustum), rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell),
+            rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell),
             rays.lead.eq(self._config.ctu.lead)]
 
-        wiring.connect(m, subshells.o, windows.i)
-        wiring.connect(m, windows.o, rays.i)
+        if self._windows:
+            m.submodules.windows = windows = self._windows
+            m.d.comb += windows.frustum.eq(frustum)
+            wiring.connect(m, subshells.o, windows.i)
+            wiring.connect(m, windows.o, rays.i)
+        else:
+            # There is only the last one, whose window nobody looks at.
+            m.d.comb += [rays.i.valid.eq(subshells.o.valid), subshells.o.ready.eq(rays.i.ready),
+                         rays.i.payload.shell.eq(subshells.o.payload.shell),
+                         rays.i.payload.last.eq(subshells.o.payload.last)]
         wiring.connect(m, rays.o, back.i)
         m.d.comb += [rays.i_over.valid.eq(back.o_over.valid), back.settled.eq(self.settled),
                      self.error.eq(subshells.error), self.counters.eq(back.counters)]

@@ -19,7 +19,6 @@ from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
 from tb.bench.report import provenance, write_report
 from tb.commands.cast import report_of
-from tb.system.plans import without_subshells
 from tb.system.rig import Rig, engine_config
 
 __all__ = ["measure", "rows_of"]
@@ -47,9 +46,8 @@ def measure(rig: Rig, scene: str, *, cell: float, rays: tuple[int, int]) -> dict
     shelling = Shelling(geometry, config, cell=cell)
     reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
                          for point in (REFERENCE, POINT))
-    plan = without_subshells(schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes,
-                                      ratio=RATIO, room=config.icu.rays, capacity=config.memsys.own_patches,
-                                      fill=True))
+    plan = schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=RATIO,
+                    room=config.icu.rays, capacity=config.memsys.own_patches, fill=True).without_subshells()
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
     expected: MemoryImage = image.with_results(shelling.cast(record)[0])
     total = int(hemisphere.polar_weights.sum()) * record.columns

@@ -17,7 +17,6 @@ from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig
-from tb.system.plans import without_subshells
 from tb.system.rig import Cast, Waves
 from tb.system.timeline import write_timeline
 
@@ -59,7 +58,7 @@ def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, cas
     plan = schedule(record, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=ratio,
                     room=config.icu.rays, capacity=config.memsys.own_patches, fill=True)
     if not subshells:
-        plan = without_subshells(plan)
+        plan = plan.without_subshells()
     weights = None if screen else Hemisphere(*rays).polar_weights
     image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
     expected = image.with_results(shelling.cast(record)[0])

@@ -7,6 +7,7 @@ import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.stimulus.ctu.records import traversal_record
+from hw.ctu.subshell_generator import ListError
 from hw.ctu.traversal_unit import TraversalUnit
 from tb.ctu.traversal_bench import Intersection, Place, SettlePort, Surroundings
 from tb.icu.frustum_load import table_writes
@@ -23,25 +24,43 @@ SMALL = {"ctu.lead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_c
          "ctu.subshell_bits": 6, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
 
 
+# A cluster's list need not be the first one of the table.
+FIRST = 3
+
+
+def give_numbers(place, config, *, count):
+    """The frustum, with so many subshells."""
+    place.frustum = pack(TraversalUnit(config=config).i_frustum.payload.shape(), {
+        "traversal": unpack(place.formats.traversal_frustum, place.frustum), "last_shell": place.traversal.last_shell,
+        "subshells": {"first": FIRST if count else 0, "count": count, "patches": len(place.shelling.geometry)}})
+
+
+class NoList:
+    """Where there are no lists."""
+
+    def __init__(self):
+        self.asked = []
+
+    async def begin(self):
+        """There is nothing to give."""
+
+    def stop(self):
+        """Nothing is under way."""
+
+
 class Host:
     """Who has the subshell list and the patches."""
 
     def __init__(self, dut, place, subshells, config):
         self._dut, self._place = dut, place
         shapes = {name: getattr(TraversalUnit(config=config), name).payload.shape()
-                  for name in ("i_frustum", "i_entry", "i_vertex", "i_slack")}
+                  for name in ("i_entry", "i_vertex", "i_slack")}
         geometry = place.shelling.geometry
         listed = list(zip(subshells.patches.tolist(), subshells.shell.tolist(), strict=True))
         self._entries = [pack(shapes["i_entry"], {"patch": patch, "shell": shell}) for patch, shell in listed]
         self._beats = [[pack(shapes["i_vertex"], {"patch": patch, "surface": int(geometry.surface[patch]),
                                                   "vertex": vertex}) for vertex in geometry.vertices[patch].tolist()]
                        for patch in range(len(geometry))]
-        # A cluster's list need not be the first one of the table.
-        self._first = 3
-        formats = place.formats
-        place.frustum = pack(shapes["i_frustum"], {
-            "traversal": unpack(formats.traversal_frustum, place.frustum), "last_shell": place.traversal.last_shell,
-            "subshells": {"first": self._first, "count": len(listed), "patches": len(geometry)}})
         self._slack = [pack(shapes["i_slack"], one) for one in table_writes(place.record, config)]
         self.asked = []
         self._sources = {name: Source(dut, name) for name in ("i_entry", "i_vertex", "i_slack")}
@@ -52,7 +71,7 @@ class Host:
         self._tasks = [cocotb.start_soon(self._serve(name)) for name in self._waiting]
 
     def _entry(self, place):
-        self._waiting["i_entry"].append(self._entries[place - self._first])
+        self._waiting["i_entry"].append(self._entries[place - FIRST])
 
     def _patch(self, patch):
         self.asked.append(patch)
@@ -91,7 +110,8 @@ class Cast:
         self._record, self._one, self._config, self._dut = record, one, config, dut
         place = Place(record.shelling, record.record, one.sector, config)
         self.around = Surroundings(dut, place, sink="random", stalls=0.2, seed=seed, asks=False, port=port)
-        self.host = Host(dut, place, one.subshells, config)
+        give_numbers(place, config, count=len(one.subshells.patches))
+        self.host = Host(dut, place, one.subshells, config) if config.ctu.subshells else NoList()
         self.tests = Intersection(self.around, delay=lambda random: random.integers(1, 200), seed=seed)
 
     async def begin(self):
@@ -138,6 +158,26 @@ async def free_running(dut):
 
 
 @cocotb.test()
+async def without_lists(dut):
+    """Golden's hits; a list that is given all the same is an error, and the hits are the same."""
+    given = options()
+    await start(dut, cycles=given["cycles"])
+    config, port = config_of(given["changes"]), SettlePort(dut)
+    record = given_record(config)
+    one = record.sectors[0]
+    for count, error in (0, ListError.NONE), (1, ListError.LENGTH), (0, ListError.NONE):
+        cast = Cast(dut, record, one, config, seed=count, port=port)
+        frustum = TraversalUnit(config=config).i_frustum.payload.shape()
+        values = unpack(frustum, cast.around.place.frustum)
+        values["subshells"]["count"] = count
+        cast.around.place.frustum = pack(frustum, values)
+        await cast.begin()
+        await cast.check()
+        assert int(dut.error.value) == error.value
+        cast.stop()
+
+
+@cocotb.test()
 async def reset_in_flight(dut):
     """A frustum that reset cuts off, wherever it is, leaves nothing in the next one."""
     given = options()
@@ -173,6 +213,12 @@ def run(record, changes, simulator, *, cycles, tests=("free_running",), pipeline
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_lobby(simulator):
     run(("lobby", 0.25, 1, False), SMALL, simulator, cycles=30_000)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_without_lists(simulator):
+    run(("lobby", 0.25, 1, False), SMALL | {"ctu.subshell_bits": 0}, simulator, cycles=30_000,
+        tests=("without_lists",))
 
 
 LARGE = {**SMALL, "ctu.ray_slots": 4096, "ctu.shell_bits": 6, "ctu.grid_row_bits": 11, "ctu.grid_column_bits": 13,

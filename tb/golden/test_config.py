@@ -21,6 +21,7 @@ MESSAGES = [
     ("memsys.reply_ids=6", "configuration: Reply ids (memsys.reply_ids) must be a power of two, not 6"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
+    ("ctu.subshell_bits=3", "configuration: Subshell bits (ctu.subshell_bits) must be 4 to 14, not 3"),
     ("ctu.lead=16", "configuration: Lead (ctu.lead) must be 0 to 15, not 16"),
     ("noc.topology=star", "configuration: Topology (noc.topology) must be "
                           "mesh, torus, ring, illiac, hypercube, not 'star'"),

@@ -10,7 +10,6 @@ from golden.memory_map import machine_image
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.phase import schedule
-from tb.system.plans import without_subshells
 from tb.system.rig import Rig
 
 __all__ = ["MachineFrusta"]
@@ -82,9 +81,9 @@ class MachineFrusta(FixedFrusta):
             nonlocal plan, left
             fits = plan and (record.columns, record.rows) == (plan.partition.columns, plan.partition.rows)
             if not fits or not left:
-                plan = without_subshells(schedule(
+                plan = schedule(
                     record, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO, room=config.icu.rays,
-                    capacity=config.memsys.own_patches, fill=True))
+                    capacity=config.memsys.own_patches, fill=True).without_subshells()
                 left = PHASE
             left -= 1
             weights = None if record.is_screen else self._weights

@@ -79,6 +79,8 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
                             for point in (0, *points))
     plan = schedule(sparse, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO,
                     room=config.icu.rays, capacity=config.memsys.own_patches)
+    if not config.ctu.subshells:
+        plan = plan.without_subshells()
     return [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),
                     hits=naive.cast(record), total=0 if weights is None else int(weights.sum()) * record.columns)
             for record in records]

@@ -1,7 +1,6 @@
 # amaranth: UnusedElaboratable=no
 """A machine with its host: what is loaded again, what is counted."""
 
-import numpy as np
 import pytest
 
 from golden.config import PRESETS
@@ -9,7 +8,6 @@ from golden.errors import InputError
 from golden.memory_map import MemoryImage
 from hw.cluster import COUNTERS
 from tb.lib.configurations import config_of
-from tb.system.plans import without_subshells
 from tb.system.rig import SHARED, USUAL, Rig, engine_config
 from tb.system.scenes import frusta
 from tb.system.test_engine import SMALL
@@ -58,13 +56,13 @@ def test_what_is_the_same_is_not_loaded_again():
         assert set(second.shared) == set(SHARED)
 
 
-def test_a_plan_without_subshells_has_all_else(monkeypatch):
-    plans = []
-    monkeypatch.setattr("tb.system.scenes.machine_image", lambda *given, **_: plans.append(given[4]))
-    frusta("cornell", CONFIG.replace({"noc.columns": 2}), cell=0.5)
-    plan = plans[0]
-    bare = without_subshells(plan)
-    assert any(len(listed) for listed in plan.subshells)
-    assert [len(listed) for listed in bare.subshells] == [0, 0]
-    assert bare.partition is plan.partition
-    assert np.array_equal(bare.sets.chosen, plan.sets.chosen)
+@pytest.mark.sim
+def test_a_machine_without_lists():
+    bare = config_of(SMALL | {"noc.columns": 1, "ctu.subshell_bits": 0})
+    given = frusta("cornell", bare, cell=0.5, points=(5,))[0]
+    with Rig(bare, latency=5) as rig:
+        done = rig.cast(given.image, total=given.total, sums=True)
+        for name in "hits", "sums":
+            assert done.image[name].tobytes() == given.written[name].tobytes(), name
+        with pytest.raises(InputError, match=r"Subshells of a cluster must be at most 0 \(ctu.subshell_bits\), not"):
+            rig.cast(frusta("cornell", CONFIG, cell=0.5, points=(5,))[0].image)

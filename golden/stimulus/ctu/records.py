@@ -108,6 +108,8 @@ def traversal_record(scene: str, *, cell: float, config: Config, clusters: int =
         record, sparse = (hemisphere_record(Hemisphere(*rays), geometry.coordinates, points[point], down)
                           for point in (5, 0))
     plan = schedule(sparse, geometry, shelling.table, config, clusters=clusters, ratio=RATIO)
+    if not config.ctu.subshells:
+        plan = plan.without_subshells()
     memory = RayMemory(len(record), config)
     tests = shelling.tests(record, memory)
     sectors = tuple(_sector(shelling, record, sector, subshells, memory, tests, config)

@@ -99,6 +99,16 @@ def test_hits_do_not_depend_on_sections_and_subshells(scene):
     assert not len(whole.differences(cut))
 
 
+def test_a_plan_without_subshells_has_all_else(scene):
+    plan = made(scene)
+    bare = plan.without_subshells()
+    assert sum(map(len, (listed.patches for listed in plan.subshells))) > 0
+    assert not any(len(listed.patches) or len(listed.shell) for listed in bare.subshells)
+    assert len(bare.subshells) == len(plan.subshells)
+    assert bare.sets is plan.sets
+    assert bare.partition is plan.partition
+
+
 def test_subshells_are_resident_patches_in_order_and_none_is_redundant(scene):
     plan = made(scene)
     for held, subshells in zip(plan.sets.patches, plan.subshells, strict=True):
