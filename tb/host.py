@@ -100,7 +100,7 @@ def check_image(image: MemoryImage, config: Config) -> None:
             ("tiles of a section", int((across("column") * across("row")).max()), icu.rays // side**2, "icu.rays"),
             ("cells", len(image["cells"]), memsys.scene_cells, "memsys.scene_cells"),
             ("patches of a resident set", int(clusters["residents"].max()), memsys.own_patches, "memsys.own_patches"),
-            ("subshells of a cluster", int(clusters["subshells"].max()), 1 << ctu.subshell_bits, "ctu.subshell_bits"),
+            ("subshells of a cluster", int(clusters["subshells"].max()), ctu.subshells, "ctu.subshell_bits"),
             ("cells of shell 1", len(image["near_cells"]), 1 << ctu.near_cell_bits, "ctu.near_cell_bits"),
             ("shells", len(shells) + 2, 1 << ctu.shell_bits, "ctu.shell_bits"),
             ("rows of grid rays", len(image["grid_rows"]), 1 << ctu.grid_row_bits, "ctu.grid_row_bits"),
