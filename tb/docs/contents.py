@@ -1,0 +1,72 @@
+"""Contents of the site that are made from the code."""
+
+import re
+from collections.abc import Callable
+
+from golden.config import PRESETS, Config
+from hw.cluster import Cluster
+from hw.engine import Engine
+from hw.lib.apart import Apart
+from hw.report import UNITS, make_unit
+from tb.docs.reference import PRESET, Reference
+from tb.docs.structure import component_classes, structures
+
+__all__ = ["UNIT_PAGES", "Contents", "makers"]
+
+# Components whose diagrams and ports are shown on pages of docs/.
+UNIT_PAGES = {
+    "engine.md": ("Engine", "Cluster"),
+    "intersection-unit.md": ("IntersectionUnit", "PatchSetup", "IntersectionPipeline"),
+    "traversal-unit.md": ("TraversalUnit", "RayTraversal", "Survival"),
+    "memory-path.md": ("MemorySystem", "SystemBusInterface"),
+    "caches.md": ("Cache",),
+    "main-memory.md": ("MainMemoryPort", "PreloadDma", "WriteDma"),
+    "network.md": ("NetworkInterface", "Router"),
+}
+
+
+def makers(config: Config) -> list[Callable]:
+    """Of the engine, of its cluster, and of what is measured alone."""
+    units = [lambda block=block, unit=unit: make_unit(block, unit, config)
+             for block, names in UNITS.items() for unit in names]
+    return [lambda: Engine(config=config, apart=True), lambda: Cluster(config=config), *units]
+
+
+class Contents:
+    """All of it."""
+
+    def __init__(self):
+        classes = [cls for cls in component_classes().values() if cls is not Apart]
+        found = structures(makers(PRESETS[PRESET]), stands_for={Apart: Cluster})
+        self._reference = Reference(classes, found)
+
+    def navigation(self) -> list:
+        """The reference's part of it, as in mkdocs.yml."""
+        reference = self._reference
+        return [{title: [reference.index_path(folder), *(
+            reference.path(cls) for cls in reference.classes if reference.folder(cls) == folder)]}
+            for folder, title in reference.folders.items()]
+
+    def pages(self) -> dict[str, str]:
+        """Markdown of pages by their paths."""
+        return self._reference.pages()
+
+    def complete(self, text: str, here: str) -> str:
+        """A page with the parts whose places it names, and what is shown of its units below.
+
+        Places are comments: ``<!-- diagram Cluster -->``.
+        """
+        reference = self._reference
+
+        def part(match):
+            kind, name = match[1], match[2]
+            return {"diagram": lambda: reference.diagram(reference.named(name), here)}[kind]()
+
+        text = re.sub(r"<!-- (\w+) (\w+) -->", part, text)
+        for name in UNIT_PAGES.get(here, ()):
+            cls = reference.named(name)
+            text += "\n".join([
+                "", f"## {name}, from the code", "",
+                f"With preset `{PRESET}`. What the ports mean and when they move: {reference.link(cls, here)}.", "",
+                reference.diagram(cls, here), "", reference.interface(cls), ""])
+        return text

@@ -1,0 +1,82 @@
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from tb.docs.__main__ import main
+from tb.docs.contents import UNIT_PAGES
+from tb.docs.hooks import OUTSIDE
+from tb.docs.links import broken_links
+from tb.docs.reference import markdown
+from tb.docs.structure import component_classes
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_pages_of_the_navigation_exist():
+    navigation = (ROOT / "mkdocs.yml").read_text().partition("\nnav:\n")[2]
+    named = set(re.findall(r"[\w-]+\.md", navigation)) - set(OUTSIDE)
+    assert "registers.md" in named
+    assert named <= {page.name for page in (ROOT / "docs").glob("*.md")}
+
+
+def test_units_of_the_pages_exist():
+    names = [cls.__name__ for cls in component_classes().values()]
+    assert all((ROOT / "docs" / page).exists() for page in UNIT_PAGES)
+    assert {name for units in UNIT_PAGES.values() for name in units} <= {
+        name for name in names if names.count(name) == 1}
+
+
+@pytest.mark.parametrize(("target", "is_broken"), [
+    ("other.html", False), ("other.html#there", False), ("#here", False), ("https://example.org/x", False),
+    ("folder/", False), ("other.html#here", True), ("#there", True), ("gone.html", True), ("folder/gone.png", True)])
+def test_broken_links_are_found(tmp_path, target, is_broken):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "index.html").write_text("")
+    (tmp_path / "page.html").write_text(f'<h1 id="here">x</h1><a href="{target}">y</a>')
+    (tmp_path / "other.html").write_text('<h1 id="there">x</h1>')
+    assert broken_links(tmp_path) == ([f"page.html: {target}"] if is_broken else [])
+
+
+def test_docstrings_become_markdown():
+    text = markdown("""``a < b`` and `Queue`, x < y::
+
+    i - o
+
+Members
+-------
+i, o
+    What goes in,
+    and out.
+p
+    More.
+
+Timing
+------
+Latency: ``3``.""", lambda name: f"[{name}]")
+    assert text == """`a < b` and [Queue], x &lt; y:
+
+    i - o
+
+## Members
+
+`i`, `o`
+:   What goes in,
+    and out.
+
+`p`
+:   More.
+
+## Timing
+
+Latency: `3`."""
+
+
+@pytest.mark.nightly
+def test_the_site_is_built_and_all_its_links_lead_somewhere(tmp_path):
+    result = CliRunner().invoke(main, [str(tmp_path / "site")])
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "site" / "intersection-unit.html").read_text()
+    assert "<svg" in page
+    assert "i_vertex" in page

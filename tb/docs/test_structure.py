@@ -1,0 +1,74 @@
+# amaranth: UnusedElaboratable=no
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PRESETS
+from hw.cluster import Cluster
+from hw.engine import Engine
+from hw.lib.apart import Apart
+from hw.lib.skid_buffer import SkidBuffer
+from tb.docs.structure import SELF, Block, Link, Store, structures
+
+CONFIG = PRESETS["tiny"]
+
+
+class Toy(wiring.Component):
+    """Two buffers, the second of which gets the first one's items changed, a cycle later, or not at all."""
+
+    def __init__(self, *, way):
+        self._way = way
+        super().__init__({"i": In(stream.Signature(8)), "o": Out(stream.Signature(8)), "level": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.first, m.submodules.second = first, second = SkidBuffer(8), SkidBuffer(8)
+        m.submodules.memory = Memory(shape=4, depth=16, init=[])
+        wiring.connect(m, wiring.flipped(self.i), first.i)
+        wiring.connect(m, second.o, wiring.flipped(self.o))
+        if self._way == "changed":
+            m.d.sync += second.i.payload.eq(first.o.payload + 1)
+        elif self._way == "offered":
+            m.d.comb += second.i.valid.eq(first.o.valid & self.i.valid)
+        elif self._way == "accepted":
+            # Only tells when the other one takes something.
+            m.d.comb += second.i.valid.eq(first.i.ready)
+        return m
+
+
+def edges(component_class, make, **arguments):
+    found = structures([make], whole=False, **arguments)[component_class]
+    return {(link.source, link.sink) for link in found.links if link.kind != "signal"}
+
+
+@pytest.mark.parametrize(("way", "more"), [
+    ("changed", {("first", "second")}), ("offered", {("first", "second"), (SELF, "second")}), ("accepted", set()),
+    ("none", set())])
+def test_streams_are_found_where_items_or_offers_go(way, more):
+    assert edges(Toy, lambda: Toy(way=way)) == {(SELF, "first"), ("second", SELF)} | more
+
+
+def test_ports_blocks_and_memories():
+    found = structures([lambda: Toy(way="changed")])[Toy]
+    assert [(port.path, port.is_input, port.kind, port.bits) for port in found.ports] == [
+        ("i", True, "stream", 8), ("o", False, "stream", 8), ("level", False, "signal", 1)]
+    assert found.blocks == (Block("first", SkidBuffer), Block("second", SkidBuffer))
+    assert found.stores == (Store("memory", 16, 4),)
+    assert Link("first", "o", "second", "i", "stream") in found.links
+
+
+def test_streams_of_the_cluster():
+    assert {("traversal", "memory"), ("memory", "intersection"), ("intersection", "traversal"),
+            ("traversal", "intersection"), ("tables", "memory"), ("load", "intersection"), ("control", "traversal"),
+            ("intersection", SELF), (SELF, "control")} <= (found := edges(Cluster, lambda: Cluster(config=CONFIG)))
+    assert not {("intersection", "memory"), ("memory", "control")} & found
+
+
+def test_streams_of_the_engine():
+    found = edges(Engine, lambda: Engine(config=CONFIG, apart=True), stands_for={Apart: Cluster})
+    assert {(SELF, "registers"), ("registers", "control"), ("port", SELF), ("port", "interface"), ("port", "preload"),
+            ("cluster_0", "bus"), ("bus", "cluster_1"), ("cluster_1", "network"), ("network", "cluster_0"),
+            ("write", "port")} <= found
+    assert not {("cluster_0", "cluster_1"), ("interface", "port")} & found
