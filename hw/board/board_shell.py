@@ -1,0 +1,71 @@
+"""Board shell: a machine of its own, with clock and a serial line."""
+
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.board.block_memory import BlockMemory
+from hw.board.program import Program
+from hw.board.sequencer import Sequencer
+from hw.board.uart_transmitter import UartTransmitter
+from hw.engine import Engine
+from hw.memsys.cache_policy import CachePolicy
+
+__all__ = ["BoardShell"]
+
+
+class BoardShell(wiring.Component):
+    """After reset it casts the frustum that lies in its memory, and sends what came of it.
+
+    ::
+
+        Sequencer - registers - Engine - AXI4 - BlockMemory
+            |'- bytes - UartTransmitter - tx         |
+            '----------------- beats ----------------'
+
+    Parameters
+    ----------
+    config
+        The configuration. Of the caches' policies only its own one is built.
+    program
+        What is done, and main memory (`hw.board.record`).
+    divisor
+        Cycles of a bit of the serial line.
+    apart
+        See `Engine`.
+
+    Members
+    -------
+    tx
+        The serial line: frames, see `hw.board.frame`.
+    again
+        Cast and send once more.
+    busy, failed
+        See `Sequencer`.
+
+    Timing
+    ------
+    See the units. What is sent takes most of the time.
+    """
+
+    def __init__(self, *, config: Config, program: Program, divisor: int, apart: bool = False):
+        self._config, self._program, self._divisor, self._apart = config, program, divisor, apart
+        super().__init__({"tx": Out(1, init=1), "again": In(1), "busy": Out(1), "failed": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self._config
+        m.submodules.engine = engine = Engine(config=config, apart=self._apart,
+                                              policies=(CachePolicy[config.memsys.cache_policy.upper()],))
+        m.submodules.memory = memory = BlockMemory(config=config, data=self._program.memory)
+        m.submodules.sequencer = sequencer = Sequencer(config=config, program=self._program)
+        m.submodules.uart = uart = UartTransmitter(divisor=self._divisor)
+        wiring.connect(m, sequencer.host, engine.host)
+        wiring.connect(m, engine.axi, memory.axi)
+        wiring.connect(m, sequencer.o_peek, memory.i_peek)
+        wiring.connect(m, memory.o_peek, sequencer.i_peek)
+        wiring.connect(m, sequencer.o, uart.i)
+        m.d.comb += [self.tx.eq(uart.tx), sequencer.again.eq(self.again), self.busy.eq(sequencer.busy),
+                     self.failed.eq(sequencer.failed)]
+        return m

@@ -1,0 +1,70 @@
+"""What the board casts: the view into a built-in scene."""
+
+from dataclasses import dataclass
+
+from golden.cast.shelling import Shelling
+from golden.config import PRESETS, Config
+from golden.errors import InputError
+from golden.frustum import FrustumRecord, Screen, screen_record
+from golden.memory_map import MemoryImage, machine_image
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.view import default_camera
+from golden.schedule.phase import schedule
+
+__all__ = ["BOARD", "View", "board_view"]
+
+# One cluster with room for a small scene, as little of everything as serves it.
+BOARD = PRESETS["tiny"].replace({
+    "noc.columns": 1, "noc.rows": 1, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.slots": 16,
+    "icu.generation_bits": 2, "ctu.pipelines": 1, "ctu.ray_slots": 256, "ctu.deferred": 8, "ctu.subshell_bits": 6,
+    "ctu.shell_bits": 4, "ctu.grid_row_bits": 7, "ctu.grid_column_bits": 7, "ctu.near_cell_bits": 5,
+    "memsys.cache_policy": "direct", "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.cache_fetches": 2,
+    "memsys.scene_cells": 128, "memsys.own_cells": 128, "memsys.own_entries": 256, "memsys.own_patches": 32,
+    "memsys.bus_requests": 2, "memory.address_bits": 20, "memory.outstanding": 4})
+# Rays for each one that schedules.
+RATIO = 16
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """A view as the machine is given it, and what it was made from.
+
+    Parameters
+    ----------
+    image
+        For the machine.
+    record, geometry
+        Rays and patches.
+    """
+
+    image: MemoryImage
+    record: FrustumRecord
+    geometry: PatchGeometry
+
+
+def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: float) -> View:
+    """The view into a scene.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    scene, pixels, cell
+        Name of a built-in scene, pixels across and down, and cell size as a share of the scene's longest side.
+
+    Errors
+    ------
+    InputError
+        There is no such scene, or the configuration has more than one cluster or no room for the scene.
+    """
+    if config.noc.nodes != 1:
+        raise InputError(f"board: Clusters (noc.columns, noc.rows) must be 1, not {config.noc.nodes}")
+    opened = open_scene(scene)
+    camera = opened.camera or default_camera(opened)
+    geometry = PatchGeometry.of(opened, config.numbers, [camera.eye])
+    table = Shelling(geometry, config, cell=cell, by_code=True).table
+    record = screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates)
+    plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, room=config.icu.rays,
+                    capacity=config.memsys.own_patches)
+    return View(image=machine_image(record, geometry, table, config, plan), record=record, geometry=geometry)

@@ -1,0 +1,1 @@
+"""Benches of the board shell, and what reads what it sends."""

@@ -1,0 +1,31 @@
+"""``python -m tb.board.picture FILE``: the picture among the bytes that a board has sent."""
+
+from pathlib import Path
+
+import click
+
+from golden.errors import InputError
+from golden.image import write_png
+from tb.board.decoder import frames, hit_picture, results
+from tb.host import EngineError
+
+__all__ = ["main"]
+
+
+@click.command()
+@click.argument("file", type=click.File("rb"))
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="hits.png",
+              show_default=True)
+def main(file, output) -> None:
+    """Write the picture of the last cast in FILE."""
+    try:
+        cycles, regions = results(frames(file.read()))
+    except (EngineError, InputError) as error:
+        raise click.ClickException(str(error)) from error
+    write_png(output, hit_picture(regions))
+    hits = int((regions["hits"]["patch"] >= 0).sum())
+    click.echo(f"{output}: {len(regions['hits'])} rays, {hits} hits, {cycles} cycles")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+# amaranth: UnusedElaboratable=no
+"""The board's files, of a shell with next to nothing in it; the command."""
+
+import json
+import re
+
+import pytest
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+import hw.cli
+from hw.board.ulx3s import CLOCK_HZ, build
+
+
+class Counter(wiring.Component):
+    """The pins of a shell."""
+
+    def __init__(self):
+        super().__init__({"tx": Out(1, init=1), "again": In(1), "busy": Out(1), "failed": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        count = Signal(20)
+        m.d.sync += count.eq(count + 1 + self.again)
+        m.d.comb += [self.tx.eq(count[3]), self.busy.eq(count[-1]), self.failed.eq(count[-1] & self.again)]
+        return m
+
+
+def test_constraints_are_of_the_verilogs_ports(tmp_path):
+    verilog, constraints = build(Counter(), tmp_path / "board", seed=1, routes=False)
+    ports = set(re.search(r"module top\((.*?)\)", verilog.read_text())[1].split(", "))
+    text = constraints.read_text()
+    # Of the board's schematics.
+    assert dict(re.findall(r'LOCATE COMP "(\w+)" SITE "(\w+)"', text)) == {
+        "uart_0__tx__io": "L4", "led_0__io": "B2", "led_1__io": "C2", "button_fire_0__io": "R1", "clk25_0__io": "G2"}
+    assert ports == set(re.findall(r'COMP "(\w+)"', text))
+    (clock,) = re.findall(r'FREQUENCY PORT "clk25_0__io" ([\d.]+) HZ', text)
+    assert float(clock) == CLOCK_HZ
+
+
+@pytest.mark.nightly
+def test_bitstream(tmp_path):
+    *_, stream, figures = build(Counter(), tmp_path, seed=1)
+    # What an ECP5-85 begins with, and says that it is.
+    assert b"LFE5U-85F" in stream.read_bytes()[:200]
+    found = json.loads(figures.read_text())
+    assert found["ff"] >= 20
+    assert found["mhz"] > CLOCK_HZ / 1e6
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["-P", "noc.columns=2"], "must be 1, not 2"), (["--pixels", "96x64"], "2^icu.side_bits (64), not 96 x 64"),
+    (["--scene", "nowhere"], "nowhere"), (["--baud", "100"], "100 is not in the range")])
+def test_what_cannot_be_built_is_refused(tmp_path, capsys, arguments, message):
+    with pytest.raises(SystemExit) as raised:
+        hw.cli.main(["board", "--no-bitstream", "-o", str(tmp_path / "board"), *arguments])
+    assert raised.value.code == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "board").exists()
