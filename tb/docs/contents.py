@@ -10,6 +10,8 @@ from hw.lib.apart import Apart
 from hw.report import UNITS, make_unit
 from tb.docs.reference import PRESET, Reference
 from tb.docs.structure import component_classes, structures
+from tb.docs.verification import report
+from tb.docs.waveforms import WAVEFORMS
 
 __all__ = ["UNIT_PAGES", "Contents", "makers"]
 
@@ -48,8 +50,9 @@ class Contents:
             for folder, title in reference.folders.items()]
 
     def pages(self) -> dict[str, str]:
-        """Markdown of pages by their paths."""
-        return self._reference.pages()
+        """Texts of pages and of waveforms by their paths."""
+        return self._reference.pages() | {"verification-report.md": report()} | {
+            _waveform_path(page): waveform.draw() for page, waveform in WAVEFORMS.items()}
 
     def complete(self, text: str, here: str) -> str:
         """A page with the parts whose places it names, and what is shown of its units below.
@@ -69,4 +72,13 @@ class Contents:
                 "", f"## {name}, from the code", "",
                 f"With preset `{PRESET}`. What the ports mean and when they move: {reference.link(cls, here)}.", "",
                 reference.diagram(cls, here), "", reference.interface(cls), ""])
+        if here in WAVEFORMS:
+            about = WAVEFORMS[here].about
+            about = re.sub(r"`(\w+)`", lambda match: reference.link(reference.named(match[1]), here), about)
+            text += "\n".join(["", "## Waveform", "", f"From a simulation with preset `tiny`: {about}.", "",
+                               f"![Waveform]({_waveform_path(here)})", "{: .diagram }", ""])
         return text
+
+
+def _waveform_path(page):
+    return f"waveforms/{page.removesuffix('.md')}.svg"

@@ -1,0 +1,26 @@
+import pytest
+
+from tb.docs.verification import collected, report_of
+
+
+@pytest.fixture(scope="module")
+def items():
+    return collected("tb/formal/test_queue.py", "tb/formal/test_join.py")
+
+
+def test_proofs_are_listed_with_their_twins(items):
+    text = report_of(items)
+    assert "### queue" in text
+    assert "Order and count" in text
+    assert "| holds | order and count: 1, 2, 3, 4, 5 |" in text
+    assert "| can be reached | reaches full |" in text
+    assert "| must fail | broken twin: takes what it has no room for, gives an item twice" in text
+    assert "another depth is noticed" in text
+
+
+def test_tests_are_counted_and_cases_named(items):
+    text = report_of(items)
+    assert "| `tb/formal` | 2 |" in text
+    assert "equally near with a smaller id" in text
+    counted = next(line for line in text.splitlines() if line.startswith("| `test_queue.py`")).split("|")
+    assert int(counted[2]) == sum(item.path.name == "test_queue.py" for item in items) > 5

@@ -1,0 +1,171 @@
+"""The verification report: tests, proofs with their twins, and cases that must occur, collected from the code."""
+
+import ast
+import contextlib
+import importlib
+import inspect
+import io
+import re
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from tb.docs.reference import markdown
+
+__all__ = ["collected", "proofs", "report", "report_of"]
+
+ROOT = Path(__file__).parents[2]
+MUTANTS = ROOT / "out" / "bench" / "mutation.md"
+KINDS = ("commit", "sim", "nightly")
+FORMAL = "tb/formal"
+
+
+class _Collector:
+    """Takes note of what pytest would run."""
+
+    def __init__(self):
+        self.items = []
+
+    def pytest_collection_finish(self, session):
+        self.items = list(session.items)
+
+
+def collected(*paths: str) -> list[pytest.Function]:
+    """The tests of files or folders, of all if there are none.
+
+    Errors
+    ------
+    RuntimeError
+        One of them cannot be read.
+    """
+    collector, said = _Collector(), io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = pytest.main(["--collect-only", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}",
+                            *(str(ROOT / path) for path in paths or ("tb",))], plugins=[collector])
+    if code != pytest.ExitCode.OK:
+        raise RuntimeError(said.getvalue())
+    return collector.items
+
+
+def report() -> str:
+    """The page, of all tests."""
+    return report_of(collected())
+
+
+def report_of(items: list[pytest.Function]) -> str:
+    """The page, of some tests."""
+    return "\n".join([
+        "# Verification report", "",
+        "What there is to run, collected from the code as this page was made. How benches and proofs work: "
+        "[how the hardware is proved](verification.md).", "",
+        "## Tests", "",
+        "Each with all the values that it is run for. *Commit*: `make test`; *simulators*: Verilator and Icarus, "
+        "`make sim`; *nightly*: `make nightly`, which runs those of the simulators too.", "",
+        *_tests(items), "", "## Proofs", "",
+        "What holds for all inputs; what must be reachable, so that nothing is proved of nothing; and the faults for "
+        "each of which a proof must fail.", "",
+        *proofs([item for item in items if _path(item).startswith(FORMAL)]), "## Cases that must occur", "",
+        "A bench fails in which one of its cases never came.", "", *_cases(), "", "## Mutants", "", *_mutants(), ""])
+
+
+def _tests(items) -> list[str]:
+    counts: dict[str, dict[str, Counter]] = {}
+    for item in items:
+        path = Path(_path(item))
+        kinds = {mark.name for mark in item.iter_markers()} & {"nightly", "sim"}
+        kind = "nightly" if "nightly" in kinds else "sim" if "sim" in kinds else "commit"
+        counts.setdefault(str(path.parent), {}).setdefault(path.name, Counter())[kind] += 1
+    lines = ["| folder | files | commit | simulators | nightly |", "|---|---|---|---|---|"]
+    total = Counter()
+    for folder, files in sorted(counts.items()):
+        inside = sum(files.values(), Counter())
+        total += inside
+        lines.append(f"| `{folder}` | {len(files)} | " + " | ".join(str(inside[kind]) for kind in KINDS) + " |")
+    lines.append(f"| all | {sum(map(len, counts.values()))} | " + " | ".join(str(total[kind]) for kind in KINDS) + " |")
+    for folder, files in sorted(counts.items()):
+        lines += ["", f"### {folder}", "", "| bench | commit | simulators | nightly |", "|---|---|---|---|", *(
+            f"| `{name}` | " + " | ".join(str(count[kind] or "") for kind in KINDS) + " |"
+            for name, count in sorted(files.items()))]
+    return lines
+
+
+def proofs(items: Iterable[pytest.Function]) -> list[str]:
+    """Lines on each file of proofs: what is asserted, proved and reached, and which faults must be noticed."""
+    modules: dict[str, dict[str, list]] = {}
+    for item in items:
+        modules.setdefault(item.module.__name__, {}).setdefault(item.originalname, []).append(item)
+    lines = []
+    for name, tests in sorted(modules.items()):
+        module = importlib.import_module(name)
+        lines += [f"### {_words(name.rpartition('.')[2])}", ""]
+        for cls in vars(module).values():
+            if inspect.isclass(cls) and cls.__module__ == name and cls.__doc__ and "Assert(" in inspect.getsource(cls):
+                about = inspect.getdoc(cls).split("\n\n")[0]
+                lines += [markdown(about).replace("\n", " "), ""]
+        kinds: dict[str, list[str]] = {"holds": [], "can be reached": [], "must fail": []}
+        for test, cases in tests.items():
+            kinds[_kind(cases[0].function)].append(_case_words(test, cases))
+        lines += ["| | |", "|---|---|", *(f"| {kind} | {'; '.join(texts)} |" for kind, texts in kinds.items() if texts),
+                  ""]
+    return lines
+
+
+def _kind(function):
+    """Whether a proof must succeed, reach something, or fail."""
+    text = inspect.getsource(function)
+    if re.search(r"assert not\b", text):
+        return "must fail"
+    proved = re.findall(r'prove\(', text)
+    return "can be reached" if proved and len(re.findall(r'mode="cover"', text)) == len(proved) else "holds"
+
+
+def _case_words(test, cases):
+    ids = [case.callspec.id for case in cases if hasattr(case, "callspec")]
+    nightly = sum(case.get_closest_marker("nightly") is not None for case in cases)
+    when = "" if not nightly else " (nightly)" if nightly == len(cases) else f" ({nightly} of {len(cases)} nightly)"
+    return _words(test) + (": " + ", ".join(ids) if ids else "") + when
+
+
+def _cases() -> list[str]:
+    """Of all files with cases, which they are: strings given to `Coverage` or `assert_all_occur`."""
+    lines = ["| in | cases |", "|---|---|"]
+    for path in sorted((ROOT / "tb").rglob("*.py")):
+        names: dict[str, None] = {}
+        tree = ast.parse(path.read_text())
+        constants = {target.id: node.value for node in tree.body if isinstance(node, ast.Assign)
+                     for target in node.targets if isinstance(target, ast.Name)}
+        for node in ast.walk(tree):
+            called = getattr(node.func, "id", getattr(node.func, "attr", "")) if isinstance(node, ast.Call) else ""
+            if called in ("Coverage", "assert_all_occur") and node.args:
+                names |= dict.fromkeys(_strings(node.args[0], constants))
+        if names and path.name != "test_coverage.py":
+            lines.append(f"| `{path.relative_to(ROOT)}` | {', '.join(names)} |")
+    return lines
+
+
+def _strings(node, constants) -> list[str]:
+    """Names of cases in an expression: strings of a tuple, or keys of a dictionary."""
+    if isinstance(node, ast.Constant):
+        return [node.value] if isinstance(node.value, str) else []
+    if isinstance(node, ast.Name):
+        return _strings(constants[node.id], constants) if node.id in constants else []
+    if isinstance(node, ast.Starred):
+        return _strings(node.value, constants)
+    parts = node.keys if isinstance(node, ast.Dict) else getattr(node, "elts", [])
+    return [name for part in parts if part is not None for name in _strings(part, constants)]
+
+
+def _mutants() -> list[str]:
+    if not MUTANTS.exists():
+        return ["Not run where this page was made: `python -m tb.bench.mutation BLOCK`."]
+    return re.sub(r"^#+ .*\n", "", MUTANTS.read_text(), flags=re.MULTILINE).splitlines()
+
+
+def _path(item):
+    return str(item.path.relative_to(ROOT))
+
+
+def _words(name):
+    return name.removeprefix("test_").replace("_", " ")
