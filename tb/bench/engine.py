@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from golden.cast.shelling import Shelling
-from golden.commands.parameters import WholePair
+from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.memory_map import MemoryImage, machine_image
@@ -85,13 +85,15 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
 @click.option("--clusters", type=int, multiple=True, default=CLUSTERS)
 @click.option("--cell", type=float, default=0.0625)
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64")
-@click.option("--preset", type=click.Choice(list(PRESETS)), default="paper")
 @click.option("--latency", type=int, default=10)
-def main(scenes, output, clusters, cell, rays, preset, latency) -> None:
+@PRESET
+@ASSIGNMENTS
+def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> None:
     """Write the tables for SCENES (default: cornell, lobby, room1627, tetra, man)."""
     found = {scene: {} for scene in scenes or SCENES}
     for count in clusters:
-        config = engine_config(PRESETS[preset], clusters=count, topology="mesh")
+        config = engine_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
+                               given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
         with Rig(config, latency=latency) as rig:
             for scene, by_clusters in found.items():
                 by_clusters[count] = measure(rig, scene, cell=cell, rays=rays)
@@ -99,9 +101,9 @@ def main(scenes, output, clusters, cell, rays, preset, latency) -> None:
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [
         "# Frusta on the machine", "",
-        f"{provenance('amaranth')}; preset {preset}, {rays[0]} x {rays[1]} rays, cell {cell}, main memory {latency} "
-        "cycles away, a hemisphere at a point of the ceiling that the phase was not scheduled from, no subshells. Hits "
-        "and sums are golden's.", "",
+        f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays, cell "
+        f"{cell}, main memory {latency} cycles away, a hemisphere at a point of the ceiling that the phase was not "
+        "scheduled from, no subshells. Hits and sums are golden's.", "",
         "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, grid rays sent, or eighths of those "
         "looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
         "resident set, of another cluster, in the cache, in main memory.", "",

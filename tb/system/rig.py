@@ -26,13 +26,16 @@ SHARED = ("flits", "flit_stalls", "cell_hits", "cell_misses", "patch_hits", "pat
 LOOK = 200
 
 
-def engine_config(config: Config, *, clusters: int, topology: str, given: tuple[str, ...] = ()) -> Config:
+def engine_config(config: Config, *, clusters: int, topology: str, given: tuple[str, ...] = (),
+                  rays: int = 0) -> Config:
     """A configuration for so many clusters, with room for what is simulated usually.
 
     Parameters
     ----------
     given
         Parameters, by path, that the user has chosen and that stay.
+    rays
+        A frustum's, for which there is room however they are shared out.
 
     Errors
     ------
@@ -40,7 +43,8 @@ def engine_config(config: Config, *, clusters: int, topology: str, given: tuple[
         The topology cannot have so many.
     """
     columns, rows = grid_shape(max(1, clusters))
-    changes = {name: value for name, value in USUAL.items() if name not in given}
+    usual = USUAL | {"icu.rays": max(USUAL["icu.rays"], rays)}
+    changes = {name: value for name, value in usual.items() if name not in given}
     return config.replace({**changes, "noc.topology": topology, "noc.columns": columns, "noc.rows": rows})
 
 
