@@ -17,7 +17,7 @@ __all__ = ["BOARD", "View", "board_view"]
 # One cluster with room for a small scene, as little of everything as serves it.
 BOARD = PRESETS["tiny"].replace({
     "noc.columns": 1, "noc.rows": 1, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.slots": 16,
-    "icu.generation_bits": 2, "ctu.pipelines": 1, "ctu.ray_slots": 256, "ctu.deferred": 8, "ctu.subshell_bits": 6,
+    "icu.generation_bits": 2, "ctu.pipelines": 1, "ctu.ray_slots": 256, "ctu.deferred": 8, "ctu.subshell_bits": 0,
     "ctu.shell_bits": 4, "ctu.grid_row_bits": 7, "ctu.grid_column_bits": 7, "ctu.near_cell_bits": 5,
     "memsys.cache_policy": "direct", "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.cache_fetches": 2,
     "memsys.scene_cells": 128, "memsys.own_cells": 128, "memsys.own_entries": 256, "memsys.own_patches": 32,
@@ -67,4 +67,6 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     record = screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates)
     plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, room=config.icu.rays,
                     capacity=config.memsys.own_patches)
+    if not config.ctu.subshells:
+        plan = plan.without_subshells()
     return View(image=machine_image(record, geometry, table, config, plan), record=record, geometry=geometry)

@@ -159,7 +159,7 @@ def test_a_recorded_program_is_what_the_driver_does(view):
                           cell=0.5).image, BOARD)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.nightly)])
 def test_a_program_runs_as_often_as_somebody_wants(view, seed):
     program, image = record(view.image, BOARD), view.image
     machine = Machine(Sequencer(config=BOARD, program=program), values={PLACES["cycles"]: 0x12345678},
