@@ -1,6 +1,8 @@
 """What is made of the bytes that a board has sent."""
 
 import random
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,6 +68,14 @@ def test_errors():
         results([])
     with pytest.raises(ValueError, match="Length must be from 0 to 16777215"):
         header(1, 1 << 24)
+
+
+def test_the_page_has_all_kinds():
+    page = (Path(__file__).parents[2] / "docs" / "board.md").read_text()
+    kinds = {int(kind, 16): about for kind, about in re.findall(r"^\| (0x[0-9a-f]{2}) \| (.*) \|$", page, re.MULTILINE)}
+    assert set(kinds) == {one.value for one in FrameKind} | {region_kind(name) for name in ("frustum", "hits", "sums")}
+    for name in "frustum", "hits", "sums":
+        assert f"`{name}`" in kinds[region_kind(name)]
 
 
 def test_picture(tmp_path):
