@@ -11,7 +11,7 @@ from golden.commands.parameters import ASSIGNMENTS
 from golden.config import PRESETS, Config
 from golden.fixed import Format
 
-__all__ = ["show_config"]
+__all__ = ["about_parameters", "show_config"]
 
 
 @click.command("config")
@@ -26,7 +26,7 @@ def show_config(preset, assignments, as_json):
         click.echo(json.dumps({"preset": preset, "parameters": parameters, "derived": derived}, indent=1))
         return
     changed = {path for path, value in parameters.items() if value != PRESETS[preset].parameters()[path]}
-    about = _about(config)
+    about = about_parameters(config)
     width = max(map(len, [*parameters, *derived]))
     click.echo(f"{'parameter':{width}} {'value':>9}  what it is ({preset}{'; * changed' if changed else ''})")
     for path, value in parameters.items():
@@ -49,7 +49,7 @@ def _derived(config: Config) -> dict[str, dict]:
     return entries
 
 
-def _about(config: Config) -> dict[str, str]:
+def about_parameters(config: Config) -> dict[str, str]:
     """The text of each knob in the docstring of its group; knobs that share a text share it here."""
     about = {}
     for field in dataclasses.fields(config):

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 
+from golden.commands.config import about_parameters
 from golden.config import PRESETS, Config
 from hw.cluster import Cluster
 from hw.engine import Engine
@@ -51,7 +52,7 @@ class Contents:
 
     def pages(self) -> dict[str, str]:
         """Texts of pages and of waveforms by their paths."""
-        return self._reference.pages() | {"verification-report.md": report()} | {
+        return self._reference.pages() | {"verification-report.md": report(), "parameters.md": _parameters()} | {
             _waveform_path(page): waveform.draw() for page, waveform in WAVEFORMS.items()}
 
     def complete(self, text: str, here: str) -> str:
@@ -78,6 +79,21 @@ class Contents:
             text += "\n".join(["", "## Waveform", "", f"From a simulation with preset `tiny`: {about}.", "",
                                f"![Waveform]({_waveform_path(here)})", "{: .diagram }", ""])
         return text
+
+
+def _parameters():
+    """The page on what a configuration says."""
+    values, about = {name: preset.parameters() for name, preset in PRESETS.items()}, about_parameters(Config())
+    lines = ["# Parameters", "", "What a configuration says, and what the presets say. On all command lines "
+             "`-P PATH=VALUE` changes one. Whatever cannot be is refused with the reason. Widths that follow: "
+             "`python -m golden config small`.", ""]
+    for group in dict.fromkeys(path.partition(".")[0] for path in about):
+        lines += [f"## {group}", "", f"| parameter | {' | '.join(values)} | what it is |",
+                  "|---" * (len(values) + 2) + "|"]
+        lines += [f"| `{path}` | {' | '.join(str(preset[path]) for preset in values.values())} | {text} |"
+                  for path, text in about.items() if path.startswith(f"{group}.")]
+        lines.append("")
+    return "\n".join(lines)
 
 
 def _waveform_path(page):
