@@ -545,8 +545,9 @@ PRESETS = {
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
     "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), memsys=Memsys(scene_cells=1 << 14),
                     noc=Noc(columns=2, rows=2, virtual_channels=1)),
-    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024)),
+    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
-                    memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096),
+                    memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
+                                  bus_requests=16),
                     noc=Noc(topology="torus", columns=4, rows=4)),
 }
