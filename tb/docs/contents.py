@@ -5,10 +5,13 @@ from collections.abc import Callable
 
 from golden.commands.config import about_parameters
 from golden.config import PRESETS, Config
+from hw.board.board_shell import BoardShell
+from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
 from hw.engine import Engine
 from hw.lib.apart import Apart
 from hw.report import UNITS, make_unit
+from tb.docs.payloads import payloads
 from tb.docs.reference import PRESET, Reference
 from tb.docs.structure import component_classes, structures
 from tb.docs.verification import report
@@ -25,14 +28,18 @@ UNIT_PAGES = {
     "caches.md": ("Cache",),
     "main-memory.md": ("MainMemoryPort", "PreloadDma", "WriteDma"),
     "network.md": ("NetworkInterface", "Router"),
+    "board.md": ("BoardShell",),
 }
 
 
 def makers(config: Config) -> list[Callable]:
-    """Of the engine, of its cluster, and of what is measured alone."""
+    """Of the engine, of its cluster, of what is measured alone, and of a board's shell."""
     units = [lambda block=block, unit=unit: make_unit(block, unit, config)
              for block, names in UNITS.items() for unit in names]
-    return [lambda: Engine(config=config, apart=True), lambda: Cluster(config=config), *units]
+    alone = config.replace({"noc.columns": 1, "noc.rows": 1})
+    program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
+    return [lambda: Engine(config=config, apart=True), lambda: Cluster(config=config), *units,
+            lambda: BoardShell(config=alone, program=program, divisor=16, apart=True)]
 
 
 class Contents:
@@ -52,7 +59,8 @@ class Contents:
 
     def pages(self) -> dict[str, str]:
         """Texts of pages and of waveforms by their paths."""
-        return self._reference.pages() | {"verification-report.md": report(), "parameters.md": _parameters()} | {
+        return self._reference.pages() | {"verification-report.md": report(), "parameters.md": _parameters(),
+                                            "payloads.md": payloads(PRESETS[PRESET], PRESET)} | {
             _waveform_path(page): waveform.draw() for page, waveform in WAVEFORMS.items()}
 
     def complete(self, text: str, here: str) -> str:
@@ -71,8 +79,9 @@ class Contents:
             cls = reference.named(name)
             text += "\n".join([
                 "", f"## {name}, from the code", "",
-                f"With preset `{PRESET}`. What the ports mean and when they move: {reference.link(cls, here)}.", "",
-                reference.diagram(cls, here), "", reference.interface(cls), ""])
+                f"With preset `{PRESET}`. What the ports mean: {reference.link(cls, here)}.", "",
+                reference.diagram(cls, here), "", reference.interface(cls), "",
+                f"**Timing.** {reference.timing(cls, here)}", ""])
         if here in WAVEFORMS:
             about = WAVEFORMS[here].about
             about = re.sub(r"`(\w+)`", lambda match: reference.link(reference.named(match[1]), here), about)

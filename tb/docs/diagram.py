@@ -1,73 +1,91 @@
-"""Block diagrams of components, as SVG."""
+"""Block diagrams of components: DOT, and SVG that stands in a page."""
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable
-
-import pygraphviz
 
 from tb.docs.structure import SELF, Structure
 
-__all__ = ["draw", "graph"]
+__all__ = ["dot", "draw"]
 
 # Fill of a block by the folder of its class.
 FILLS = {"icu": "#dce8f7", "ctu": "#e2f1dc", "memsys": "#fbe9d3", "noc": "#eee0f3", "control": "#f7dcdc",
          "registers": "#f7dcdc", "lib": "#f2f2f2"}
 FILL = "#ffffff"
+HEAD = """\
+digraph {
+graph [rankdir=LR, bgcolor=transparent, nodesep=0.25, ranksep=0.45];
+node [shape=box, style=filled, fontname=Helvetica, fontsize=11, color="#555555", margin="0.12,0.06"];
+edge [fontname=Helvetica, fontsize=9, color="#444444", fontcolor="#444444", arrowsize=0.7];
+"""
 
 
-def graph(structure: Structure, *, page_of: Callable[[type], str | None] = lambda cls: None) -> pygraphviz.AGraph:
+def dot(structure: Structure, *, page_of: Callable[[type], str | None] = lambda cls: None) -> str:
     """A component's blocks and the streams between them; if there are none, dashed who gives another one anything.
 
     Blocks and ports that differ in their numbers only are drawn once. ``page_of`` gives the address of a class.
     """
-    drawn = pygraphviz.AGraph(directed=True, strict=False, rankdir="LR", bgcolor="transparent", nodesep="0.25",
-                              ranksep="0.45", fontname="Helvetica")
-    drawn.node_attr.update(shape="box", style="filled", fontname="Helvetica", fontsize="11", color="#555555",
-                           margin="0.12,0.06")
-    drawn.edge_attr.update(fontname="Helvetica", fontsize="9", color="#444444", fontcolor="#444444", arrowsize="0.7")
     alike = {}
     for block in structure.blocks:
         alike.setdefault((_without_number(block.name), block.cls), []).append(block.name)
-    names = {}
+    names, lines = {}, []
     for (name, cls), blocks in alike.items():
         names |= dict.fromkeys(blocks, blocks[0])
-        label = f"{name}\n{cls.__name__}" if name != cls.__name__.lower() else cls.__name__
-        if len(blocks) > 1:
-            label += f"\n{len(blocks)} of them"
+        label = [cls.__name__] if name == cls.__name__.lower() else [name, cls.__name__]
+        several = {"peripheries": 2} if len(blocks) > 1 else {}
         page = page_of(cls)
-        drawn.add_node(blocks[0], label=label, fillcolor=FILLS.get(cls.__module__.split(".")[1], FILL),
-                       peripheries=1 + (len(blocks) > 1), **({"href": page, "target": "_top"} if page else {}))
+        lines.append(_quote(blocks[0]) + _attributes(
+            label="\n".join([*label, *([f"{len(blocks)} of them"] if several else [])]),
+            fillcolor=FILLS.get(cls.__module__.split(".")[1], FILL), **several,
+            **({"href": page, "target": "_top"} if page else {})))
 
     def end(block, port, side):
-        if block != SELF:
-            return names[block]
         # An interface's two ends are one.
-        node = f"{side} {_array(port)}"
-        drawn.add_node(node, label=_array(port), shape="plaintext", style="", fontsize="10", fillcolor="transparent")
-        return node
+        return names[block] if block != SELF else f"{side} {_array(port)}"
 
-    streams, wires = {}, {}
+    ports, streams, wires = {}, {}, {}
     for link in structure.links:
         if link.kind == "signal":
             if SELF not in (link.source, link.sink):
                 wires.setdefault((names[link.source], names[link.sink]), None)
-        else:
-            ends = end(link.source, link.source_port, "from"), end(link.sink, link.sink_port, "to")
-            streams.setdefault(ends, {})[_label(link)] = None
-    for (source, sink), labels in streams.items():
-        drawn.add_edge(source, sink, label="\n".join(labels))
+            continue
+        source, sink = end(link.source, link.source_port, "from"), end(link.sink, link.sink_port, "to")
+        ports |= {source: _array(link.source_port)} if link.source == SELF else {}
+        ports |= {sink: _array(link.sink_port)} if link.sink == SELF else {}
+        streams.setdefault((source, sink), {})[_label(link)] = None
+    lines += [_quote(node) + _attributes(label=port, shape="plaintext", style="", fontsize=10)
+              for node, port in ports.items()]
+    lines += [f"{_quote(source)} -> {_quote(sink)}" + _attributes(label="\n".join(labels))
+              for (source, sink), labels in streams.items()]
     if not any({source, sink} <= set(names.values()) for source, sink in streams):
-        for source, sink in wires:
-            if source != sink:
-                drawn.add_edge(source, sink, style="dashed", color="#888888")
-    return drawn
+        lines += [f"{_quote(source)} -> {_quote(sink)}" + _attributes(style="dashed", color="#888888")
+                  for source, sink in wires if source != sink]
+    return HEAD + "\n".join(lines) + "\n}\n"
 
 
-def draw(structure: Structure, **arguments) -> str:
-    """`graph` as SVG that stands in a page."""
-    text = graph(structure, **arguments).draw(format="svg", prog="dot").decode()
+def draw(text: str) -> str:
+    """SVG of `dot`.
+
+    Errors
+    ------
+    RuntimeError
+        It cannot be drawn.
+    """
+    done = subprocess.run([sys.executable, "-m", "tb.docs.layout"], input=text, capture_output=True, text=True,
+                          check=False)
+    if done.returncode:
+        raise RuntimeError(f"layout of a diagram: {done.stderr}")
     # Without the preamble of a file of its own, and without what says when it was made.
-    return re.sub(r"<!--.*?-->\n?", "", text[text.index("<svg"):], flags=re.DOTALL)
+    return re.sub(r"<!--.*?-->\n?", "", done.stdout[done.stdout.index("<svg"):], flags=re.DOTALL)
+
+
+def _quote(text) -> str:
+    return '"' + str(text).replace("\\", "\\\\").replace('"', r"\"").replace("\n", r"\n") + '"'
+
+
+def _attributes(**values) -> str:
+    return " [" + ", ".join(f"{name}={_quote(value)}" for name, value in values.items()) + "];"
 
 
 def _label(link) -> str:

@@ -2,10 +2,12 @@
 
 import inspect
 import re
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
-from tb.docs.diagram import draw
+from tb.docs.diagram import dot, draw
+from tb.docs.payloads import FORMATS
 from tb.docs.structure import Port, Structure
 
 __all__ = ["PRESET", "Reference", "markdown"]
@@ -18,7 +20,11 @@ FOLDERS = {
     "noc": "Network", "control": "Control", "registers": "Registers", "board": "Board",
     "lib": "Library", "synthesis": "Measurement",
 }
+# Classes whose layouts are on the page on payloads.
+PAYLOADS = {formats.__name__ for formats in FORMATS}
 ROOT = Path(__file__).parents[2]
+# In a diagram: the way from a page to the site's root.
+UP = "@UP@"
 # Longer lists of fields are cut down to what is outermost.
 LONG = 12
 
@@ -35,7 +41,7 @@ class Reference:
     """
 
     def __init__(self, classes: list[type], structures: Mapping[type, Structure]):
-        self._structures = structures
+        self._structures, self._drawn = structures, {}
         self._by_name: dict[str, list[type]] = {}
         for cls in classes:
             self._by_name.setdefault(cls.__name__, []).append(cls)
@@ -84,13 +90,18 @@ class Reference:
         structure = self._structures.get(cls)
         if structure is None or len(structure.blocks) < 2 or not structure.links:
             return ""
+        if cls not in self._drawn:
+            self._drawn[cls] = draw(dot(structure, page_of=lambda block: (
+                UP + self.path(block).removesuffix("md") + "html" if block.__name__ in self._by_name else None)))
+        return f'<div class="diagram">\n{self._drawn[cls].replace(UP, _up(here))}</div>\n'
 
-        def page_of(block):
-            if block.__name__ not in self._by_name:
-                return None
-            return _up(here) + self.path(block).removesuffix("md") + "html"
-
-        return f'<div class="diagram">\n{draw(structure, page_of=page_of)}</div>\n'
+    def timing(self, cls: type, here: str) -> str:
+        """What its docstring says of timing, and its latency."""
+        said = re.search(r"^Timing\n-+\n(.*?)(?=^\w[\w ]*\n---|^Golden counterpart|\Z)", inspect.getdoc(cls),
+                         re.DOTALL | re.MULTILINE)
+        text = markdown(said[1].strip(), self._linker(here)) if said else ""
+        latency = self._structures[cls].latency
+        return text if latency is None else f"{text} With preset `{PRESET}` its latency is {latency} cycles."
 
     def interface(self, cls: type) -> str:
         """A table of its ports."""
@@ -100,9 +111,10 @@ class Reference:
 
     def memories(self, cls: type) -> str:
         """A table of its own memories; nothing if there are none."""
-        stores = self._structures[cls].stores
-        return "\n".join(["| memory | rows | bits |", "|---|---|---|", *(
-            f"| `{store.name}` | {store.depth:,} | {store.bits} |" for store in stores), ""]) if stores else ""
+        counts = Counter((store.name, store.depth, store.bits) for store in self._structures[cls].stores)
+        return "\n".join(["| memory | rows | bits | how many |", "|---|---|---|---|", *(
+            f"| {f'`{name}`' if name else 'of a pipeline'} | {depth:,} | {bits} | {count} |"
+            for (name, depth, bits), count in counts.items()), ""]) if counts else ""
 
     def _index(self, folder):
         here = self.index_path(folder)
@@ -145,6 +157,9 @@ class Reference:
     def _linker(self, here):
         def link(name):
             classes = self._by_name.get(name, ())
+            holder = name.partition(".")[0]
+            if holder in PAYLOADS:
+                return f"[`{name}`]({_up(here)}payloads.md#{holder.lower()})"
             return self.link(classes[0], here) if len(classes) == 1 else f"`{name}`"
 
         return link

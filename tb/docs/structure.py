@@ -19,7 +19,8 @@ from amaranth.lib.wiring import In
 
 import hw
 
-__all__ = ["SELF", "Block", "Field", "Link", "Port", "Store", "Structure", "component_classes", "structures"]
+__all__ = [
+    "SELF", "Block", "Field", "Link", "Port", "Store", "Structure", "component_classes", "fields_of", "structures"]
 
 # The block of a link that is the component's own port.
 SELF = ""
@@ -59,9 +60,9 @@ class Block:
 
 @dataclass(frozen=True)
 class Store:
-    """A memory."""
+    """A memory; those of pipelines have no names."""
 
-    name: str
+    name: str | None
     depth: int
     bits: int
 
@@ -192,9 +193,9 @@ def _ports(component) -> Iterator[Port]:
     for path, is_input, kind, signature, _ in _places(component):
         if kind == "stream":
             yield Port(path, is_input, kind, Shape.cast(signature.members["payload"].shape).width,
-                       _fields(signature.members["payload"].shape), signature.always_ready)
+                       fields_of(signature.members["payload"].shape), signature.always_ready)
         elif kind == "signal":
-            yield Port(path, is_input, kind, Shape.cast(signature.shape).width, _fields(signature.shape))
+            yield Port(path, is_input, kind, Shape.cast(signature.shape).width, fields_of(signature.shape))
         else:
             fields = tuple(Field(".".join(map(str, names)), Shape.cast(member.shape).width)
                            for names, member, _ in signature.flatten(signature.create()))
@@ -220,7 +221,7 @@ def _places(component) -> Iterator[tuple]:
         yield from walk(name, member, getattr(component, name), member.dimensions)
 
 
-def _fields(shape) -> tuple[Field, ...]:
+def fields_of(shape) -> tuple[Field, ...]:
     """The parts of a payload, those of parts by a point."""
     def walk(shape, path):
         if isinstance(shape, ArrayLayout):

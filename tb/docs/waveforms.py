@@ -8,6 +8,7 @@ from amaranth.hdl import Cat
 from golden.config import PRESETS
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from hw.board.uart_transmitter import UartTransmitter
 from hw.ctu.cell_traversal import CellTraversal
 from hw.icu.screening import Screening
 from hw.memsys.cache import Cache
@@ -217,8 +218,22 @@ def _registers():
     return draw_lanes(lanes, record(component, lanes, drive, cycles=14))
 
 
+def _uart():
+    """Two bytes, of two cycles per bit."""
+    component = UartTransmitter(divisor=2)
+    lanes = [*stream_lanes("i", component.i, hex), Lane("tx", component.tx)]
+
+    async def drive(ctx):
+        await ctx.tick()
+        await give(ctx, component.i, [0x4B, 0x31])
+
+    return draw_lanes(lanes, record(component, lanes, drive, cycles=46))
+
+
+HOST = Waveform("The host writes a register and reads it again (`Registers`, AXI4-Lite)", _registers)
 # By pages of docs/.
 WAVEFORMS = {
+    "engine.md": HOST,
     "intersection-unit.md": Waveform("Rays that are screened (`Screening`), one per cycle; by number, and whether they "
                                      "are inside their patch", _screening),
     "traversal-unit.md": Waveform("Six rays walk through a grid (`CellTraversal`, one pipeline): a cell per cycle, ray "
@@ -227,5 +242,6 @@ WAVEFORMS = {
     "caches.md": Waveform("A miss, a hit on what is still being fetched, and a hit (`Cache`, direct mapped)", _cache),
     "main-memory.md": Waveform("Four beats are read (`MainMemoryPort`)", _main_memory_port),
     "network.md": Waveform("A packet of three flits passes a router of two cycles (`Router`)", _router),
-    "registers.md": Waveform("The host writes a register and reads it again (`Registers`, AXI4-Lite)", _registers),
+    "registers.md": HOST,
+    "board.md": Waveform("Two bytes on the serial line, two cycles per bit (`UartTransmitter`)", _uart),
 }
