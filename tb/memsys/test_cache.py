@@ -182,7 +182,7 @@ async def access_by_access(dut):
     assert not int(dut.i__ready.value), "nothing is taken before the first invalidation"
     policies = [policy.name for policy in CachePolicy]
     for number, (source, sink) in enumerate(MATRIX):
-        await bench.run(bench.keys(40, number), policies[number % 3], source=source, sink=sink, store=store)
+        await bench.run(bench.keys(40, number), policies[number % len(policies)], source=source, sink=sink, store=store)
 
 
 @cocotb.test()
