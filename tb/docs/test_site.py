@@ -10,6 +10,7 @@ from tb.docs.hooks import OUTSIDE
 from tb.docs.links import broken_links
 from tb.docs.reference import markdown
 from tb.docs.structure import component_classes
+from tb.docs.waveforms import WAVEFORMS
 
 ROOT = Path(__file__).parents[2]
 
@@ -25,6 +26,7 @@ def test_pages_of_the_navigation_exist():
 def test_units_of_the_pages_exist():
     names = [cls.__name__ for cls in component_classes().values()]
     assert all((ROOT / "docs" / page).exists() for page in UNIT_PAGES)
+    assert set(UNIT_PAGES) <= set(WAVEFORMS)
     assert {name for units in UNIT_PAGES.values() for name in units} <= {
         name for name in names if names.count(name) == 1}
 
@@ -78,6 +80,7 @@ Latency: `3`."""
 def test_the_site_is_built_and_all_its_links_lead_somewhere(tmp_path):
     result = CliRunner().invoke(main, [str(tmp_path / "site")])
     assert result.exit_code == 0, result.output
-    page = (tmp_path / "site" / "intersection-unit.html").read_text()
-    assert "<svg" in page
-    assert "i_vertex" in page
+    for page in UNIT_PAGES:
+        text = (tmp_path / "site" / page.replace(".md", ".html")).read_text()
+        assert {part for part in ("<svg", "<th>port</th>", "<strong>Timing.</strong>", "waveforms/")
+                if part not in text} == set(), page
