@@ -14,6 +14,7 @@ from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
 from hw.synthesis.hard_registers import absorb
+from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
 __all__ = ["Area", "Clock", "bitstream", "place_and_route", "synthesise", "tool_versions", "yosys"]
@@ -179,6 +180,7 @@ def _netlist(rtlil_text, folder, name):
           f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json")
     netlist = json.loads((folder / f"{name}.json").read_text())
     absorb(netlist["modules"]["top"])
+    copy_addresses(netlist["modules"]["top"])
     (folder / f"{name}.json").write_text(json.dumps(netlist))
 
 

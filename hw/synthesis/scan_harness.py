@@ -47,7 +47,7 @@ class ScanHarness(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.component = self._component
-        given, taken = Signal(self.input_bits), Signal(self.output_bits)
+        given, taken = Signal(self.input_bits, reset_less=True), Signal(self.output_bits, reset_less=True)
         m.d.comb += [self._inputs.eq(given), self.o.eq(taken[-1])]
         m.d.sync += [given.eq(Cat(self.i, given)), taken.eq(Mux(self.capture, self._outputs, Cat(0, taken)))]
         return m

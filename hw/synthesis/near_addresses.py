@@ -1,0 +1,50 @@
+"""Distributed memories of fewer than 16 words: their spare address bits follow one that is there.
+
+A constant that a memory's pins need comes from one place of the chip, and the router takes longer for these wires than
+for all others.
+"""
+
+__all__ = ["copy_addresses"]
+
+_BITS, _WORDS, _WIDTH = 4, 16, 4
+
+
+def copy_addresses(module: dict) -> int:
+    """Let address bits that are 0 for reading and writing be copies of the highest one that is not.
+
+    Words lie elsewhere, first values too; what the module does is the same.
+
+    Parameters
+    ----------
+    module
+        Of a netlist in Yosys' JSON format; changed in place.
+
+    Returns
+    -------
+    int
+        Pins that no constant drives any more.
+    """
+    gone = 0
+    for cell in module["cells"].values():
+        if cell["type"] != "TRELLIS_DPR16X4":
+            continue
+        read, write = (cell["connections"][pin] for pin in ("RAD", "WAD"))
+        spare = [k for k in range(_BITS) if read[k] == write[k] == "0"]
+        used = [k for k in range(_BITS) if k not in spare]
+        if not used:
+            continue
+        for k in spare:
+            read[k], write[k] = read[used[-1]], write[used[-1]]
+        cell["parameters"]["INITVAL"] = _moved(cell["parameters"]["INITVAL"], spare, used[-1])
+        gone += 2 * len(spare)
+    return gone
+
+
+def _moved(values, spare, follows):
+    """First values, the last word first, where the words are now."""
+    words = [values[first:first + _WIDTH] for first in range(0, _WORDS * _WIDTH, _WIDTH)][::-1]
+    places = ["x" * _WIDTH] * _WORDS
+    for address, word in enumerate(words):
+        if not any(address >> k & 1 for k in spare):
+            places[address | sum((address >> follows & 1) << k for k in spare)] = word
+    return "".join(places[::-1])
