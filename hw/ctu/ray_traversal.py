@@ -68,7 +68,7 @@ class RayTraversal(wiring.Component):
 
     Timing
     ------
-    Latency: ``5 * product_registers + 70`` cycles from a request for a ray alone to its first
+    Latency: ``5 * product_registers + 72`` cycles from a request for a ray alone to its first
     cell, with several pipelines one more. A request for neighbours, one ray and one cell per cycle;
     stalls with ``o``. After reset, and every 2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles
     later.
@@ -90,6 +90,8 @@ class RayTraversal(wiring.Component):
         self._leaving = SkidBuffer(self._memory.o.payload.shape())
         self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=way)
         self._traversal = CellTraversal(config=config, tag=sent, pipelines=pipelines)
+        # What stalls one of the three does not stall the others in the same cycle.
+        self._found, self._turned = (SkidBuffer(block.o.payload.shape()) for block in (self._entries, self._direction))
         super().__init__({
             "i_frustum": In(stream.Signature(formats.traversal_frustum)),
             "i_table": In(self._survival.i_table.signature.flip()),
@@ -99,7 +101,8 @@ class RayTraversal(wiring.Component):
             "i_word": In(stream.Signature(formats.settle_word)), "lowest": Out(formats.settle),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
         self.latency = sum(block.latency for block in (
-            self._survival, self._memory, self._leaving, self._entries, self._direction, self._traversal))
+            self._survival, self._memory, self._leaving, self._entries, self._found, self._direction, self._turned,
+            self._traversal))
 
     @property
     def _slot_bits(self):
@@ -169,7 +172,10 @@ class RayTraversal(wiring.Component):
             entries.i.payload.tag.slot.eq(leaves.payload.slot),
             entries.i.payload.tag.stage.eq(leaves.payload.tag.stage),
             *(entries.i.payload[name].eq(leaves.payload.tag[name]) for name in ("shell", "row", "column"))]
-        found, turned = entries.o, direction.o
+        m.submodules.found, m.submodules.turned = self._found, self._turned
+        wiring.connect(m, entries.o, self._found.i)
+        wiring.connect(m, direction.o, self._turned.i)
+        found, turned = self._found.o, self._turned.o
         m.d.comb += [
             direction.i.valid.eq(found.valid), found.ready.eq(direction.i.ready),
             *(direction.i.payload[name].eq(found.payload[name]) for name in ("row", "column")),
