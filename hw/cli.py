@@ -1,5 +1,6 @@
 """The command line: ``python -m hw COMMAND``."""
 
+import shlex
 from pathlib import Path
 
 import click
@@ -15,7 +16,7 @@ from hw.package.core_files import write_core
 from hw.package.tops import TOPS
 from hw.registers.page import page
 from hw.report import UNITS, measure, table
-from hw.synthesis.flow import tool_versions
+from hw.synthesis.flow import OPTIONS, tool_versions
 
 __all__ = ["main"]
 
@@ -32,10 +33,12 @@ def main():
 @click.option("--unit", "units", multiple=True, metavar="UNIT", help="Only this one. May be repeated.  [default: all]")
 @click.option("--route/--no-route", default=True, help="Place and route for the clock, or only count the area.")
 @click.option("--seed", type=click.IntRange(0), default=1, help="Of the placer.")
+@click.option("--nextpnr", default=" ".join(OPTIONS), help="More options of nextpnr. Of the largest units its "
+              "other router comes to an end sooner: '--router router2'.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"), help="Folder for netlists and tables.")
 @PRESET
 @ASSIGNMENTS
-def report(block, units, route, seed, folder, preset, assignments):
+def report(block, units, route, seed, nextpnr, folder, preset, assignments):
     """Area and clock of a block and of its units alone, on an ECP5-85 with open tools.
 
     Prints a table and writes it to FOLDER/BLOCK.md, with the logs of the tools beside it.
@@ -45,11 +48,12 @@ def report(block, units, route, seed, folder, preset, assignments):
     for unit in units:
         if unit not in UNITS[block]:
             raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
+    options = tuple(shlex.split(nextpnr))
     rows = []
     for unit in units or UNITS[block]:
         click.echo(f"{unit} ...", err=True)
-        rows.append(measure(block, unit, config, folder / block, seed=seed, route=route))
-    text = table(rows, block=block, preset=preset, config=config, seed=seed)
+        rows.append(measure(block, unit, config, folder / block, seed=seed, route=route, options=options))
+    text = table(rows, block=block, preset=preset, config=config, seed=seed, options=options)
     (folder / f"{block}.md").write_text(text)
     click.echo(text, nl=False)
 

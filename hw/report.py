@@ -22,7 +22,7 @@ from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.registers import Registers
-from hw.synthesis.flow import Area, Clock, place_and_route, synthesise, tool_versions
+from hw.synthesis.flow import OPTIONS, Area, Clock, place_and_route, synthesise, tool_versions
 
 __all__ = ["UNITS", "Row", "make_unit", "measure", "table"]
 
@@ -117,17 +117,18 @@ def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
     return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
 
 
-def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool) -> Row:
-    """Synthesise one of `UNITS`, and place and route it if ``route``."""
+def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool,
+            options: tuple[str, ...] = OPTIONS) -> Row:
+    """Synthesise one of `UNITS`, and place and route it if ``route``, with these options of nextpnr."""
     folder = folder / unit
     component = make_unit(block, unit, config)
-    clock = place_and_route(make_unit(block, unit, config), folder, seed=seed) if route else None
+    clock = place_and_route(make_unit(block, unit, config), folder, seed=seed, options=options) if route else None
     row = Row(unit=unit, latency=getattr(component, "latency", None), area=synthesise(component, folder), clock=clock)
     (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
     return row
 
 
-def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int) -> str:
+def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int, options: tuple[str, ...]) -> str:
     """The figures as Markdown, with all that is needed to get them again."""
     lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | slowest path |", "|---" * 8 + "|"]
     for row in rows:
@@ -137,4 +138,4 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int
         lines.append(f"| {' | '.join(map(str, cells))} |")
     changed = ", ".join(f"{path}={value}" for path, value in config.parameters().items())
     return "\n".join([f"# {block} on an ECP5-85, speed grade 6", "", *lines, "",
-                      f"{tool_versions()}; placer seed {seed}; preset {preset}: {changed}.", ""])
+                      f"{tool_versions()}; placer seed {seed}, {' '.join(options)}; preset {preset}: {changed}.", ""])

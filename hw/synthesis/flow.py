@@ -17,7 +17,7 @@ from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["Area", "Clock", "bitstream", "place_and_route", "synthesise", "tool_versions", "yosys"]
+__all__ = ["OPTIONS", "Area", "Clock", "bitstream", "place_and_route", "synthesise", "tool_versions", "yosys"]
 
 # What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
 _TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
@@ -27,7 +27,7 @@ _MAP = "synth_ecp5 -abc9 -top top"
 _REGISTERS = ("dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
               "-mince 8 -minsrst 16")
 # Of a large unit fewer ways are too long than with the usual weight of 10.
-_PLACER = ("--placer-heap-timingweight", "30")
+OPTIONS = ("--placer-heap-timingweight", "30")
 _YOSYS = """
 import sys
 from pyosys import libyosys as ys
@@ -96,18 +96,22 @@ def synthesise(component, folder: Path) -> Area:
     return _area(folder / "area.json")
 
 
-def place_and_route(component, folder: Path, *, seed: int, mhz: float = 105) -> Clock:
+def place_and_route(component, folder: Path, *, seed: int, options: tuple[str, ...] = OPTIONS,
+                    mhz: float = 105) -> Clock:
     """The clock of a component between the registers of a `ScanHarness`.
 
     Parameters
     ----------
     seed
         Of the placer.
+    options
+        More options of nextpnr.
     mhz
         What the tool is asked for.
     """
     _netlist(_rtlil(ScanHarness(component)), folder, "clock")
-    return _place(folder, "clock", "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, seed=seed)
+    return _place(folder, "clock", "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, *options,
+                  seed=seed)
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int) -> tuple[Area, Clock]:
@@ -130,7 +134,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     _netlist(rtlil_text, folder, name)
     area = _area(folder / f"{name}.json")
     (folder / f"{name}.lpf").write_text(constraints)
-    clock = _place(folder, name, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", seed=seed)
+    clock = _place(folder, name, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *OPTIONS, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
     return area, clock
 
@@ -158,7 +162,7 @@ def _rtlil(component, **options):
 def _place(folder, name, *options, seed):
     report = folder / f"{name}.report.json"
     # The tool sees the folder that it is started in and nothing else.
-    _run([_program("nextpnr-ecp5"), "--json", f"{name}.json", *_DEVICE, *_PLACER, *options, "--seed", seed,
+    _run([_program("nextpnr-ecp5"), "--json", f"{name}.json", *_DEVICE, *options, "--seed", seed,
           "--report", report.name], folder / f"{name}.nextpnr.log")
     found = json.loads(report.read_text())
     mhz = min(clock["achieved"] for clock in found["fmax"].values())
