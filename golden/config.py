@@ -537,13 +537,15 @@ class Config:
         return self.replace(changes)
 
 
-# tiny: simulates in seconds. small: a cluster fits an ECP5-85, whose block RAM has room for so many rays.
+# tiny: simulates in seconds. small: a cluster fits an ECP5-85, whose block RAM has room for so many rays, and for the grid rays
+# of the built-in scenes from cells of 1/16 on.
 # paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256),
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
-    "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), memsys=Memsys(scene_cells=1 << 14),
+    "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
+                    memsys=Memsys(scene_cells=1 << 14),
                     noc=Noc(columns=2, rows=2, virtual_channels=1)),
     "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
