@@ -537,8 +537,8 @@ class Config:
         return self.replace(changes)
 
 
-# tiny: simulates in seconds. small: a cluster fits an ECP5-85, whose block RAM has room for so many rays, and for the grid rays
-# of the built-in scenes from cells of 1/16 on.
+# tiny: simulates in seconds. small: a cluster fits an ECP5-85, whose block RAM has room for so many rays, and for the
+# grid rays of the built-in scenes from cells of 1/16 on.
 # paper: the thesis' machine. large: what simulation still bears.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
