@@ -366,4 +366,4 @@ def test_other_widths_and_depths(changes, request):
 @pytest.mark.parametrize(("scene", "busy"), [("cornell", 0.9), ("lobby", 0.9), ("room1627", 0.9)])
 def test_whole_frusta(scene, busy):
     run(f"unit-{scene}", ("whole_frusta",), scene=scene, busy=busy, rays=(256, 64), pixels=(120, 90), preset="small",
-        changes={"icu.patch_bits": 11, "icu.generation_bits": 4}, cycles=3_000_000)
+        changes={"icu.rays": 1 << 14, "icu.patch_bits": 11, "icu.generation_bits": 4}, cycles=3_000_000)

@@ -1,6 +1,7 @@
 """One way to run a bench: export a component, build it, run coroutines of a module in it."""
 
 import contextlib
+import fcntl
 import functools
 import hashlib
 import importlib.util
@@ -8,6 +9,7 @@ import json
 import os
 import shutil
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,7 +18,7 @@ from cocotb_tools.runner import Verilator, get_runner
 
 from hw.export import verilog_of
 
-__all__ = ["SIMULATORS", "Simulation", "find_tools", "options", "simulate"]
+__all__ = ["SIMULATORS", "Simulation", "alone", "find_tools", "options", "simulate"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -31,6 +33,14 @@ _ICARUS = pytest.mark.skipif(shutil.which("iverilog") is None,
                              reason="there is no iverilog here: apt-get install iverilog")
 # For `pytest.mark.parametrize`. Verilator takes longer to build a block than to simulate it, Icarus does not.
 SIMULATORS = [pytest.param("verilator", marks=pytest.mark.sim), pytest.param("icarus", marks=_ICARUS)]
+
+
+@contextlib.contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """No other process is between the same lines for that folder: tests side by side may want the same build."""
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def options() -> dict:
@@ -113,12 +123,13 @@ class Simulation:
             control.write_text("\n".join(["`verilator_config", *(
                 f'public_flat_rw -module "top" -var "{pattern}"' for pattern in visible), ""]))
             sources.insert(0, control)
-        if not stamp.exists():
-            source.write_text(text)
-        self._runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=not stamp.exists(),
-                           waves=waves, timescale=("1ns", "1ps"), build_args=_FLAGS[simulator],
-                           log_file=self._folder / "build.log")
-        stamp.touch()
+        with alone(self._folder):
+            if not stamp.exists():
+                source.write_text(text)
+            self._runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=not stamp.exists(),
+                               waves=waves, timescale=("1ns", "1ps"), build_args=_FLAGS[simulator],
+                               log_file=self._folder / "build.log")
+            stamp.touch()
 
     def run(self, module: str, tests: tuple[str, ...], name: str, seed: int, given: dict, *,
             plusargs: tuple[str, ...] = (), failures: int = 0) -> list[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from golden.config import Config
 from hw.engine import CLUSTER
 from tb.host import Port
-from tb.lib.runner import BUILD
+from tb.lib.runner import BUILD, alone
 from tb.system.build import ROOT, cluster_text, frame_text
 from tb.system.register_error import RegisterError
 
@@ -60,10 +60,12 @@ def machine_library(config: Config, *, traced: bool = False) -> Path:
     flags = [*FLAGS, *([TRACE] if traced else [])]
     folder = _folder("machine", frame, cluster, MAIN.read_text(), config.memory.beat_bytes, flags)
     library = folder / "machine.so"
-    if not library.exists():
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
-        _build(frame, cluster, config, flags, folder, library)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with alone(folder):
+        if not library.exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            _build(frame, cluster, config, flags, folder, library)
     return library
 
 
