@@ -20,7 +20,7 @@ from tb.commands.machine_options import cell_option, machine_config, machine_opt
 from tb.system.rig import Cast, Waves
 from tb.system.timeline import write_timeline
 
-__all__ = ["cast", "report_of"]
+__all__ = ["cast", "report_of", "write_counters"]
 
 
 @click.command(epilog=SCENE_HELP)
