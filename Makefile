@@ -54,7 +54,7 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory, frusta on the RTL; tables in out/bench/
+bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory, frusta on the RTL, throughput beside Embree; tables in out/bench/
 	@echo "== measuring into $(OUT)/bench/"
 	$(BIN)/python -m tb.bench.casting
 	$(BIN)/python -m tb.bench.schedule
@@ -67,6 +67,7 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.caches
 	$(BIN)/python -m tb.bench.main_memory
 	$(BIN)/python -m tb.bench.engine --clusters 1 --clusters 4
+	$(BIN)/python -m tb.bench.throughput
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done

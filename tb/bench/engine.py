@@ -4,24 +4,28 @@
 out/bench/engine.md: cycles beside what they cannot be below, and where the others went. Hits and sums must be golden's.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
+import numpy as np
 
+from golden.cast.rays import Rays
 from golden.cast.shelling import Shelling
 from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
-from golden.config import PRESETS
-from golden.frustum import Hemisphere, hemisphere_record
+from golden.config import PRESETS, Config
+from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
 from golden.memory_map import MemoryImage, machine_image
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
 from tb.bench.report import provenance, write_report
 from tb.commands.cast import report_of
 from tb.system.rig import Rig, engine_config
 
-__all__ = ["measure", "rows_of"]
+__all__ = ["SCENES", "Asked", "ask", "measure", "rows_of"]
 
 SCENES, CLUSTERS = ("cornell", "lobby", "room1627", "tetra", "man"), (1, 2, 4, 8, 16)
 # Points of the ceiling that the phase is scheduled from, and that is cast from; rays for each one that schedules.
@@ -32,15 +36,34 @@ STALLS = ("traversal_waits_for_survival", "traversal_waits_for_rays", "traversal
           "traversal_waits_for_cells", "intersection_waits_for_slot", "intersection_waits_for_rays", "memory_stalls")
 
 
-def measure(rig: Rig, scene: str, *, cell: float, rays: tuple[int, int]) -> dict:
-    """What `tb.commands.cast.report_of` says of a hemisphere.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Asked:
+    """A hemisphere from a scene's ceiling, and golden's answer.
 
-    Errors
-    ------
-    SystemExit
-        Hits or sums are not golden's.
+    Parameters
+    ----------
+    scene, patches, record
+        What is cast into what, and how many patches it has for the machine.
+    rays
+        The machine's, in the scene.
+    image, expected
+        What the machine is given, and what it must write.
+    total
+        What the weights of the rays add up to.
     """
-    config, opened, hemisphere = rig.config, open_scene(scene), Hemisphere(*rays)
+
+    scene: Scene
+    patches: int
+    record: FrustumRecord
+    rays: Rays
+    image: MemoryImage
+    expected: MemoryImage
+    total: int
+
+
+def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> Asked:
+    """A hemisphere at a point that the phase was not scheduled from."""
+    opened, hemisphere = open_scene(scene), Hemisphere(*rays)
     points, down = ceiling_points(opened)
     geometry = PatchGeometry.of(opened, config.numbers, points)
     shelling = Shelling(geometry, config, cell=cell)
@@ -49,14 +72,28 @@ def measure(rig: Rig, scene: str, *, cell: float, rays: tuple[int, int]) -> dict
     plan = schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=RATIO,
                     room=config.icu.rays, capacity=config.memsys.own_patches, fill=True).without_subshells()
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
-    expected: MemoryImage = image.with_results(shelling.cast(record)[0])
-    total = int(hemisphere.polar_weights.sum()) * record.columns
-    done = [rig.cast(image, total=total, sums=True, again=number > 0) for number in range(CASTS)]
+    directions = record.all_directions() @ record.to_global.T
+    origin = geometry.coordinates.points(record.origin)
+    return Asked(scene=opened, patches=len(geometry), record=record,
+                 rays=Rays(np.broadcast_to(origin, directions.shape), directions), image=image,
+                 expected=image.with_results(shelling.cast(record)[0]),
+                 total=int(hemisphere.polar_weights.sum()) * record.columns)
+
+
+def measure(rig: Rig, asked: Asked) -> dict:
+    """What `tb.commands.cast.report_of` says of it.
+
+    Errors
+    ------
+    SystemExit
+        Hits or sums are not golden's.
+    """
+    done = [rig.cast(asked.image, total=asked.total, sums=True, again=number > 0) for number in range(CASTS)]
     for one in done:
         for name in "hits", "sums":
-            if one.image[name].tobytes() != expected[name].tobytes():
-                raise SystemExit(f"error: {scene}, {config.noc.nodes} clusters: {name} are not golden's")
-    return {"patches": len(geometry), **report_of(record, done, config)}
+            if one.image[name].tobytes() != asked.expected[name].tobytes():
+                raise SystemExit(f"error: {asked.scene.name}, {rig.config.noc.nodes} clusters: {name} are not golden's")
+    return {"patches": asked.patches, **report_of(asked.record, done, rig.config)}
 
 
 def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
@@ -96,7 +133,7 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
                                given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
         with Rig(config, latency=latency) as rig:
             for scene, by_clusters in found.items():
-                by_clusters[count] = measure(rig, scene, cell=cell, rays=rays)
+                by_clusters[count] = measure(rig, ask(config, scene, cell=cell, rays=rays))
                 click.echo(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [

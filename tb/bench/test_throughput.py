@@ -1,0 +1,28 @@
+"""The table of tests and rays per second."""
+
+import numpy as np
+import pytest
+
+from golden.config import PRESETS
+from tb.bench.engine import ask
+from tb.bench.throughput import row_of
+from tb.golden.cast.embree import Embree
+from tb.system.rig import engine_config
+
+
+def test_rates_are_of_cycles_and_the_clock():
+    found = {"patches": 20, "rays": 1000, "cycles": 4000, "tests_per_ray": 2.5, "efficiency": 0.625}
+    row = row_of("lobby", found, mhz=80, embree=5e6, same=0.9991)
+    # 2500 tests and 1000 rays in 50 microseconds.
+    assert [cell.strip() for cell in row.split("|")[1:-1]] == [
+        "lobby", "20", "1000", "2500", "4000", "0.625", "50.0", "250", "20.00", "5.00", "0.25", "99.91"]
+
+
+@pytest.mark.parametrize("scene", ["cornell", "lobby"])
+def test_the_rays_are_the_machines(scene):
+    """Another caster meets the same patches with them."""
+    config = engine_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    asked = ask(config, scene, cell=0.125, rays=(32, 8))
+    hits = asked.expected.hits().patch
+    assert len(set(hits)) > 5
+    assert np.mean(Embree(asked.scene).nearest(asked.rays) == hits) > 0.99

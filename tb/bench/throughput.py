@@ -1,0 +1,90 @@
+"""Tests and rays per second of one cluster beside Embree on one processor core.
+
+``python -m tb.bench.throughput`` casts a hemisphere from each scene's ceiling on the RTL, and the same rays with
+Embree, and writes out/bench/throughput.md. The RTL gives cycles; what the clock is, is an option. Hits and sums must be
+golden's.
+"""
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
+from golden.config import PRESETS
+from tb.bench.casting import rate
+from tb.bench.engine import SCENES, ask, measure
+from tb.bench.report import provenance, write_report
+from tb.golden.cast.embree import Embree
+from tb.system.rig import Rig, engine_config
+
+__all__ = ["row_of"]
+
+# The slowest of the units that `make report` places and routes, alone, on an ECP5-85 of speed grade 6.
+MHZ, SOURCE = 79.6, "IntersectionUnit placed and routed alone, the slowest main unit of `make report`"
+# Million tests per second in software. Source: Shen 1993.
+HP720 = 0.2
+
+
+def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -> str:
+    """A row of the table.
+
+    Parameters
+    ----------
+    found
+        What `tb.bench.engine.measure` says.
+    mhz
+        The clock.
+    embree
+        Rays per second.
+    same
+        Share of the rays for which Embree has the machine's patch.
+    """
+    rays, cycles = found["rays"], found["cycles"]
+    tests = found["tests_per_ray"] * rays
+    tests_rate, rays_rate = (mhz * count / cycles for count in (tests, rays))
+    return (f"| {scene} | {found['patches']} | {rays} | {tests:.0f} | {cycles} | {found['efficiency']:.3f} "
+            f"| {tests_rate:.1f} | {tests_rate / HP720:.0f} | {rays_rate:.2f} | {embree / 1e6:.2f} "
+            f"| {embree / 1e6 / rays_rate:.2f} | {100 * same:.2f} |")
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/throughput.md")
+@click.option("--cell", type=float, default=0.0625)
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64")
+@click.option("--latency", type=int, default=10)
+@click.option("--mhz", type=click.FloatRange(0, min_open=True), default=MHZ)
+@click.option("--source", default=SOURCE, help="Where the clock is from.")
+@PRESET
+@ASSIGNMENTS
+def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) -> None:
+    """Write the table for SCENES (default: cornell, lobby, room1627, tetra, man)."""
+    config = engine_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
+                           given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
+    rows = []
+    with Rig(config, latency=latency) as rig:
+        for scene in scenes or SCENES:
+            asked = ask(config, scene, cell=cell, rays=rays)
+            found = measure(rig, asked)
+            embree, patches = rate(Embree(asked.scene).nearest, asked.rays)
+            rows.append(row_of(scene, found, mhz=mhz, embree=embree,
+                               same=float(np.mean(patches == asked.expected.hits().patch))))
+            click.echo(rows[-1])
+    write_report(output, [
+        "# Throughput of one cluster", "",
+        f"{provenance('amaranth', 'trimesh', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
+        f"{rays[1]} rays of a hemisphere at the ceiling, cell {cell}, main memory {latency} cycles away, no subshells. "
+        "Hits and sums are golden's.", "",
+        f"Rates are of the simulated cycles, warm, at {mhz:g} MHz ({source}). Cycles: from the start to the last write "
+        "to the ray memory; tables are read before it, hits and sums are written behind it, beside the next cast. "
+        f"HP720: times the {HP720} million tests per second that the thesis has for software of its time. Embree: one "
+        "processor core, the same rays in the same run, through trimesh, the first patch only; best of a few runs, "
+        "processor time. Same: of so many percent of the rays it has the same patch.", "",
+        "| scene | patches | rays | tests | cycles | tests per cycle | M tests/s | HP720 | M rays/s | Embree M rays/s "
+        "| Embree : cluster | same % |",
+        "|---" * 12 + "|", *rows])
+
+
+if __name__ == "__main__":
+    main()
