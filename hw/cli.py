@@ -12,10 +12,13 @@ from golden.errors import InputError
 from hw.board.board_shell import BoardShell
 from hw.board.record import record
 from hw.board.view import BOARD, board_view
+from hw.figures import write_tables
+from hw.history import Record, add_record, measured_commit
 from hw.package.core_files import write_core
 from hw.package.tops import TOPS
 from hw.registers.page import page
 from hw.report import UNITS, measure, table
+from hw.synthesis.family import FAMILIES
 from hw.synthesis.flow import OPTIONS, tool_versions
 
 __all__ = ["main"]
@@ -31,31 +34,51 @@ def main():
 @main.command()
 @click.argument("block", type=click.Choice(list(UNITS)))
 @click.option("--unit", "units", multiple=True, metavar="UNIT", help="Only this one. May be repeated.  [default: all]")
-@click.option("--route/--no-route", default=True, help="Place and route for the clock, or only count the area.")
-@click.option("--seed", type=click.IntRange(0), default=1, help="Of the placer.")
+@click.option("--family", type=click.Choice(list(FAMILIES)), default="ecp5", help="Of FPGAs. Only the ECP5 has a "
+              "clock.")
+@click.option("--route/--no-route", default=None, help="Place and route for the clock, or only count the area.  "
+              "[default: route where there is a clock]")
+@click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,), help="Of the placer. May be "
+              "repeated: least, median and best clock.")
 @click.option("--nextpnr", default=" ".join(OPTIONS), help="More options of nextpnr. Of the largest units its "
               "other router comes to an end sooner: '--router router2'.")
+@click.option("--record", "records", is_flag=True, help="Write the figures into the history, docs/figures/history.csv.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"), help="Folder for netlists and tables.")
 @PRESET
 @ASSIGNMENTS
-def report(block, units, route, seed, nextpnr, folder, preset, assignments):
-    """Area and clock of a block and of its units alone, on an ECP5-85 with open tools.
+def report(block, units, family, route, seeds, nextpnr, records, folder, preset, assignments):
+    """Area and clock of a block's units alone, on an ECP5-85 or, area only, in other families, with open tools.
 
     Prints a table and writes it to FOLDER/BLOCK.md, with the logs of the tools beside it.
     """
     config = PRESETS[preset].with_parameters(assignments)
-    tool_versions()
+    tools = tool_versions(FAMILIES[family])
     for unit in units:
         if unit not in UNITS[block]:
             raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
-    options = tuple(shlex.split(nextpnr))
+    if route and not FAMILIES[family].has_clock:
+        raise InputError(f"report: nothing here places and routes for {FAMILIES[family].title}")
+    seeds = tuple(dict.fromkeys(seeds)) if FAMILIES[family].has_clock and route is not False else ()
+    options = tuple(shlex.split(nextpnr)) if seeds else ()
+    measured = measured_commit() if records else None
+    name = block if family == "ecp5" else f"{block}-{family}"
     rows = []
     for unit in units or UNITS[block]:
         click.echo(f"{unit} ...", err=True)
-        rows.append(measure(block, unit, config, folder / block, seed=seed, route=route, options=options))
-    text = table(rows, block=block, preset=preset, config=config, seed=seed, options=options)
-    (folder / f"{block}.md").write_text(text)
+        rows.append(measure(block, unit, config, folder / name, family=family, seeds=seeds, options=options))
+        if records:
+            add_record(Record.of(rows[-1], measured, tools=tools, family=family, preset=preset,
+                                 parameters=" ".join(assignments), block=block, options=" ".join(options)))
+    text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
+    (folder / f"{name}.md").write_text(text)
     click.echo(text, nl=False)
+
+
+@main.command()
+def figures():
+    """The tables of area and clock in README.md and docs/, from the history."""
+    for path in write_tables():
+        click.echo(path)
 
 
 @main.command()

@@ -3,6 +3,7 @@
 
 import importlib
 import json
+import statistics
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -22,9 +23,17 @@ from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.registers import Registers
-from hw.synthesis.flow import OPTIONS, Area, Clock, place_and_route, synthesise, tool_versions
+from hw.synthesis.family import FAMILIES, Area
+from hw.synthesis.flow import (
+    OPTIONS,
+    Clock,
+    place_and_route,
+    synthesise,
+    synthesise_between_registers,
+    tool_versions,
+)
 
-__all__ = ["UNITS", "Row", "make_unit", "measure", "table"]
+__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table"]
 
 
 def _router(*, bits, channels, cycles=2):
@@ -100,12 +109,12 @@ UNITS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One unit's figures."""
+    """One unit's figures: a clock for each seed."""
 
     unit: str
     latency: int | None
     area: Area
-    clock: Clock | None
+    clocks: tuple[Clock, ...]
 
 
 def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
@@ -117,25 +126,45 @@ def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
     return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
 
 
-def measure(block: str, unit: str, config: Config, folder: Path, *, seed: int, route: bool,
+def measure(block: str, unit: str, config: Config, folder: Path, *, family: str = "ecp5", seeds: tuple[int, ...] = (),
             options: tuple[str, ...] = OPTIONS) -> Row:
-    """Synthesise one of `UNITS`, and place and route it if ``route``, with these options of nextpnr."""
+    """Synthesise one of `UNITS`, and place and route it once for each seed, with these options of nextpnr."""
     folder = folder / unit
     component = make_unit(block, unit, config)
-    clock = place_and_route(make_unit(block, unit, config), folder, seed=seed, options=options) if route else None
-    row = Row(unit=unit, latency=getattr(component, "latency", None), area=synthesise(component, folder), clock=clock)
+    clocks = ()
+    if seeds:
+        netlist = synthesise_between_registers(make_unit(block, unit, config), folder)
+        clocks = tuple(place_and_route(netlist, seed=seed, options=options) for seed in seeds)
+    row = Row(unit=unit, latency=getattr(component, "latency", None),
+              area=synthesise(component, folder, family=FAMILIES[family]), clocks=clocks)
     (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
     return row
 
 
-def table(rows: list[Row], *, block: str, preset: str, config: Config, seed: int, options: tuple[str, ...]) -> str:
+def table(rows: list[Row], *, block: str, preset: str, config: Config, family: str, seeds: tuple[int, ...],
+          options: tuple[str, ...]) -> str:
     """The figures as Markdown, with all that is needed to get them again."""
-    lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | slowest path |", "|---" * 8 + "|"]
+    several = " least / median / best" if len(seeds) > 1 else ""
+    titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
+    titles += [f"MHz{several}", "slowest path" + (" of the best" if several else "")] if seeds else []
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for row in rows:
-        area, clock = row.area, row.clock
-        cells = [row.unit, "" if row.latency is None else row.latency, area.lut, area.ff, area.dsp, area.bram,
-                 f"{clock.mhz:.0f}" if clock else "", clock.path if clock else ""]
+        area = row.area
+        cells = [row.unit, "" if row.latency is None else row.latency, area.lut, area.ff, area.dsp, area.bram]
+        if row.clocks:
+            best = max(row.clocks, key=lambda clock: clock.mhz)
+            whose = f" (seed {best.seed})" if several else ""
+            cells += [spread(clock.mhz for clock in row.clocks), best.path + whose]
         lines.append(f"| {' | '.join(map(str, cells))} |")
     changed = ", ".join(f"{path}={value}" for path, value in config.parameters().items())
-    return "\n".join([f"# {block} on an ECP5-85, speed grade 6", "", *lines, "",
-                      f"{tool_versions()}; placer seed {seed}, {' '.join(options)}; preset {preset}: {changed}.", ""])
+    about = [tool_versions(FAMILIES[family])]
+    about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []
+    return "\n".join([f"# {block}: {FAMILIES[family].title}", "", *lines, "", FAMILIES[family].counted, "",
+                      f"{'; '.join(about)}; preset {preset}: {changed}.", ""])
+
+
+def spread(clocks) -> str:
+    """Clocks of several seeds in MHz, least, median and best; one alone is itself."""
+    clocks = sorted(clocks)
+    shown = clocks if len(clocks) == 1 else [clocks[0], statistics.median(clocks), clocks[-1]]
+    return " / ".join(f"{mhz:.0f}" for mhz in shown)

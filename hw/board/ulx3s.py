@@ -71,5 +71,5 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True) ->
     if routes:
         area, clock = bitstream(files["top.il"], constraints, folder, NAME, seed=seed)
         written += [folder / f"{NAME}.bit", folder / f"{NAME}.figures.json"]
-        written[-1].write_text(json.dumps({**asdict(area), **asdict(clock), "seed": seed}, indent=1) + "\n")
+        written[-1].write_text(json.dumps({**asdict(area), **asdict(clock)}, indent=1) + "\n")
     return written

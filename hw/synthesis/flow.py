@@ -1,4 +1,4 @@
-"""From a component to its area (Yosys) and its clock (nextpnr) on an ECP5-85 of speed grade 6."""
+"""From a component to its area (Yosys) in a family of FPGAs, and its clock (nextpnr) on an ECP5-85 of speed grade 6."""
 
 import importlib.metadata
 import json
@@ -13,19 +13,15 @@ from amaranth.back import rtlil
 from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
+from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
 from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["OPTIONS", "Area", "Clock", "bitstream", "place_and_route", "synthesise", "tool_versions", "yosys"]
+__all__ = ["OPTIONS", "Clock", "bitstream", "place_and_route", "synthesise", "synthesise_between_registers",
+           "tool_versions", "yosys"]
 
-# What a cell takes of the 4-input tables: an adder of two bits, a memory of 16 x 4 bits with its write port.
-_TABLES = {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
-_MAP = "synth_ecp5 -abc9 -top top"
-# The registers of a tile share few enables and resets: a signal that few registers want becomes logic before them.
-_REGISTERS = ("dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
-              "-mince 8 -minsrst 16")
 # Of a large unit fewer ways are too long than with the usual weight of 10.
 OPTIONS = ("--placer-heap-timingweight", "30")
 _YOSYS = """
@@ -38,39 +34,25 @@ for command in sys.argv[1:]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Area:
-    """What a component takes of an ECP5-85: 84k tables, 84k registers, 156 multipliers, 208 block RAMs.
-
-    Parameters
-    ----------
-    lut, ff, dsp, bram
-        4-input tables (adders and distributed memories in units of them), registers, 18 x 18 multipliers, block RAMs of
-        18 kbit.
-    """
-
-    lut: int
-    ff: int
-    dsp: int
-    bram: int
-
-
-@dataclass(frozen=True, kw_only=True)
 class Clock:
     """The fastest clock that a placed and routed component bears.
 
     Parameters
     ----------
+    seed
+        Of the placer.
     mhz
         In MHz, ports between registers.
     path
         The slowest path: nanoseconds in logic, in wires, the register at its start and the one at its end.
     """
 
+    seed: int
     mhz: float
     path: str
 
 
-def tool_versions() -> str:
+def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
     """The versions that a table of figures must name.
 
     Errors
@@ -80,25 +62,36 @@ def tool_versions() -> str:
     """
     try:
         found = [f"{name} {importlib.metadata.version(name)}" for name in ("amaranth", "pyosys")]
-        said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
+        if family.has_clock:
+            said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
+            found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1))
     except importlib.metadata.PackageNotFoundError as error:
         raise InputError(f"report: {error.name} is not installed; `make setup` installs it") from None
     except OSError:
         raise InputError("report: nextpnr-ecp5 is not installed; `make setup` installs it") from None
-    return ", ".join([*found, re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1)])
+    return ", ".join(found)
 
 
-def synthesise(component, folder: Path) -> Area:
-    """The area of a component alone; its netlist and the tool's log stay in ``folder``."""
+def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) -> Area:
+    """The area of a component alone; its netlist and the tool's log stay in ``folder``.
+
+    Errors
+    ------
+    InputError
+        The family has no RAM for one of its memories.
+    """
     ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
     ports = [value for value in ports if not isinstance(value, Const)]
-    _netlist(_rtlil(component, ports=ports), folder, "area")
-    return _area(folder / "area.json")
+    return family.area(_cells(_netlist(_rtlil(component, ports=ports), folder, "area", family)))
 
 
-def place_and_route(component, folder: Path, *, seed: int, options: tuple[str, ...] = OPTIONS,
-                    mhz: float = 105) -> Clock:
-    """The clock of a component between the registers of a `ScanHarness`.
+def synthesise_between_registers(component, folder: Path) -> Path:
+    """The netlist of a component between the registers of a `ScanHarness`, for an ECP5."""
+    return _netlist(_rtlil(ScanHarness(component)), folder, "clock", FAMILIES["ecp5"])
+
+
+def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS, mhz: float = 105) -> Clock:
+    """The clock of a netlist for an ECP5; the tool's log stays beside it.
 
     Parameters
     ----------
@@ -109,9 +102,7 @@ def place_and_route(component, folder: Path, *, seed: int, options: tuple[str, .
     mhz
         What the tool is asked for.
     """
-    _netlist(_rtlil(ScanHarness(component)), folder, "clock")
-    return _place(folder, "clock", "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, *options,
-                  seed=seed)
+    return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, *options, seed=seed)
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int) -> tuple[Area, Clock]:
@@ -131,12 +122,11 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     InputError
         It does not fit, or not bear the clock that is asked for.
     """
-    _netlist(rtlil_text, folder, name)
-    area = _area(folder / f"{name}.json")
+    netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
     (folder / f"{name}.lpf").write_text(constraints)
-    clock = _place(folder, name, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *OPTIONS, seed=seed)
+    clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *OPTIONS, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
-    return area, clock
+    return FAMILIES["ecp5"].area(_cells(netlist)), clock
 
 
 def yosys(log: Path, *commands: str) -> None:
@@ -159,33 +149,37 @@ def _rtlil(component, **options):
     return rtlil.convert(component, name="top", emit_src=False, **options)
 
 
-def _place(folder, name, *options, seed):
+def _place(netlist, *options, seed):
+    folder, name = netlist.parent, f"{netlist.stem}.seed-{seed}"
     report = folder / f"{name}.report.json"
     # The tool sees the folder that it is started in and nothing else.
-    _run([_program("nextpnr-ecp5"), "--json", f"{name}.json", *_DEVICE, *options, "--seed", seed,
+    _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *options, "--seed", seed,
           "--report", report.name], folder / f"{name}.nextpnr.log")
     found = json.loads(report.read_text())
     mhz = min(clock["achieved"] for clock in found["fmax"].values())
-    return Clock(mhz=mhz, path=_slowest(found["critical_paths"]))
+    return Clock(seed=seed, mhz=mhz, path=_slowest(found["critical_paths"]))
 
 
-def _area(netlist):
-    cells = _cells(netlist)
-    return Area(lut=sum(cells.get(cell, 0) * tables for cell, tables in _TABLES.items()), ff=cells.get("TRELLIS_FF", 0),
-                dsp=cells.get("MULT18X18D", 0), bram=cells.get("DP16KD", 0))
-
-
-def _netlist(rtlil_text, folder, name):
+def _netlist(rtlil_text, folder, name, family):
     folder.mkdir(parents=True, exist_ok=True)
-    source = folder / f"{name}.il"
+    source, netlist, homeless = folder / f"{name}.il", folder / f"{name}.json", folder / HOMELESS
     source.write_text(_marked(rtlil_text))
-    # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
-    yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc", "opt_clean -purge",
-          f"{_MAP} -run begin:map_ffs", _REGISTERS, f"{_MAP} -run map_ffs: -json {name}.json")
-    netlist = json.loads((folder / f"{name}.json").read_text())
-    absorb(netlist["modules"]["top"])
-    copy_addresses(netlist["modules"]["top"])
-    (folder / f"{name}.json").write_text(json.dumps(netlist))
+    homeless.unlink(missing_ok=True)
+    try:
+        # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
+        yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc",
+              "opt_clean -purge", *family.commands, f"write_json {netlist.name}")
+    except InputError:
+        if homeless.exists() and homeless.read_text():
+            names = ", ".join(homeless.read_text().replace("top/", "").split())
+            raise InputError(f"report: {family.title} has no RAM with the ports of {names}") from None
+        raise
+    if family is FAMILIES["ecp5"]:
+        modules = json.loads(netlist.read_text())
+        absorb(modules["modules"]["top"])
+        copy_addresses(modules["modules"]["top"])
+        netlist.write_text(json.dumps(modules))
+    return netlist
 
 
 def _marked(text):

@@ -1,0 +1,93 @@
+"""Tables of area and clock in README.md and docs/, from the history: ``python -m hw figures``."""
+
+import re
+from pathlib import Path
+
+from hw.history import ROOT, Record, last_records, read_history
+from hw.report import UNITS, spread
+from hw.synthesis.family import FAMILIES
+from hw.synthesis.flow import OPTIONS
+
+__all__ = ["MAIN", "pages", "with_tables", "write_tables"]
+
+PRESET = "small"
+# What the README shows, if it has been recorded.
+MAIN = {
+    "icu": ("IntersectionUnit", "RayMemory", "RayDirection"),
+    "ctu": ("TraversalUnit", "RayTraversal", "Survival"),
+    "memsys": ("MemorySystem", "SystemBusInterface"),
+    "control": ("EngineControl",),
+    "registers": ("Registers",),
+    "noc": ("Router-72-2",),
+}
+# A table stands between two comments, of which the first says what it has: those of the README, a block, or other
+# families.
+_PLACE = re.compile(r"(<!-- area: (\w+) -->\n).*?(<!-- area: end -->)", re.DOTALL)
+
+
+def pages() -> list[Path]:
+    """README.md and docs/, as far as they have such tables."""
+    return [path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+            if _PLACE.search(path.read_text())]
+
+
+def with_tables(text: str, history: list[Record]) -> str:
+    """A page with the tables of its places."""
+    last = last_records(history)
+
+    def of(units, family="ecp5"):
+        keys = [(family, PRESET, "", block, unit) for block, names in units.items() for unit in names]
+        return [last[key] for key in keys if key in last]
+
+    def table(place):
+        if place[2] == "families":
+            lines = _areas([record for family in FAMILIES if family != "ecp5" for record in of(UNITS, family)])
+        else:
+            lines = _clocks(of(MAIN if place[2] == "main" else {place[2]: UNITS[place[2]]}))
+        return "\n".join([place[1], *lines, "", place[3]])
+
+    return _PLACE.sub(table, text)
+
+
+def write_tables() -> list[Path]:
+    """Write all anew; which have changed."""
+    history, changed = read_history(), []
+    for path in pages():
+        text = path.read_text()
+        if (new := with_tables(text, history)) != text:
+            path.write_text(new)
+            changed.append(path)
+    return changed
+
+
+def _clocks(records):
+    lines = ["| unit | latency | LUT | FF | DSP | block RAM | MHz | seeds | commit |", "|---" * 9 + "|"]
+    for record in records:
+        cells = [f"`{record.unit}`", "" if record.latency is None else record.latency, *_area(record),
+                 spread(record.mhz) if record.mhz else "", ", ".join(map(str, record.seeds)), record.commit]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    usual = " ".join(OPTIONS)
+    others = [f'`{record.unit}` with `--nextpnr "{record.options}"`' for record in records
+              if record.seeds and record.options != usual]
+    ecp5 = FAMILIES["ecp5"]
+    return [*lines, "", f"{ecp5.title}, preset `{PRESET}`, each unit alone with its ports between registers. "
+            f"{ecp5.counted} MHz: of several seeds of the placer least, median and best. {_tools(records)}.",
+            *([f"Options of nextpnr: {', '.join(others)}."] if others else [])]
+
+
+def _areas(records):
+    lines = ["| family | unit | LUT | FF | DSP | block RAM | commit |", "|---" * 7 + "|"]
+    for record in records:
+        cells = [FAMILIES[record.family].title, f"`{record.unit}`", *_area(record), record.commit]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    counted = [f"* {family.title}: {family.counted}" for name, family in FAMILIES.items()
+               if any(record.family == name for record in records)]
+    return [*lines, "", f"Preset `{PRESET}`. {_tools(records)}. What is counted:", "", *counted]
+
+
+def _area(record):
+    return record.lut, record.ff, record.dsp, record.bram
+
+
+def _tools(records):
+    return "; ".join(dict.fromkeys(record.tools for record in records))

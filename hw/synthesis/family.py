@@ -1,0 +1,136 @@
+"""Families of FPGAs: how Yosys maps to them, and what their cells take."""
+
+import math
+from dataclasses import dataclass
+
+from golden.errors import InputError
+
+__all__ = ["FAMILIES", "HOMELESS", "Area", "Family"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Area:
+    """What a component takes of an FPGA, in units of its `Family`.
+
+    Parameters
+    ----------
+    lut, ff, dsp, bram
+        Tables (adders and distributed memories in units of them), registers, multipliers, block RAMs.
+    """
+
+    lut: int
+    ff: int
+    dsp: int
+    bram: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """A family of FPGAs.
+
+    Parameters
+    ----------
+    title
+        What it is called.
+    commands
+        Of Yosys, that map a design ``top`` to its cells.
+    lut, ff, dsp, bram
+        By type, how many units a cell takes.
+    free
+        Cells that take nothing of these: what is in the place of a table beside it, and constants.
+    counted
+        The units in words.
+    has_clock
+        Whether there is a tool that places and routes.
+    """
+
+    title: str
+    commands: tuple[str, ...]
+    lut: dict[str, int]
+    ff: frozenset[str]
+    dsp: dict[str, float]
+    bram: dict[str, int]
+    free: frozenset[str]
+    counted: str
+    has_clock: bool = False
+
+    def area(self, cells: dict[str, int]) -> Area:
+        """Of so many cells of each type.
+
+        Errors
+        ------
+        InputError
+            There is a cell of which nothing says what it takes.
+        """
+        for cell in cells:
+            if not (cell in self.free or cell in self.ff or any(cell in takes for takes in (
+                    self.lut, self.dsp, self.bram)) or cell == "$scopeinfo"):
+                raise InputError(f"report: {self.title}: nothing says what a cell {cell} takes")
+
+        def total(takes):
+            return math.ceil(sum(count * takes.get(cell, 0) for cell, count in cells.items()))
+
+        return Area(lut=total(self.lut), ff=total(_each(*self.ff)), dsp=total(self.dsp), bram=total(self.bram))
+
+
+# Where the names of memories are found that no RAM of the family can hold, and that have more words than this. Others
+# become registers.
+HOMELESS, _WORDS = "homeless.memories", 128
+
+
+def _map(mapper):
+    """All that a command of Yosys does, as long as memories have a home."""
+    homeless = f"t:$mem_v2 r:SIZE>{_WORDS} %i"
+    return (f"{mapper} -run begin:map_ffram", f"select -write {HOMELESS} {homeless}",
+            f"select -assert-none {homeless}", f"{mapper} -run map_ffram:")
+
+
+def _each(*cells, takes=1):
+    return dict.fromkeys(cells, takes)
+
+
+FAMILIES = {
+    "ecp5": Family(
+        title="ECP5-85, speed grade 6", has_clock=True,
+        # The registers of a tile share few enables and resets: a signal that few registers want becomes logic before
+        # them.
+        commands=("synth_ecp5 -abc9 -top top -run begin:map_ffs",
+                  "dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
+                  "-mince 8 -minsrst 16",
+                  "synth_ecp5 -abc9 -top top -run map_ffs:"),
+        lut={"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}, ff=frozenset({"TRELLIS_FF"}), dsp={"MULT18X18D": 1},
+        bram={"DP16KD": 1}, free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO"}),
+        counted="LUT: tables of 4 inputs, an adder of two bits takes 2 of them, a memory of 16 x 4 bits 6; DSP: "
+                "multipliers of 18 x 18 bits; block RAMs of 18 kbit. Registers at multipliers and block RAMs are "
+                "inside them."),
+    "xc7": Family(
+        title="Xilinx 7 series", commands=_map("synth_xilinx -family xc7 -flatten -noiopad -noclkbuf -top top"),
+        lut=_each(*(f"LUT{inputs}" for inputs in range(1, 7)), "SRL16E", "SRLC32E", "RAM32X1S", "RAM64X1S")
+        | _each("RAM32X1D", "RAM64X1D", "RAM128X1S", takes=2)
+        | _each("RAM32M", "RAM64M", "RAM128X1D", "RAM256X1S", takes=4),
+        ff=frozenset({"FDRE", "FDSE", "FDCE", "FDPE"}), dsp={"DSP48E1": 1}, bram={"RAMB18E1": 1, "RAMB36E1": 2},
+        free=frozenset({"CARRY4", "MUXF7", "MUXF8", "INV", "VCC", "GND"}),
+        counted="LUT: tables of 6 inputs, those that are shift registers or memories too, adders by theirs; DSP: "
+                "DSP48E1; block RAMs of 18 kbit, a RAMB36E1 is two. Registers at multipliers and block RAMs are inside "
+                "them."),
+    "gowin": Family(
+        title="Gowin GW2A", commands=_map("synth_gowin -family gw2a -noiopads -top top"),
+        lut=_each("LUT1", "LUT2", "LUT3", "LUT4", "ALU") | _each("RAM16SDP1", "RAM16SDP2", "RAM16SDP4", takes=6),
+        ff=frozenset("DFF" + kind for kind in (
+            "", "E", "S", "SE", "R", "RE", "P", "PE", "C", "CE")),
+        # Two of 9 x 9 bits are in the place of one of 18 x 18, and one of 36 x 36 in that of four.
+        dsp={"MULT9X9": 0.5, "MULT18X18": 1, "MULT36X36": 4},
+        bram=_each("SP", "SPX9", "SDPB", "SDPX9B", "DPB", "DPX9B", "pROM", "pROMX9"),
+        free=frozenset({"MUX2_LUT5", "MUX2_LUT6", "MUX2_LUT7", "MUX2_LUT8", "VCC", "GND"}),
+        counted="LUT: tables of 4 inputs, an adder's bit takes 1 of them, a memory of 16 x 4 bits 6; DSP: multipliers "
+                "of 18 x 18 bits; block RAMs of 18 kbit. Registers at multipliers are beside them."),
+    "ice40": Family(
+        title="iCE40 UltraPlus",
+        # It has no distributed memories.
+        commands=("setattr -unset ram_style m:*", *_map("synth_ice40 -device u -dsp -top top")),
+        lut={"SB_LUT4": 1},
+        ff=frozenset("SB_DFF" + kind for kind in ("", "E", "SR", "R", "SS", "S", "ESR", "ER", "ESS", "ES")),
+        dsp={"SB_MAC16": 1}, bram={"SB_RAM40_4K": 1}, free=frozenset({"SB_CARRY", "VCC", "GND"}),
+        counted="LUT: tables of 4 inputs, with carries in their cells; DSP: SB_MAC16 of 16 x 16 bits; block RAMs of 4 "
+                "kbit. Distributed memories are registers, registers at multipliers are inside them."),
+}

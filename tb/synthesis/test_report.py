@@ -1,0 +1,73 @@
+"""What is measured: a netlist for all seeds, a table that says what was counted."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import hw.report
+from golden.config import PRESETS
+from hw.cli import main
+from hw.report import measure, spread, table
+from hw.synthesis.flow import OPTIONS, Clock
+
+CONFIG = PRESETS["tiny"]
+MHZ = {3: 90.2, 5: 120.6, 8: 100.4}
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """What is asked of the tools, which are not there; a clock for each seed."""
+    found = []
+
+    def synthesised(component, folder):
+        found.append("netlist")
+        return folder / "clock.json"
+
+    def placed(netlist, *, seed, options):
+        found.append((netlist.name, seed, options))
+        return Clock(seed=seed, mhz=MHZ[seed], path=f"path {seed}")
+
+    monkeypatch.setattr(hw.report, "synthesise_between_registers", synthesised)
+    monkeypatch.setattr(hw.report, "place_and_route", placed)
+    return found
+
+
+def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
+    row = measure("ctu", "CellNumber", CONFIG, tmp_path, seeds=tuple(MHZ))
+    assert calls == ["netlist", *(("clock.json", seed, OPTIONS) for seed in MHZ)]
+    assert {clock.seed: clock.mhz for clock in row.clocks} == MHZ
+    written = json.loads((tmp_path / "CellNumber" / "row.json").read_text())
+    assert [clock["seed"] for clock in written["clocks"]] == list(MHZ)
+    text = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=tuple(MHZ), options=OPTIONS)
+    assert "| MHz least / median / best | slowest path of the best |" in text
+    assert "| 90 / 100 / 121 | path 5 (seed 5) |" in text
+    assert "placer seeds 3, 5, 8, --placer-heap-timingweight 30; preset tiny" in text
+    one = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=(3,), options=OPTIONS)
+    assert "| MHz | slowest path |" in one
+    assert "placer seed 3, " in one
+
+
+@pytest.mark.parametrize(("clocks", "text"), [([99.6], "100"), ([120, 80], "80 / 100 / 120"), ([3, 1, 2], "1 / 2 / 3")])
+def test_clocks_of_several_seeds(clocks, text):
+    assert spread(clocks) == text
+
+
+def test_another_family_has_its_cells_and_no_clock(tmp_path):
+    command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "--family", "gowin", "-o", str(tmp_path)]
+    result = CliRunner().invoke(main, command)
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[-1].startswith("amaranth 0.5.10, pyosys 0.70; preset tiny: ")
+    assert "# ctu: Gowin GW2A" in result.output
+    assert "LUT: tables of 4 inputs, an adder's bit takes 1 of them" in result.output
+    assert "MHz" not in result.output
+    assert (tmp_path / "ctu-gowin.md").read_text() in result.output
+    assert not (tmp_path / "ctu-gowin" / "CellNumber" / "clock.json").exists()
+    refused = CliRunner().invoke(main, [*command, "--route"])
+    assert (refused.exit_code, refused.output) == (2, "error: report: nothing here places and routes for Gowin GW2A\n")
+
+
+@pytest.mark.nightly
+def test_seeds_place_differently(tmp_path):
+    row = measure("ctu", "CellNumber", CONFIG, tmp_path, seeds=(1, 2))
+    assert len({clock.mhz for clock in row.clocks}) == 2
