@@ -30,7 +30,8 @@ def test_links_and_pictures_of_the_documentation_exist(page):
 def test_options_named_in_the_documentation_exist(page):
     commands = [*golden.cli.main.commands.values(), *hw.cli.main.commands.values(),
                 *tb.cli.main.commands.values(), tb.bench.network.main]
-    known = {option for command in commands for parameter in command.params for option in parameter.opts} | {"--help"}
+    known = {"--help"} | {option for command in commands for parameter in command.params
+                          for option in (*parameter.opts, *parameter.secondary_opts)}
     # What is handed on to nextpnr is not ours.
     text = re.sub(r'--nextpnr\s+"[^"]*"', "--nextpnr", page.read_text())
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known
