@@ -123,10 +123,11 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         It does not fit, or not bear the clock that is asked for.
     """
     netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
+    area = FAMILIES["ecp5"].area(_cells(netlist))
     (folder / f"{name}.lpf").write_text(constraints)
     clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *OPTIONS, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
-    return FAMILIES["ecp5"].area(_cells(netlist)), clock
+    return area, clock
 
 
 def yosys(log: Path, *commands: str) -> None:
