@@ -1,6 +1,7 @@
 """Tables of area and clock in README.md and docs/, from the history: ``python -m hw figures``."""
 
 import re
+import textwrap
 from pathlib import Path
 
 from hw.history import ROOT, Record, last_records, read_history
@@ -13,8 +14,8 @@ __all__ = ["MAIN", "pages", "with_tables", "write_tables"]
 PRESET = "small"
 # What the README shows, if it has been recorded.
 MAIN = {
-    "icu": ("IntersectionUnit", "RayMemory", "RayDirection"),
-    "ctu": ("TraversalUnit", "RayTraversal", "Survival"),
+    "icu": ("IntersectionUnit",),
+    "ctu": ("TraversalUnit",),
     "memsys": ("MemorySystem", "SystemBusInterface"),
     "control": ("EngineControl",),
     "registers": ("Registers",),
@@ -39,11 +40,18 @@ def with_tables(text: str, history: list[Record]) -> str:
         keys = [(family, PRESET, "", block, unit) for block, names in units.items() for unit in names]
         return [last[key] for key in keys if key in last]
 
+    def elsewhere():
+        """Of units that were measured in another family too, in all of them."""
+        units = [(block, unit) for block, names in UNITS.items() for unit in names
+                 if any(of({block: [unit]}, family) for family in FAMILIES if family != "ecp5")]
+        return [record for block, unit in units for family in FAMILIES for record in of({block: [unit]}, family)]
+
     def table(place):
         if place[2] == "families":
-            lines = _areas([record for family in FAMILIES if family != "ecp5" for record in of(UNITS, family)])
+            records, lines_of = elsewhere(), _areas
         else:
-            lines = _clocks(of(MAIN if place[2] == "main" else {place[2]: UNITS[place[2]]}))
+            records, lines_of = of(MAIN if place[2] == "main" else {place[2]: UNITS[place[2]]}), _clocks
+        lines = lines_of(records) if records else ["Nothing has been recorded yet."]
         return "\n".join([place[1], *lines, "", place[3]])
 
     return _PLACE.sub(table, text)
@@ -66,21 +74,20 @@ def _clocks(records):
         cells = [f"`{record.unit}`", "" if record.latency is None else record.latency, *_area(record),
                  spread(record.mhz) if record.mhz else "", ", ".join(map(str, record.seeds)), record.commit]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    usual = " ".join(OPTIONS)
     others = [f'`{record.unit}` with `--nextpnr "{record.options}"`' for record in records
-              if record.seeds and record.options != usual]
-    ecp5 = FAMILIES["ecp5"]
-    return [*lines, "", f"{ecp5.title}, preset `{PRESET}`, each unit alone with its ports between registers. "
-            f"{ecp5.counted} MHz: of several seeds of the placer least, median and best. {_tools(records)}.",
-            *([f"Options of nextpnr: {', '.join(others)}."] if others else [])]
+              if record.seeds and record.options != " ".join(OPTIONS)]
+    about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone with its ports between registers.",
+             FAMILIES["ecp5"].counted, "MHz: of several seeds of the placer least, median and best.",
+             f"{_tools(records)}.", *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
+    return [*lines, "", _filled(" ".join(about))]
 
 
 def _areas(records):
-    lines = ["| family | unit | LUT | FF | DSP | block RAM | commit |", "|---" * 7 + "|"]
+    lines = ["| unit | family | LUT | FF | DSP | block RAM | commit |", "|---" * 7 + "|"]
     for record in records:
-        cells = [FAMILIES[record.family].title, f"`{record.unit}`", *_area(record), record.commit]
+        cells = [f"`{record.unit}`", FAMILIES[record.family].title, *_area(record), record.commit]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    counted = [f"* {family.title}: {family.counted}" for name, family in FAMILIES.items()
+    counted = [_filled(f"* {family.title}: {family.counted}", indent="  ") for name, family in FAMILIES.items()
                if any(record.family == name for record in records)]
     return [*lines, "", f"Preset `{PRESET}`. {_tools(records)}. What is counted:", "", *counted]
 
@@ -91,3 +98,7 @@ def _area(record):
 
 def _tools(records):
     return "; ".join(dict.fromkeys(record.tools for record in records))
+
+
+def _filled(text, indent=""):
+    return textwrap.fill(text, 128, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)

@@ -111,8 +111,7 @@ FAMILIES = {
         ff=frozenset({"FDRE", "FDSE", "FDCE", "FDPE"}), dsp={"DSP48E1": 1}, bram={"RAMB18E1": 1, "RAMB36E1": 2},
         free=frozenset({"CARRY4", "MUXF7", "MUXF8", "INV", "VCC", "GND"}),
         counted="LUT: tables of 6 inputs, those that are shift registers or memories too, adders by theirs; DSP: "
-                "DSP48E1; block RAMs of 18 kbit, a RAMB36E1 is two. Registers at multipliers and block RAMs are inside "
-                "them."),
+                "DSP48E1; block RAMs of 18 kbit, a RAMB36E1 is two. Registers at multipliers are inside them."),
     "gowin": Family(
         title="Gowin GW2A", commands=_map("synth_gowin -family gw2a -noiopads -top top"),
         lut=_each("LUT1", "LUT2", "LUT3", "LUT4", "ALU") | _each("RAM16SDP1", "RAM16SDP2", "RAM16SDP4", takes=6),
