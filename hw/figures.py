@@ -21,9 +21,9 @@ MAIN = {
     "registers": ("Registers",),
     "noc": ("Router-72-2",),
 }
-# A table stands between two comments, of which the first says what it has: those of the README, a block, or other
-# families.
-_PLACE = re.compile(r"(<!-- area: (\w+) -->\n).*?(<!-- area: end -->)", re.DOTALL)
+# A table stands between two comments, of which the first says what it has: the README's units, a block's, some of a
+# block's, or those of other families.
+_PLACE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
 
 
 def pages() -> list[Path]:
@@ -47,12 +47,13 @@ def with_tables(text: str, history: list[Record]) -> str:
         return [record for block, unit in units for family in FAMILIES for record in of({block: [unit]}, family)]
 
     def table(place):
-        if place[2] == "families":
+        start, what, names, end = place.groups()
+        if what == "families":
             records, lines_of = elsewhere(), _areas
         else:
-            records, lines_of = of(MAIN if place[2] == "main" else {place[2]: UNITS[place[2]]}), _clocks
+            records, lines_of = of(MAIN if what == "main" else {what: names.split() or UNITS[what]}), _clocks
         lines = lines_of(records) if records else ["Nothing has been recorded yet."]
-        return "\n".join([place[1], *lines, "", place[3]])
+        return "\n".join([start, *lines, "", end])
 
     return _PLACE.sub(table, text)
 
