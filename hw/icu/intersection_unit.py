@@ -15,6 +15,7 @@ from hw.icu.ray_memory import BANKS, RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["IntersectionUnit"]
 
@@ -158,10 +159,13 @@ class IntersectionUnit(wiring.Component):
         takes = there & ~self.i_frustum.valid & ~read_now
         # A patch of which some vertices have been taken goes on.
         goes_on, vertex, is_screen = Signal(), Signal(2), Signal()
-        m.d.comb += [goes_on.eq(vertex != 0), setup.i.valid.eq(self.i_vertex.valid & (takes | goes_on)),
-                     setup.i.payload.eq(self.i_vertex.payload),
-                     self.i_vertex.ready.eq(setup.i.ready & (takes | goes_on))]
-        with m.If(setup.i.valid & setup.i.ready):
+        # What sends vertices may be on the other side of the chip.
+        m.submodules.taken = taken = SkidBuffer(formats.patch_vertex)
+        wiring.connect(m, taken.o, setup.i)
+        m.d.comb += [goes_on.eq(vertex != 0), taken.i.valid.eq(self.i_vertex.valid & (takes | goes_on)),
+                     taken.i.payload.eq(self.i_vertex.payload),
+                     self.i_vertex.ready.eq(taken.i.ready & (takes | goes_on))]
+        with m.If(taken.i.valid & taken.i.ready):
             m.d.sync += vertex.eq(vertex + 1)
         m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(is_screen)]
         m.d.sync += is_screen.eq(frustum.is_screen)
@@ -192,7 +196,7 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
-        m.d.comb += comes.eq(setup.i.valid & setup.i.ready & (vertex == 0))
+        m.d.comb += comes.eq(taken.i.valid & taken.i.ready & (vertex == 0))
         m.d.sync += [owed.eq(owed + enters - leaves), under_way.eq(under_way + came - leaves)]
 
         # Read-out and collector.
