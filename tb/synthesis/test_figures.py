@@ -93,7 +93,8 @@ def test_a_table_has_the_last_figures_of_its_units():
     assert 'Other options of nextpnr: `Sbb` with `--nextpnr "--router router2"`.' in " ".join(text.split())
     assert text.endswith("\n\n<!-- area: end -->\nafter\n")
     assert text.count("| `") == 1
-    two = with_tables(place.replace("icu", "icu Ipbb Sbb"), [unit, *(replace(unit, unit=name) for name in ("Ipbb", "A"))])
+    named = place.replace("icu", "icu Ipbb Sbb")
+    two = with_tables(named, [unit, *(replace(unit, unit=name) for name in ("Ipbb", "EdgePlanes"))])
     assert [line.split(" | ")[0] for line in two.splitlines() if line.startswith("| `")] == ["| `Ipbb`", "| `Sbb`"]
     empty = place.replace("old", "\nNothing has been recorded yet.\n")
     assert with_tables(text, []) == with_tables(empty, []) == empty
