@@ -79,8 +79,9 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     room, capacity
         Rays and patches that a cluster holds. No limits by default.
     fill
-        What is left of the capacity goes to patches that no sparse ray meets, but that lie in the cells of those rays:
-        dense ones meet some, and intersection is given all.
+        What is left of the capacity goes to all other patches: first to those found that had no room, then to those
+        that no sparse ray meets, but that lie in the cells of those rays - dense ones meet some, and intersection is
+        given all -, then to the rest of the scene.
     topology
         Assign the heaviest traffic to the nearest processors of this network. Default: cluster i is processor i.
 
@@ -99,7 +100,12 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
     subshells = subshell_lists(found, sets, partition)
     if fill:
-        sets = fill_up(sets, found.passed, classify(partition, found.passed_window), capacity=capacity)
+        home = np.full(len(geometry), -1)
+        home[found.patches], home[found.passed] = cluster, classify(partition, found.passed_window)
+        known = np.concatenate([found.patches, found.passed])
+        more = np.concatenate([known, np.setdiff1d(np.arange(len(geometry)), known)])
+        more = more[~np.isin(more, sets.chosen)]
+        sets = fill_up(sets, more, home[more], capacity=capacity)
     processor = simple(clusters) if topology is None else heaviest_to_nearest(
         traffic(partition, found.window, cluster), Topology.of(topology, clusters).hops)
     return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,

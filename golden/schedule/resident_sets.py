@@ -70,6 +70,8 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
 def fill_up(sets: ResidentSets, patches: np.ndarray, cluster: np.ndarray, *, capacity: int) -> ResidentSets:
     """Sets with more patches behind those that they have, as far as there is room.
 
+    What finds no room in its own cluster goes where most is left: another cluster is nearer than main memory.
+
     Parameters
     ----------
     sets
@@ -77,9 +79,16 @@ def fill_up(sets: ResidentSets, patches: np.ndarray, cluster: np.ndarray, *, cap
     patches
         Q patch numbers; the first ones are taken first.
     cluster
-        Q, the cluster of each.
+        Q, the cluster of each; -1 of a patch that is at home nowhere.
     capacity
         As for `resident_sets`.
     """
-    return ResidentSets(tuple(np.append(held, patches[cluster == number])[:max(capacity, len(held))]
-                              for number, held in enumerate(sets.patches)))
+    room = np.array([max(0, capacity - len(held)) for held in sets.patches])
+    goes = np.full(len(patches), -1)
+    for number, left in enumerate(room):
+        goes[np.flatnonzero(cluster == number)[:left]] = number
+    room -= np.bincount(goes[goes >= 0], minlength=len(room))
+    for place in np.flatnonzero(goes < 0)[:room.sum()]:
+        goes[place] = room.argmax()
+        room[goes[place]] -= 1
+    return ResidentSets(tuple(np.append(held, patches[goes == number]) for number, held in enumerate(sets.patches)))
