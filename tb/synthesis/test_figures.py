@@ -36,7 +36,7 @@ def departures(found, last):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("family", "block", "unit"), RATCHET, ids="-".join)
+@pytest.mark.parametrize(("family", "block", "unit"), [pytest.param(*one, id="-".join(one)) for one in RATCHET])
 def test_area_and_clock_stay(family, block, unit, tmp_path, monkeypatch):
     # The packaged tool: that of the machine places in another way.
     monkeypatch.setattr(flow.shutil, "which", lambda name: None)
