@@ -79,7 +79,7 @@ def _clocks(records):
               if record.seeds and record.options != " ".join(OPTIONS)]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone with its ports between registers.",
              FAMILIES["ecp5"].counted, "MHz: of several seeds of the placer least, median and best.",
-             f"{_tools(records)}.", *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
+             f"{'; '.join(dict.fromkeys(record.tools for record in records))}.", *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]
 
 
@@ -90,15 +90,13 @@ def _areas(records):
         lines.append(f"| {' | '.join(map(str, cells))} |")
     counted = [_filled(f"* {family.title}: {family.counted}", indent="  ") for name, family in FAMILIES.items()
                if any(record.family == name for record in records)]
-    return [*lines, "", f"Preset `{PRESET}`. {_tools(records)}. What is counted:", "", *counted]
+    # Nothing was placed for this table.
+    tools = dict.fromkeys(record.tools.partition(", nextpnr")[0] for record in records)
+    return [*lines, "", f"Preset `{PRESET}`. {'; '.join(tools)}. What is counted:", "", *counted]
 
 
 def _area(record):
     return record.lut, record.ff, record.dsp, record.bram
-
-
-def _tools(records):
-    return "; ".join(dict.fromkeys(record.tools for record in records))
 
 
 def _filled(text, indent=""):
