@@ -79,7 +79,8 @@ def _clocks(records):
               if record.seeds and record.options != " ".join(OPTIONS)]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone with its ports between registers.",
              FAMILIES["ecp5"].counted, "MHz: of several seeds of the placer least, median and best.",
-             f"{'; '.join(dict.fromkeys(record.tools for record in records))}.", *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
+             f"{'; '.join(dict.fromkeys(record.tools for record in records))}.",
+             *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]
 
 
