@@ -26,7 +26,8 @@ def mapped_text(component, folder: Path) -> str:
     (folder / "soft.v").write_text(_soft_cells())
     # The netlist has the cells' names as black boxes. Names would be most of the text.
     yosys(folder / "mapped.log", "read_json area.json", "delete =A:blackbox", "read_verilog soft.v",
-          f"read_verilog -lib {HARD}", "hierarchy -check -top top", "proc", "flatten", "delete t:$scopeinfo",
+          f"read_verilog -lib {HARD}", "hierarchy -check -top top", "proc",
+          "setattr -mod -set keep_hierarchy 1 *TRELLIS_FF*", "flatten", "delete t:$scopeinfo",
           "memory_collect", "opt_expr", "rename -hide", "clean -purge", "rename -enumerate",
           "write_verilog -noattr mapped.v")
     return (folder / "mapped.v").read_text() + HARD.read_text()
