@@ -32,7 +32,8 @@ class PositionSearch(wiring.Component):
     i
         ``first`` and ``count``, the part of the table, in which positions never fall; ``low`` and ``end``, the bounds.
     o
-        ``low`` and ``end``, how many positions are less.
+        ``low`` and ``end``: how many positions are less, the ``count``, which is the same for all bounds from ``least``
+        to ``most``.
 
     Timing
     ------
@@ -44,12 +45,13 @@ class PositionSearch(wiring.Component):
     def __init__(self, *, formats: Formats, place):
         self._formats, self._place, bound = formats, place, formats.position_bound
         side = formats.grid_side
+        found = StructLayout({"count": side, "least": bound, "most": bound})
         super().__init__({
             "i_write": In(stream.Signature(StructLayout({"place": place, "position": formats.position}),
                                            always_ready=True)),
             "i": In(stream.Signature(StructLayout({"first": place, "count": side, "low": bound,
                                                    "end": bound}))),
-            "o": Out(stream.Signature(StructLayout({"low": side, "end": side})))})
+            "o": Out(stream.Signature(StructLayout({"low": found, "end": found})))})
 
     def elaborate(self, platform):
         m = Module()
@@ -99,12 +101,20 @@ class PositionSearch(wiring.Component):
             m.d.sync += [placed.found.eq(0), placed.step.eq(highest), placed.is_end.eq(starts[1]),
                          address.eq(before + highest)]
 
-        ends = under_way[2] & compared.step[0]
-        with m.If(ends):
-            with m.If(compared.is_end):
-                m.d.sync += [self.o.payload.end.eq(found), self.o.valid.eq(1), busy.eq(0)]
-            with m.Else():
-                m.d.sync += self.o.payload.low.eq(found)
+        # The last position that was less is the one before the first that was not, and both have been looked at.
+        ends, bound = under_way[2] & compared.step[0], formats.position_bound
+        for is_end, target in enumerate((self.o.payload.low, self.o.payload.end)):
+            with m.If(starts[is_end]):
+                m.d.sync += [target.least.eq(-(1 << bound.width - 1)), target.most.eq((1 << bound.width - 1) - 1)]
+            with m.Elif(under_way[2] & exists & (compared.is_end == is_end)):
+                with m.If(less):
+                    m.d.sync += target.least.eq(position + 1)
+                with m.Else():
+                    m.d.sync += target.most.eq(position)
+            with m.If(ends & (compared.is_end == is_end)):
+                m.d.sync += target.count.eq(found)
+        with m.If(ends & compared.is_end):
+            m.d.sync += [self.o.valid.eq(1), busy.eq(0)]
         with m.If(self.o.valid & self.o.ready):
             m.d.sync += self.o.valid.eq(0)
         return m

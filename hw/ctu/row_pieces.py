@@ -25,8 +25,9 @@ ROOM = 4
 class RowPieces(wiring.Component):
     """What the arcs of the sector and those of the window have in common, as columns.
 
-    The window's are the same in all rows of a stage, the sector's often: what has just been found of a pair of arcs is
-    kept, and searched for again when either end is another.
+    The window's are the same in all rows of a stage, and the sector's mostly end between the same columns: what has
+    just been found of a pair of arcs is kept, with the ends for which it is true, and searched for again when either
+    end is none of them.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class RowPieces(wiring.Component):
     Timing
     ------
     Latency: ``3 * bits(columns) + 16`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
-    a row one more; a search takes ``3 * bits(columns) + 4`` more. Stalls with ``o``.
+    a row one more; a search takes ``3 * bits(columns) + 3`` more. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
     """
@@ -101,13 +102,11 @@ class RowPieces(wiring.Component):
         # has been found to be.
         pairs, pair = Signal(len(PAIRS)), Signal(range(len(PAIRS)))
         low, end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
-        ends = StructLayout({"low": bound, "end": bound})
-        found = StructLayout({"low": side, "end": side})
-        m.submodules.known = known = Memory(shape=StructLayout({"bounds": ends, "found": found}), depth=len(PAIRS),
-                                            init=[], attrs={"ram_style": "distributed"})
+        m.submodules.known = known = Memory(shape=search.o.payload.shape(), depth=len(PAIRS), init=[],
+                                            attrs={"ram_style": "distributed"})
         keep, recall = known.write_port(), known.read_port(domain="comb")
         is_known, fits, some = Signal(len(PAIRS)), Signal(), Signal()
-        piece = Signal(found, reset_less=True)
+        piece = Signal(StructLayout({"low": side, "end": side}), reset_less=True)
         first_of = [(Mux(over, lowest, source.low), Mux(over, source.over, source.end))
                     for source in (sectors.o.payload, window) for over in (0, 1)]
         sector_arcs, window_arcs = first_of[:2], first_of[2:]
@@ -117,8 +116,8 @@ class RowPieces(wiring.Component):
                 m.d.comb += [chosen.eq(number_of), rest.eq(pairs & ~(1 << number_of))]
         made = pieces.i.payload
         m.d.comb += [
-            recall.addr.eq(pair), keep.addr.eq(pair), keep.data.bounds.low.eq(low), keep.data.bounds.end.eq(end),
-            keep.data.found.eq(search.o.payload), search.i.payload.first.eq(given.first_column),
+            recall.addr.eq(pair), keep.addr.eq(pair), keep.data.eq(search.o.payload),
+            search.i.payload.first.eq(given.first_column),
             search.i.payload.count.eq(given.columns), search.i.payload.low.eq(low), search.i.payload.end.eq(end),
             made.stage.eq(given.stage), made.shell.eq(given.shell), made.row.eq(row)]
 
@@ -151,9 +150,10 @@ class RowPieces(wiring.Component):
                 m.next = "known"
             with m.State("known"):
                 m.d.sync += [
-                    fits.eq(is_known.bit_select(pair, 1) & (recall.data.bounds.low == low)
-                            & (recall.data.bounds.end == end)),
-                    some.eq(low < end), piece.eq(recall.data.found)]
+                    fits.eq(is_known.bit_select(pair, 1) & Cat(
+                        (value >= found.least) & (value <= found.most)
+                        for value, found in ((low, recall.data.low), (end, recall.data.end))).all()),
+                    some.eq(low < end), piece.low.eq(recall.data.low["count"]), piece.end.eq(recall.data.end["count"])]
                 m.next = "choose"
             with m.State("choose"):
                 with m.If(some & ~fits):
@@ -163,7 +163,7 @@ class RowPieces(wiring.Component):
                     m.next = "give"
             with m.State("search"):
                 m.d.comb += [search.o.ready.eq(1), keep.en.eq(search.o.valid)]
-                m.d.sync += piece.eq(search.o.payload)
+                m.d.sync += [piece.low.eq(search.o.payload.low["count"]), piece.end.eq(search.o.payload.end["count"])]
                 with m.If(search.o.valid):
                     m.d.sync += is_known.bit_select(pair, 1).eq(1)
                     m.next = "give"

@@ -142,10 +142,10 @@ class StageRows(wiring.Component):
                     m.next = "rows"
             with m.State("rows"):
                 m.d.comb += search.o.ready.eq(1)
-                found = search.o.payload
+                low_row, end_row = search.o.payload.low["count"], search.o.payload.end["count"]
                 m.d.sync += [
-                    self.o.payload.row.eq(record.first_row + found.low), self.o.payload.row_number.eq(found.low),
-                    self.o.payload.rows.eq(Mux(found.end > found.low, found.end - found.low, 0)),
+                    self.o.payload.row.eq(record.first_row + low_row), self.o.payload.row_number.eq(low_row),
+                    self.o.payload.rows.eq(Mux(end_row > low_row, end_row - low_row, 0)),
                     self.o.payload.stage.eq(stage), self.o.payload.shell.eq(shell), self.o.payload.window.eq(window),
                     self.o.payload.final.eq(0),
                     *(self.o.payload[name].eq(record[name]) for name in ("first_column", "columns", "first_ray"))]

@@ -11,6 +11,8 @@ from tb.lib.timing import documented_latency
 CONFIG = PRESETS["tiny"]
 ENTRIES, SEARCHES = 120, 80
 SPREAD = 900
+# Of the bounds.
+HIGHEST = (1 << Formats(CONFIG).position_bound.width - 1) - 1
 
 
 def searches(random, positions):
@@ -52,8 +54,13 @@ def test_counts_of_what_is_less():
             await ctx.tick().repeat(1 + number % 4)
             part = positions[given["first"]:given["first"] + given["count"]]
             assert ctx.get(search.o.valid)
-            assert ctx.get(search.o.payload.low) == (part < given["low"]).sum(), given
-            assert ctx.get(search.o.payload.end) == (part < given["end"]).sum(), given
+            for name in "low", "end":
+                found = ctx.get(search.o.payload[name])
+                assert found["count"] == (part < given[name]).sum(), given
+                # The least and the most bound with as many below.
+                places = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
+                assert found["least"] == places[found["count"]] + 1, given
+                assert found["most"] == places[found["count"] + 1], given
             assert cycles == documented_latency(PositionSearch, CONFIG, count=given["count"])
             ctx.set(search.o.ready, 1)
             await ctx.tick()

@@ -4,6 +4,12 @@
 
 from itertools import pairwise
 
+import numpy as np
+
+from golden.ctu.sector import Sector, sector_rays
+from golden.stimulus.ctu.grids import shells
+from golden.stimulus.frusta import random_hemisphere
+from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_pieces import RowPieces
 from tb.ctu.window_stages import WindowStages
 from tb.lib.configurations import config_of
@@ -43,3 +49,41 @@ def test_pieces_of_whole_rows_and_of_a_window():
     cycles = BENCH.cycles["o"]
     assert cycles[0] - BENCH.cycles["i"][0] == documented_latency(RowPieces, CONFIG, columns=columns)
     assert {b - a for a, b in pairwise(cycles[:rays.rows])} == {5}, "a row of one piece takes five cycles"
+
+
+class Quarter(WindowStages):
+    """A quarter of a hemisphere."""
+
+    def __init__(self):
+        record = random_hemisphere(np.random.default_rng(1), CONFIG, size=(256, 64))
+        self._prepare(record, Sector(64, 128, 0, 64), shells(record), 8, CONFIG)
+
+
+def test_rows_between_the_same_columns_are_searched_for_once():
+    """The sector's arcs are others in each row."""
+    stages, shell = Quarter(), 8
+    rays = stages.rays[shell]
+    assert len(np.unique(rays.column_border)) > rays.rows // 4
+    mask = sector_rays(rays, stages.sector, stages.record)
+    # Those of one piece; near the pole there are two, or all columns.
+    pieces = (np.diff(np.pad(mask, ((0, 0), (1, 0))).astype(int), axis=1) == 1).sum(axis=1)
+    rows = np.flatnonzero((pieces == 1) & ~mask.all(axis=1))
+    rows = max(np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1), key=len)
+    assert len(rows) > 12
+    whole = {"low": LOWEST, "end": HIGHEST, "wraps": 0}
+    place = {"row": sum(stages.rays[one].rows for one in range(2, shell)),
+             "column": sum(stages.rays[one].columns for one in range(2, shell))}
+    given = {"shell": shell, "row": place["row"] + int(rows[0]), "row_number": int(rows[0]), "rows": len(rows),
+             "first_column": place["column"], "columns": rays.columns, "window": whole}
+    came = BENCH.run(Schedule(
+        items={"i_table": [(0, write) for write in stages.tables],
+               "i": [(len(stages.tables) + 2, given), (0, {"rows": 0, "final": 1})]}, stalls={}),
+        frustum=stages.ports["frustum"])["o"]
+    pieces = [(item["row"] - place["row"], item["column"] - place["column"], item["count"]) for item in came[:-2]]
+    spans = [np.flatnonzero(mask[row]) for row in rows]
+    assert pieces == [(row, span[0], len(span)) for row, span in zip(rows, spans, strict=True)]
+    search = documented_latency(PositionSearch, CONFIG, count=rays.columns)
+    same = [one[1:] == other[1:] for one, other in pairwise(pieces)]
+    assert [b - a for a, b in pairwise(BENCH.cycles["o"][:len(rows)])] == [5 if is_same else 5 + search
+                                                                          for is_same in same]
+    assert sum(same) > len(same) // 2
