@@ -87,11 +87,11 @@ class Cast:
     def bound(self, config: Config) -> dict[str, int]:
         """Cycles below which no cluster can be by what its traversal, its intersection and its patches take.
 
-        Traversal is steps over pipelines, grid rays that are sent, one in a cycle, or those that are looked at, a group
-        in a cycle; intersection is tests.
+        Traversal is steps over pipelines, cells that are met and grid rays that are sent, one in a cycle each, or those
+        that are looked at, a group in a cycle; intersection is tests.
         """
         pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
-        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_rays"],
+        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_cells"], one["traversal_rays"],
                                      -(-one["traversal_requests"] // GRID_GROUP)) for one in self.counters),
                 "intersection": max(one["intersection_tested"] for one in self.counters),
                 "patches": max(4 * one["intersection_patches"] for one in self.counters)}
