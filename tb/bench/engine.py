@@ -141,9 +141,9 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
         f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays, cell "
         f"{cell}, main memory {latency} cycles away, a hemisphere at a point of the ceiling that the phase was not "
         "scheduled from, no subshells. Hits and sums are golden's.", "",
-        "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, cells met, grid rays sent, or eighths "
-        "of those looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
-        "resident set, of another cluster, in the cache, in main memory.", "",
+        "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, cells met, grid rays sent, or "
+        "eighths of those looked at), intersection (tests), four cycles per patch, each of the busiest cluster. "
+        "Patches: in the resident set, of another cluster, in the cache, in main memory.", "",
         "| scene | clusters | cold | warm | traversal | intersection | patches | bound : warm | efficiency | lowest "
         "| speedup | by the bound | tests per ray | tests per patch | own | remote | cache | main | links |",
         "|---" * 19 + "|", *(line for cycles, _ in rows for line in cycles), "",

@@ -102,11 +102,13 @@ def test_tests_are_shared_out_to_the_last_one():
 
 
 def test_a_cast_adds_up_its_clusters():
-    one = {"traversal_steps": 90, "traversal_requests": 40, "traversal_rays": 30, "intersection_tested": 70,
-           "intersection_patches": 20, "memory_remote": 10}
+    one = {"traversal_steps": 90, "traversal_requests": 40, "traversal_rays": 30, "traversal_cells": 35,
+           "intersection_tested": 70, "intersection_patches": 20, "memory_remote": 10}
     cast = Cast(image=None, cycles=100, load_cycles=0, result_cycles=0, counters=[one, one | {"memory_remote": 0}],
                 shared={"flits": 120})
     assert cast.bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
+    cast.counters[1]["traversal_cells"] = 46
+    assert cast.bound(PRESETS["tiny"])["traversal"] == 46
     assert cast.total("memory_remote") == 10
     assert cast.links(PRESETS["tiny"]) == 1.0
 

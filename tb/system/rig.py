@@ -91,8 +91,9 @@ class Cast:
         that are looked at, a group in a cycle; intersection is tests.
         """
         pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
-        return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_cells"], one["traversal_rays"],
-                                     -(-one["traversal_requests"] // GRID_GROUP)) for one in self.counters),
+        return {"traversal": max(max(
+                    -(-one["traversal_steps"] // pipelines), one["traversal_cells"], one["traversal_rays"],
+                    -(-one["traversal_requests"] // GRID_GROUP)) for one in self.counters),
                 "intersection": max(one["intersection_tested"] for one in self.counters),
                 "patches": max(4 * one["intersection_patches"] for one in self.counters)}
 
