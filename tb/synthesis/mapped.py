@@ -1,7 +1,9 @@
 """The netlist of a component for the ECP5, as it is placed, as Verilog that simulators take."""
 
 import importlib.util
+import json
 import re
+from collections import defaultdict
 from pathlib import Path
 
 from hw.synthesis.flow import synthesise, yosys
@@ -14,8 +16,17 @@ SOFT = {"common_sim.vh": ("LUT2", "LUT4", "PFUMX", "L6MUX21", "TRELLIS_FF", "TRE
         "ccu2c_sim.vh": ("CCU2C",)}
 
 
+# Of Yosys' model of a register, what makes it one of many bits.
+WIDER = (("TRELLIS_FF(input CLK, LSR, CE, DI, M, output reg Q)",
+          "TRELLIS_FF #(parameter WIDTH = 1) "
+          "(input CLK, LSR, CE, input [WIDTH - 1:0] DI, M, output reg [WIDTH - 1:0] Q)"),
+         ("wire srval;", "wire [WIDTH - 1:0] srval;"),
+         ('"SET") ? 1\'b1 : 1\'b0;', '"SET") ? {WIDTH{1\'b1}} : {WIDTH{1\'b0}};'))
+
+
 def mapped_text(component, folder: Path) -> str:
-    """The module ``top``, in which every cell has become what its model says; block RAMs and multipliers are modules.
+    """The module ``top``, in which tables, adders and small memories have become what their models say; the other cells
+    are modules.
 
     Parameters
     ----------
@@ -23,14 +34,30 @@ def mapped_text(component, folder: Path) -> str:
         For the netlist and the tool's logs.
     """
     synthesise(component, folder)
+    netlist = json.loads((folder / "area.json").read_text())
+    _join_registers(netlist["modules"]["top"]["cells"])
+    (folder / "joined.json").write_text(json.dumps(netlist))
     (folder / "soft.v").write_text(_soft_cells())
     # The netlist has the cells' names as black boxes. Names would be most of the text.
-    yosys(folder / "mapped.log", "read_json area.json", "delete =A:blackbox", "read_verilog soft.v",
+    yosys(folder / "mapped.log", "read_json joined.json", "delete =A:blackbox", "read_verilog soft.v",
           f"read_verilog -lib {HARD}", "hierarchy -check -top top", "proc",
-          "setattr -mod -set keep_hierarchy 1 *TRELLIS_FF*", "flatten", "delete t:$scopeinfo",
-          "memory_collect", "opt_expr", "rename -hide", "clean -purge", "rename -enumerate",
-          "write_verilog -noattr mapped.v")
+          "setattr -mod -set keep_hierarchy 1 *TRELLIS_FF*", "flatten", "delete t:$scopeinfo", "memory_collect",
+          "opt_expr", "rename -hide", "clean -purge", "rename -enumerate", "write_verilog -noattr mapped.v")
     return (folder / "mapped.v").read_text() + HARD.read_text()
+
+
+def _join_registers(cells):
+    """Those of one kind with the same control are one cell of many bits: simulators take one by one for hours."""
+    kinds = defaultdict(list)
+    for name in [name for name, cell in cells.items() if cell["type"] == "TRELLIS_FF"]:
+        cell = cells.pop(name)
+        control = {pin: bits for pin, bits in cell["connections"].items() if pin not in ("DI", "Q")}
+        kinds[json.dumps([cell["parameters"], control], sort_keys=True)].append(cell)
+    for number, (first, *others) in enumerate(kinds.values()):
+        for pin in ("DI", "Q"):
+            first["connections"][pin] += [bit for cell in others for bit in cell["connections"][pin]]
+        first["parameters"]["WIDTH"] = f"{1 + len(others):032b}"
+        cells[f"registers_{number}"] = first
 
 
 def _soft_cells():
@@ -40,4 +67,8 @@ def _soft_cells():
     for file, names in SOFT.items():
         text = re.sub(r"(?s)specify\n.*?endspecify", "", (share / file).read_text())
         found += [re.search(rf"(?ms)^module {name}\b.*?^endmodule\n", text)[0] for name in names]
-    return "\n".join(found)
+    text = "\n".join(found)
+    for one_bit, many in WIDER:
+        assert text.count(one_bit) == 1
+        text = text.replace(one_bit, many)
+    return text
