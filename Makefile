@@ -67,7 +67,7 @@ bench: $(STAMP) ## rays per second against Embree, exactness and work of shellin
 	$(BIN)/python -m tb.bench.caches
 	$(BIN)/python -m tb.bench.main_memory
 	$(BIN)/python -m tb.bench.engine --clusters 1 --clusters 4
-	$(BIN)/python -m tb.bench.throughput
+	$(BIN)/python -m tb.bench.throughput --preset small
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done

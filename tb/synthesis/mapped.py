@@ -25,8 +25,7 @@ WIDER = (("TRELLIS_FF(input CLK, LSR, CE, DI, M, output reg Q)",
 
 
 def mapped_text(component, folder: Path) -> str:
-    """The module ``top``, in which tables, adders and small memories have become what their models say; the other cells
-    are modules.
+    """The module ``top``, in which tables and adders have become what their models say; the other cells are modules.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ def mapped_text(component, folder: Path) -> str:
     # The netlist has the cells' names as black boxes. Names would be most of the text.
     yosys(folder / "mapped.log", "read_json joined.json", "delete =A:blackbox", "read_verilog soft.v",
           f"read_verilog -lib {HARD}", "hierarchy -check -top top", "proc",
-          "setattr -mod -set keep_hierarchy 1 *TRELLIS_FF*", "flatten", "delete t:$scopeinfo", "memory_collect",
+          "setattr -mod -set keep_hierarchy 1 *TRELLIS_*", "flatten", "delete t:$scopeinfo", "memory_collect",
           "opt_expr", "rename -hide", "clean -purge", "rename -enumerate", "write_verilog -noattr mapped.v")
     return (folder / "mapped.v").read_text() + HARD.read_text()
 
