@@ -75,12 +75,15 @@ def _clocks(records):
         cells = [f"`{record.unit}`", "" if record.latency is None else record.latency, *_area(record),
                  spread(record.mhz) if record.mhz else "", ", ".join(map(str, record.seeds)), record.commit]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    others = [f'`{record.unit}` with `--nextpnr "{record.options}"`' for record in records
-              if record.seeds and record.options != " ".join(OPTIONS)]
+    others = {}
+    for record in records:
+        if record.seeds and record.options != " ".join(OPTIONS):
+            others.setdefault(record.options, []).append(f"`{record.unit}`")
+    others = [f'{", ".join(units)} with `--nextpnr "{options}"`' for options, units in others.items()]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone with its ports between registers.",
              FAMILIES["ecp5"].counted, "MHz: of several seeds of the placer least, median and best.",
              f"{'; '.join(dict.fromkeys(record.tools for record in records))}.",
-             *([f"Other options of nextpnr: {', '.join(others)}."] if others else [])]
+             *([f"Other options of nextpnr: {'; '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]
 
 
