@@ -413,6 +413,9 @@ class Noc:
         Flits that such a queue holds; 2 to 64. Fewer than a credit takes cycles to come back leave links idle.
     flit_bits
         Bits of a flit's data; 16 to 256. The 72 of a vertex let a link pass one per cycle.
+    requests
+        Patches that a cluster may have asked others for and not been given; 1 to 64. A reply takes a link five cycles,
+        so a fifth of the way there and back keeps it going.
     router_cycles
         Cycles in a router, 1 or 2; with 1 a flit is chosen and passes the crossbar in the same one, at a slower clock.
     arbitration
@@ -429,6 +432,7 @@ class Noc:
     virtual_channels: int = 2
     buffer_flits: int = 8
     flit_bits: int = 72
+    requests: int = 4
     router_cycles: int = 2
     arbitration: str = "round-robin"
     networks: str = "physical"
@@ -437,7 +441,8 @@ class Noc:
     def __post_init__(self):
         _check_choice("noc", "topology", self.topology, TOPOLOGIES)
         for name, low, high in (("columns", 1, 64), ("rows", 1, 64), ("virtual_channels", 1, 8),
-                                ("buffer_flits", 2, 64), ("flit_bits", 16, 256), ("router_cycles", 1, 2)):
+                                ("buffer_flits", 2, 64), ("flit_bits", 16, 256), ("requests", 1, 64),
+                                ("router_cycles", 1, 2)):
             _check_range("noc", name, getattr(self, name), low, high)
         for name, choices in (("arbitration", ARBITRATIONS), ("networks", ("physical", "virtual")),
                               ("check", ("none", "parity", "crc"))):
@@ -546,10 +551,11 @@ PRESETS = {
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
     "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
                     memsys=Memsys(scene_cells=1 << 14),
-                    noc=Noc(columns=2, rows=2, virtual_channels=1)),
-    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16)),
+                    noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
+    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
+                    noc=Noc(requests=16)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
                     memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
                                   bus_requests=16),
-                    noc=Noc(topology="torus", columns=4, rows=4)),
+                    noc=Noc(topology="torus", columns=4, rows=4, requests=16)),
 }

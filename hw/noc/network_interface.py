@@ -46,8 +46,6 @@ class NetworkInterface(wiring.Component):
         Of both networks, or of both kinds of messages in one.
     node
         Which cluster it is.
-    outstanding
-        Requests that may be on their way, at least 1.
 
     Members
     -------
@@ -74,12 +72,10 @@ class NetworkInterface(wiring.Component):
     Golden counterpart: `golden.noc.packing`. Source: Shen 1993, section 5.2.3.
     """
 
-    def __init__(self, *, config: Config, routing: Routing, node: int, outstanding: int = 4):
-        if not isinstance(outstanding, int) or outstanding < 1:
-            raise ValueError(f"Outstanding must be at least 1, not {outstanding!r}")
+    def __init__(self, *, config: Config, routing: Routing, node: int):
         if not isinstance(node, int) or not 0 <= node < routing.topology.nodes:
             raise ValueError(f"Node must be from 0 to {routing.topology.nodes - 1}, not {node!r}")
-        self._config, self._routing, self._node, self._outstanding = config, routing, node, outstanding
+        self._config, self._routing, self._node = config, routing, node
         self._formats, noc = Formats(config), config.noc
         address = (routing.topology.nodes - 1).bit_length()
         self._asked = StructLayout({"node": address, "patch": self._formats.patch})
@@ -103,7 +99,7 @@ class NetworkInterface(wiring.Component):
         vertex = self._formats.scene_vector
 
         # Requests that go out, each with room for the reply.
-        m.submodules.gate = gate = CreditGate(self._asked, credits=self._outstanding)
+        m.submodules.gate = gate = CreditGate(self._asked, credits=noc.requests)
         m.submodules.request_packer = packer = Packer(self._request_header, 0, bodies=0, **check)
         wiring.connect(m, wiring.flipped(self.i_request), gate.i)
         wiring.connect(m, packer.o, outgoing[0])
@@ -115,7 +111,7 @@ class NetworkInterface(wiring.Component):
         # Replies that come in.
         m.submodules.reply_unpacker = replies = Unpacker(
             self._reply_header, vertex, bodies=VERTICES, node=self._node, **check)
-        m.submodules.replies = room = Queue(self._formats.patch_vertex, depth=VERTICES * self._outstanding)
+        m.submodules.replies = room = Queue(self._formats.patch_vertex, depth=VERTICES * noc.requests)
         wiring.connect(m, incoming[1], replies.i)
         wiring.connect(m, room.o, wiring.flipped(self.o_reply))
         left = Signal(range(VERTICES))

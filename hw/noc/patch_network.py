@@ -24,8 +24,6 @@ class PatchNetwork(wiring.Component):
     ----------
     config
         The configuration.
-    outstanding
-        See `NetworkInterface`.
 
     Members
     -------
@@ -45,10 +43,9 @@ class PatchNetwork(wiring.Component):
         Channels could wait for each other in a circle.
     """
 
-    def __init__(self, *, config: Config, outstanding: int = 4):
+    def __init__(self, *, config: Config):
         self._config = config
         self._routing = route(config.noc.network(), config.noc.virtual_channels)
-        self._outstanding = outstanding
         nodes = self._routing.topology.nodes
         members = interface_members(config, nodes)
         super().__init__({**{name: member.array(nodes) for name, member in members.items()},
@@ -68,7 +65,7 @@ class PatchNetwork(wiring.Component):
                      self.stalls.eq(sum(network.stalls for network in networks))]
         for node in range(routing.topology.nodes):
             m.submodules[f"interface_{node}"] = interface = NetworkInterface(
-                config=self._config, routing=routing, node=node, outstanding=self._outstanding)
+                config=self._config, routing=routing, node=node)
             wiring.connect(m, wiring.flipped(self.i_request[node]), interface.i_request)
             wiring.connect(m, wiring.flipped(self.i_reply[node]), interface.i_reply)
             wiring.connect(m, interface.o_request, wiring.flipped(self.o_request[node]))

@@ -26,6 +26,7 @@ MESSAGES = [
     ("noc.topology=star", "configuration: Topology (noc.topology) must be "
                           "mesh, torus, ring, illiac, hypercube, not 'star'"),
     ("noc.buffer_flits=1", "configuration: Buffer flits (noc.buffer_flits) must be 2 to 64, not 1"),
+    ("noc.requests=65", "configuration: Requests (noc.requests) must be 1 to 64, not 65"),
     ("noc.columns=64", "configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, not 64 x 2"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
