@@ -12,8 +12,9 @@ def absorb(module: dict) -> dict[str, int]:
     """Give a mapped module's multipliers and block RAMs the registers at their inputs and outputs.
 
     A multiplier's operands are registered inside if registers without reset hold both; its product and the data of a
-    block RAM's port if nothing but such registers takes them. All registers of one multiplier share one enable. A
-    register that others read too stays for those. What the module does is the same in every cycle.
+    block RAM's port if nothing but such registers takes them: a word of 36 bits as a whole. All registers of one
+    multiplier share one enable. A register that others read too stays for those. What the module does is the same in
+    every cycle.
 
     Parameters
     ----------
@@ -32,7 +33,9 @@ def absorb(module: dict) -> dict[str, int]:
             gone["product"] += _product(netlist, name)
             gone["operand"] += _operands(netlist, name)
         elif cell["type"] == "DP16KD":
-            gone["block RAM"] += _data(netlist, name, "A") + _data(netlist, name, "B")
+            # Words of 36 bits come out at both ports' pins, and one register mode holds for all of them.
+            is_wide = int(cell["parameters"]["DATA_WIDTH_B"], 2) == 36
+            gone["block RAM"] += sum(_data(netlist, name, ports) for ports in (("BA",) if is_wide else ("A", "B")))
     return gone
 
 
@@ -111,7 +114,8 @@ class _Netlist:
     def _is_movable(self, name):
         cell = self.cells.get(name, {"type": None})
         return (cell["type"] == "TRELLIS_FF" and cell["connections"].get("LSR", ["0"]) == ["0"]
-                and cell["parameters"]["REGSET"] == "RESET" and cell["parameters"]["CLKMUX"] == "CLK")
+                and cell["parameters"]["REGSET"] == "RESET" and cell["parameters"]["CLKMUX"] == "CLK"
+                and cell["parameters"]["CEMUX"].strip() in ("1", "CE"))
 
 
 def _operands(netlist, name):
@@ -131,16 +135,19 @@ def _product(netlist, name):
     return netlist.take_over(name, registers)
 
 
-def _data(netlist, name, port):
-    registers = netlist.behind(name, [f"DO{port}{k}" for k in range(18)])
+def _data(netlist, name, ports):
+    """Of pins of ports at which words come out; the first one is that which is read."""
+    registers = netlist.behind(name, [f"DO{port}{k}" for port in ports for k in range(18)])
     controls = {netlist.control(register) for register in registers.values()}
-    if len(controls) != 1 or netlist.bit(name, f"RST{port}") != "0":
+    if len(controls) != 1 or netlist.bit(name, f"RST{ports[0]}") != "0":
         return 0
     clock, enable = controls.pop()
-    if netlist.bit(name, f"CLK{port}") != clock:
+    used = sorted({ports[0], *(pin[2] for pin in registers)})
+    if any(netlist.bit(name, f"CLK{port}") != clock for port in used):
         return 0
-    netlist.add_input(name, f"OCE{port}", enable)
-    netlist.cells[name]["parameters"][f"REGMODE_{port}"] = "OUTREG"
+    for port in used:
+        netlist.add_input(name, f"OCE{port}", enable)
+        netlist.cells[name]["parameters"][f"REGMODE_{port}"] = "OUTREG"
     return netlist.take_over(name, registers)
 
 

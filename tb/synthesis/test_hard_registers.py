@@ -5,7 +5,7 @@ import json
 import random
 
 import pytest
-from amaranth.hdl import Module, Signal, signed
+from amaranth.hdl import Cat, Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -58,6 +58,45 @@ def test_registers_move_where_they_may(netlist):
     # Of the operands one is read elsewhere, and `d` by the product whose other operand has no register.
     assert gone == {"operand": 2 * OPERAND, "product": 4 * OPERAND, "block RAM": WIDTH}
     assert sum(cell["type"] == "TRELLIS_FF" for cell in module["cells"].values()) == before - sum(gone.values())
+
+
+class Wide(wiring.Component):
+    """Words of 36 bits, with registers at all bits or at half of them."""
+
+    def __init__(self, *, whole):
+        self._whole = whole
+        super().__init__({"address": In(range(DEPTH)), "write": In(1), "data": In(2 * WIDTH), "o": Out(2 * WIDTH)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory = memory = Memory(shape=2 * WIDTH, depth=DEPTH, init=[], attrs={"no_rw_check": 1})
+        write, read = memory.write_port(), memory.read_port()
+        m.d.comb += [write.en.eq(self.write), write.addr.eq(self.address), write.data.eq(self.data),
+                     read.addr.eq(self.address)]
+        word = Signal(2 * WIDTH, reset_less=True)
+        m.d.sync += word.eq(read.data)
+        m.d.comb += self.o.eq(word if self._whole else Cat(read.data[:WIDTH], word[WIDTH:]))
+        return m
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_wide_word_moves_as_a_whole_or_not_at_all(whole, tmp_path):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(flow, "absorb", lambda module: None)
+        flow.synthesise(Wide(whole=whole), tmp_path)
+    module = json.loads((tmp_path / "area.json").read_text())["modules"]["top"]
+    assert absorb(module)["block RAM"] == (2 * WIDTH if whole else 0)
+    memory, = (cell["parameters"] for cell in module["cells"].values() if cell["type"] == "DP16KD")
+    assert int(memory["DATA_WIDTH_B"], 2) == 2 * WIDTH
+    assert [memory[f"REGMODE_{port}"] for port in "AB"] == 2 * ["OUTREG" if whole else "NOREG"]
+
+
+def test_registers_of_an_inverted_enable_stay(netlist):
+    module = copy.deepcopy(netlist)
+    for cell in module["cells"].values():
+        if cell["type"] == "TRELLIS_FF" and cell["parameters"]["CEMUX"] == "CE":
+            cell["parameters"]["CEMUX"] = "INV"
+    assert absorb(module) == {"operand": OPERAND, "product": 2 * OPERAND, "block RAM": 0}
 
 
 @pytest.mark.parametrize("seed", range(3))
