@@ -1,22 +1,24 @@
-"""The netlist of the engine casts as golden does."""
+"""The netlist of the engine, as it is placed, casts as golden does."""
 
 import pytest
 
 from hw.engine import Engine
+from hw.synthesis.flow import synthesise
 from tb.lib.configurations import config_of
-from tb.lib.runner import BUILD, SIMULATORS, simulate
-from tb.synthesis.mapped import mapped_text
-from tb.system.scenes import frusta, save
-
-# One cluster of the preset `tiny`.
-CHANGES = {"noc.columns": 1}
+from tb.synthesis.netlist import netlist_library
+from tb.system.rig import Rig
+from tb.system.scenes import frusta
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("simulator", SIMULATORS[1:])
-def test_the_engine(simulator, tmp_path):
-    config = config_of(CHANGES)
-    folder = save(frusta("cornell", config, cell=0.25, rays=(16, 8)), BUILD / "vectors" / "engine-mapped")
-    simulate(mapped_text(Engine(config=config), tmp_path), "tb.system.test_engine", ("whole_frusta",),
-             simulator=simulator, name="engine-mapped", visible=("clk", "rst", "host__*", "axi__*"), changes=CHANGES,
-             folder=str(folder), cycles=200_000)
+def test_one_cluster_of_the_preset_tiny(tmp_path):
+    config = config_of({"noc.columns": 1})
+    synthesise(Engine(config=config), tmp_path)
+    library = netlist_library(tmp_path / "area.json", config, tmp_path / "library")
+    with Rig(config, library=library) as rig:
+        for frustum in frusta("cornell", config, cell=0.25, rays=(16, 8)):
+            image = rig.cast(frustum.image, total=frustum.total, sums=True).image
+            different = image.hits().differences(frustum.hits)
+            assert not len(different), f"{len(different)} rays differ, the first is {different[0]}"
+            for name in "hits", "sums":
+                assert image[name].tobytes() == frustum.written[name].tobytes()

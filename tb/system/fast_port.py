@@ -135,6 +135,8 @@ class FastPort(Port):
         in any order; of the chance.
     traced
         `trace` can be called.
+    library
+        Default: that of the configuration.
 
     Members
     -------
@@ -145,8 +147,8 @@ class FastPort(Port):
     """
 
     def __init__(self, config: Config, *, size: int, base: int = 0, latency: int = 10, spread: int = 0,
-                 shuffles: bool = False, seed: int = 1, traced: bool = False):
-        self._library = ctypes.CDLL(str(machine_library(config, traced=traced)))
+                 shuffles: bool = False, seed: int = 1, traced: bool = False, library: Path | None = None):
+        self._library = ctypes.CDLL(str(library or machine_library(config, traced=traced)))
         for name, (result, arguments) in (_TYPES | (_TRACED if traced else {})).items():
             function = getattr(self._library, f"machine_{name}")
             function.restype, function.argtypes = result, arguments
