@@ -100,8 +100,11 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
     subshells = subshell_lists(found, sets, partition)
     if fill:
-        home = np.full(len(geometry), -1)
-        home[found.patches], home[found.passed] = cluster, classify(partition, found.passed_window)
+        # What holds no ray is at home nowhere, rather than in the first cluster.
+        home, window = np.full(len(geometry), -1), found.passed_window
+        home[found.patches] = cluster
+        home[found.passed] = np.where((window.row_count > 0) & (window.column_count > 0),
+                                      classify(partition, window), -1)
         known = np.concatenate([found.patches, found.passed])
         more = np.concatenate([known, np.setdiff1d(np.arange(len(geometry)), known)])
         more = more[~np.isin(more, sets.chosen)]

