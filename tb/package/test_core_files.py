@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from golden.config import PRESETS
 from hw.cli import main
-from hw.package.core_files import WAIVERS, core_files
+from hw.package.core_files import WAIVERS
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.register import addresses
@@ -110,8 +110,8 @@ def test_all_presets(preset, top, tmp_path):
 
 
 @pytest.mark.nightly
-def test_side_car_of_the_engine():
-    facts = json.loads(core_files("engine", config=PRESETS["tiny"], preset="tiny")["radiosity_engine.json"])
+def test_side_car_of_the_engine(tmp_path):
+    facts = json.loads(written(tmp_path, "--top", "engine", "--preset", "tiny")["radiosity_engine.json"])
     assert {one["name"]: one["address"] for one in facts["registers"]} == addresses(ENGINE_REGISTERS)
     assert facts["latencies"]["icu.PatchSetup"] > 0
 

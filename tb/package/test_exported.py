@@ -1,0 +1,38 @@
+"""What is handed on, as it is, in simulators: hits are golden's."""
+
+import pytest
+
+from golden.config import PRESETS
+from tb.lib.runner import BUILD, SIMULATORS, simulate
+from tb.package.test_core_files import written
+from tb.system.scenes import frusta, save
+
+CYCLES = 20_000_000
+
+
+def exported(top, preset, folder):
+    """Its Verilog; benches find their component by the name ``top``."""
+    module = f"module radiosity_{top}("
+    text = written(folder, "--top", top, "--preset", preset)[f"radiosity_{top}.v"].decode()
+    assert text.count(module) == 1
+    return text.replace(module, "module top(")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_intersection_unit(preset, simulator, tmp_path):
+    simulate(exported("icu", preset, tmp_path), "tb.icu.test_intersection_unit", ("whole_frusta",), simulator=simulator,
+             name=f"exported-icu-{preset}-{simulator}", changes={}, preset=preset, scene="cornell", rays=(32, 8),
+             pixels=(24, 18), busy=0, cycles=CYCLES)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("preset", ["tiny"])
+def test_the_engine(preset, simulator, tmp_path):
+    config, name = PRESETS[preset], f"exported-engine-{preset}-{simulator}"
+    folder = save(frusta("cornell", config, cell=0.25), BUILD / "vectors" / name)
+    simulate(exported("engine", preset, tmp_path), "tb.system.test_engine", ("whole_frusta",), simulator=simulator,
+             name=name, visible=("clk", "rst", "host__*", "axi__*"), changes=config.parameters(), folder=str(folder),
+             cycles=CYCLES)
