@@ -105,6 +105,7 @@ class RowPieces(wiring.Component):
         m.submodules.known = known = Memory(shape=search.o.payload.shape(), depth=len(PAIRS), init=[],
                                             attrs={"ram_style": "distributed"})
         keep, recall = known.write_port(), known.read_port(domain="comb")
+        recalled = Signal(search.o.payload.shape(), reset_less=True)
         is_known, fits, some = Signal(len(PAIRS)), Signal(), Signal()
         piece = Signal(StructLayout({"low": side, "end": side}), reset_less=True)
         first_of = [(Mux(over, lowest, source.low), Mux(over, source.over, source.end))
@@ -116,7 +117,7 @@ class RowPieces(wiring.Component):
                 m.d.comb += [chosen.eq(number_of), rest.eq(pairs & ~(1 << number_of))]
         made = pieces.i.payload
         m.d.comb += [
-            recall.addr.eq(pair), keep.addr.eq(pair), keep.data.eq(search.o.payload),
+            recall.addr.eq(chosen), keep.addr.eq(pair), keep.data.eq(search.o.payload),
             search.i.payload.first.eq(given.first_column),
             search.i.payload.count.eq(given.columns), search.i.payload.low.eq(low), search.i.payload.end.eq(end),
             made.stage.eq(given.stage), made.shell.eq(given.shell), made.row.eq(row)]
@@ -146,14 +147,14 @@ class RowPieces(wiring.Component):
                                  for a, b in PAIRS])
                 both = options[chosen]
                 m.d.sync += [low.eq(both[:bound.width].as_signed()), end.eq(both[bound.width:].as_signed()),
-                             pair.eq(chosen), pairs.eq(rest)]
+                             pair.eq(chosen), pairs.eq(rest), recalled.eq(recall.data)]
                 m.next = "known"
             with m.State("known"):
                 m.d.sync += [
                     fits.eq(is_known.bit_select(pair, 1) & Cat(
                         (value >= found.least) & (value <= found.most)
-                        for value, found in ((low, recall.data.low), (end, recall.data.end))).all()),
-                    some.eq(low < end), piece.low.eq(recall.data.low["count"]), piece.end.eq(recall.data.end["count"])]
+                        for value, found in ((low, recalled.low), (end, recalled.end))).all()),
+                    some.eq(low < end), piece.low.eq(recalled.low["count"]), piece.end.eq(recalled.end["count"])]
                 m.next = "choose"
             with m.State("choose"):
                 with m.If(some & ~fits):
