@@ -21,7 +21,7 @@ def verilog_of(component: wiring.Component, name: str) -> str:
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
     text = verilog.convert(_Flat(component), name=name, emit_src=False, strip_internal_attrs=True)
     # A wire of no bits, which nothing uses, would be written as one of two.
-    return _with_loops(re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text))
+    return _with_loops(_with_constants(re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text)))
 
 
 class _Flat(Elaboratable):
@@ -36,6 +36,22 @@ class _Flat(Elaboratable):
 
     def elaborate(self, platform):
         return self._component
+
+
+def _with_constants(text):
+    """A constant that is some bits of a signal beside others: what waits for nothing would never run.
+
+    In a module with such the writer has a register that changes when time begins, for which all else waits.
+    """
+    always = re.compile(r"(?m)^  always @\*\n    (.* = \d+'\w+;)\n")
+    begins = re.compile(r"(?m)^  reg (\S+dump_module\S+ ) = 0;$")
+    modules = re.split(r"(?m)^(?=module )", text)
+    for number, module in enumerate(modules):
+        if always.search(module):
+            wait = f"    if ({begins.search(module)[1]}) begin end"
+            modules[number] = always.sub(lambda found, wait=wait: (
+                f"  always @* begin\n{wait}\n    {found[1]}\n  end\n"), module)
+    return "".join(modules)
 
 
 def _with_loops(text):

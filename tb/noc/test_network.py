@@ -53,10 +53,12 @@ def check(name, columns, rows, channels, messages, bits, depth, arbitration, rou
 
 # Topology, columns, rows, channels, kinds of messages, bits of a flit, places of a queue, arbitration, cycles of a
 # router.
-SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age", 1), ("torus", 3, 2, 2, 1, 16, 5, "round-robin", 2)]
+SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age", 1), ("torus", 3, 2, 2, 1, 16, 5, "round-robin", 2),
+         ("ring", 3, 2, 2, 1, 16, 5, "round-robin", 2)]
 LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin", 2), ("mesh", 4, 4, 4, 1, 72, 8, "round-robin", 2),
          ("mesh", 5, 3, 2, 2, 32, 3, "age", 2), ("torus", 4, 4, 2, 1, 32, 8, "age", 2),
          ("torus", 4, 4, 4, 1, 32, 8, "round-robin", 1), ("ring", 8, 1, 2, 2, 32, 8, "round-robin", 2),
+         ("ring", 4, 2, 2, 1, 73, 8, "round-robin", 2),
          ("illiac", 4, 4, 2, 1, 32, 8, "round-robin", 2), ("hypercube", 4, 4, 1, 2, 32, 8, "age", 1),
          ("mesh", 8, 8, 1, 1, 32, 8, "round-robin", 2)]
 
