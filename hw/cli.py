@@ -98,16 +98,17 @@ def verilog(top, folder, preset, assignments):
 @click.option("--cell", type=Positive(), default=0.25, help="Cell size as a share of the scene's longest side.")
 @click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="Of the serial line.")
 @click.option("--seed", type=click.IntRange(0), default=1, help="Of the placer.")
+@click.option("--nextpnr", help="More options of nextpnr.  [default: for little room and a slow clock]")
 @click.option("--no-bitstream", is_flag=True, help="Only write Verilog and constraints.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="Folder for the files.")
 @ASSIGNMENTS
-def board(scene, pixels, cell, baud, seed, no_bitstream, folder, assignments):
+def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assignments):
     """A bitstream for the ULX3S with an ECP5-85: casts a frustum and sends the hits.
 
     One cluster with little of everything, see `docs/board.md`.
     """
     try:
-        from hw.board.ulx3s import CLOCK_HZ, build
+        from hw.board.ulx3s import CLOCK_HZ, NEXTPNR, build
     except ModuleNotFoundError as error:
         raise InputError(f"board: {error.name} is not installed; `make setup` installs it") from None
     if not no_bitstream:
@@ -115,7 +116,8 @@ def board(scene, pixels, cell, baud, seed, no_bitstream, folder, assignments):
     config = BOARD.with_parameters(assignments)
     program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).image, config)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
-    for path in build(shell, folder, seed=seed, routes=not no_bitstream):
+    options = NEXTPNR if nextpnr is None else tuple(shlex.split(nextpnr))
+    for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=options):
         click.echo(path)
 
 

@@ -13,6 +13,7 @@ from amaranth.lib.data import StructLayout
 from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from hw.cluster import Cluster
 from hw.ctu.ray_banks import RayBanks
 from hw.ctu.survival import Survival
 from hw.formats import Formats
@@ -100,6 +101,7 @@ UNITS = {
         "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "LoadControl": {}, "ResultControl": {},
         "SumMerge": {"count": 2}, "EngineControl": {},
     },
+    "cluster": {"Cluster": lambda config: Cluster(config=config)},
     "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)

@@ -14,10 +14,13 @@ from amaranth_boards.ulx3s import ULX3S_85F_Platform
 from hw.board.board_shell import BoardShell
 from hw.synthesis.flow import bitstream
 
-__all__ = ["CLOCK_HZ", "build"]
+__all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
 
 # The board's oscillator, which clocks everything.
 CLOCK_HZ = 25_000_000
+# More options of nextpnr. The chip is full and the clock slow: what counts is that wires are short, and those of the
+# usual placer are longer by half.
+NEXTPNR = ("--placer", "static", "--no-tmdriv", "--router", "router2")
 NAME = "board"
 
 
@@ -43,13 +46,14 @@ class _Ulx3s(Elaboratable):
         return m
 
 
-def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True) -> list[Path]:
+def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
+          options: tuple[str, ...] = NEXTPNR) -> list[Path]:
     """Verilog and constraints, and the bitstream with its figures if ``routes``.
 
     Parameters
     ----------
-    seed
-        Of the placer.
+    seed, options
+        Of the placer; more options of nextpnr.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True) ->
     for path, text in zip(written, (files["top.debug.v"], constraints), strict=True):
         path.write_text(text)
     if routes:
-        area, clock = bitstream(files["top.il"], constraints, folder, NAME, seed=seed)
+        area, clock = bitstream(files["top.il"], constraints, folder, NAME, seed=seed, options=options)
         written += [folder / f"{NAME}.bit", folder / f"{NAME}.figures.json"]
         written[-1].write_text(json.dumps({**asdict(area), **asdict(clock)}, indent=1) + "\n")
     return written

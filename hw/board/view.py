@@ -14,8 +14,11 @@ from golden.schedule.phase import schedule
 
 __all__ = ["BOARD", "View", "board_view"]
 
-# One cluster with room for a small scene, as little of everything as serves it.
+# One cluster with room for a small scene, as little of everything as serves it, and narrow numbers: with those of the
+# preset it does not go into an ECP5-85.
 BOARD = PRESETS["tiny"].replace({
+    "numbers.scene_bits": 20, "numbers.vector_fraction": 18, "numbers.mantissa_bits": 20, "icu.product_registers": 1,
+    "icu.uv_bits": 4, "icu.uv_guard": 4, "icu.angle_bits": 20, "icu.cordic_stages": 14,
     "noc.columns": 1, "noc.rows": 1, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.slots": 16,
     "icu.generation_bits": 2, "ctu.pipelines": 1, "ctu.ray_slots": 256, "ctu.deferred": 8, "ctu.subshell_bits": 0,
     "ctu.shell_bits": 4, "ctu.grid_row_bits": 7, "ctu.grid_column_bits": 7, "ctu.near_cell_bits": 5,

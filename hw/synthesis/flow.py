@@ -105,7 +105,8 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
     return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, *options, seed=seed)
 
 
-def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int) -> tuple[Area, Clock]:
+def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
+              options: tuple[str, ...]) -> tuple[Area, Clock]:
     """A bitstream with all that it takes, in ``folder``: ``name`` and ``.bit``; the tools' logs stay beside it.
 
     Parameters
@@ -114,8 +115,8 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         The design, pins and all, as the module ``top``.
     constraints
         Where its pins are, and its clocks, as LPF.
-    seed
-        Of the placer.
+    seed, options
+        As of `place_and_route`.
 
     Errors
     ------
@@ -125,7 +126,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
     area = FAMILIES["ecp5"].area(_cells(netlist))
     (folder / f"{name}.lpf").write_text(constraints)
-    clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *OPTIONS, seed=seed)
+    clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *options, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
     return area, clock
 

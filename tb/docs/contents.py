@@ -33,12 +33,12 @@ UNIT_PAGES = {
 
 
 def makers(config: Config) -> list[Callable]:
-    """Of the engine, of its cluster, of what is measured alone, and of a board's shell."""
+    """Of the engine, of what is measured alone, and of a board's shell."""
     units = [lambda block=block, unit=unit: make_unit(block, unit, config)
              for block, names in UNITS.items() for unit in names]
     alone = config.replace({"noc.columns": 1, "noc.rows": 1})
     program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
-    return [lambda: Engine(config=config, apart=True), lambda: Cluster(config=config), *units,
+    return [lambda: Engine(config=config, apart=True), *units,
             lambda: BoardShell(config=alone, program=program, divisor=16, apart=True)]
 
 
