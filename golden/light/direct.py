@@ -18,6 +18,8 @@ SHORT_OF_LIGHT = 1 - 1e-6
 # Lights nearer than this many of their radii are sampled evenly by solid angle: by area, a light that touches a surface
 # would be hit seldom where it is brightest, without bound. Where little of it is seen, LEAST, rounding forbids that.
 NEAR, LEAST = 3, 1e-7
+# A light all of which is nearer to the horizon of a point, as a sine, is in its plane: what it sends is rounding.
+HORIZON = 1e-12
 # Sheets of glass that a shadow ray passes at most.
 SHEETS = 8
 
@@ -116,6 +118,7 @@ class DirectLight:
             cosine = np.einsum("mlj,mj->ml", toward, points.normal)
             length = np.sqrt(np.einsum("mlj,mlj->ml", toward, toward))
             np.maximum(weight, cosine / np.maximum(length, 1e-300), out=weight)
+        weight[weight < HORIZON] = 0
         facing = -np.einsum("mlj,lj->ml", toward, scene.normals[self._lights])
         weight *= (facing > 0) | scene.two_sided[self._lights]
         return weight * self._power / (np.einsum("mlj,mlj->ml", toward, toward) + self._radius2)

@@ -277,4 +277,4 @@ def test_a_light_does_not_light_itself():
     scene = scene_of((lamp, LAMP))
     place = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
     points = SurfacePoints(place, np.broadcast_to(scene.normals[0], place.shape), np.zeros(500, int))
-    assert irradiance(scene, points, samples=4).max() < 1e-9
+    assert not irradiance(scene, points, samples=4).any()
