@@ -18,8 +18,8 @@ __all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
 
 # The board's oscillator, which clocks everything.
 CLOCK_HZ = 25_000_000
-# More options of nextpnr. The chip is full and the clock slow: what counts is that wires are short, and those of the
-# usual placer are longer by half.
+# More options of nextpnr. The chip is full and the clock slow: what counts is that wires are short, not that they
+# are fast.
 NEXTPNR = ("--placer", "static", "--no-tmdriv", "--router", "router2")
 NAME = "board"
 

@@ -14,8 +14,8 @@ from golden.schedule.phase import schedule
 
 __all__ = ["BOARD", "View", "board_view"]
 
-# One cluster with room for a small scene, as little of everything as serves it, and narrow numbers: with those of the
-# preset it does not go into an ECP5-85.
+# One cluster with room for a small scene, as little of everything as serves it, and narrow numbers: those of the preset
+# take more registers than nextpnr's usual placer finds places for.
 BOARD = PRESETS["tiny"].replace({
     "numbers.scene_bits": 20, "numbers.vector_fraction": 18, "numbers.mantissa_bits": 20, "icu.product_registers": 1,
     "icu.uv_bits": 4, "icu.uv_guard": 4, "icu.angle_bits": 20, "icu.cordic_stages": 14,
