@@ -2,7 +2,8 @@
 
 ``python -m tb.bench.mutation`` makes mutants of each block with Yosys - a connection that is constant, inverted, or
 mixed with another one - and runs the block's bench on each; writes out/bench/mutation.md, with the mutants that were
-not found. All mutants of a block are in one simulation, and a number chooses.
+not found. All mutants of a block are in one simulation, and a number chooses. Those that are proved to do what the
+block does are counted apart.
 """
 
 import contextlib
@@ -18,6 +19,7 @@ from tqdm import tqdm
 from tb.bench.report import provenance, write_report
 from tb.lib.runner import Simulation
 from tb.mutation.blocks import BLOCKS, bench_of
+from tb.mutation.equivalence import is_equivalent
 from tb.mutation.mutants import make_mutants
 
 
@@ -54,9 +56,11 @@ def judge(block: str, *, count: int, seed: int, processes: int) -> dict:
         todo = range(1, len(mutants.about) + 1)
         for mutant, survived in tqdm(pool.imap_unordered(judged, todo), total=len(todo), desc=block):
             survives[mutant] = survived
+    left = [mutant for mutant in sorted(survives) if survives[mutant]]
+    equivalent = [mutant for mutant in left if is_equivalent(mutants, mutant)]
     return {"block": block, "seed": seed, "count": len(mutants.about), "seconds": time.monotonic() - started,
-            "survivors": {str(mutant): mutants.about[mutant - 1] for mutant in sorted(survives)
-                          if survives[mutant]}}
+            "equivalent": equivalent, "survivors": {str(mutant): mutants.about[mutant - 1] for mutant in left
+                                                    if mutant not in equivalent}}
 
 
 @click.command()
@@ -69,11 +73,13 @@ def main(blocks, count, seed, processes, output):
     """Write the table."""
     found = [judge(block, count=count, seed=seed, processes=processes) for block in blocks or BLOCKS]
     lines = ["# Mutants", "", f"{provenance('amaranth', 'pyosys', 'cocotb')}; seed {seed}.", "",
-             "| block | mutants | found by its bench | share | not found |", "|---|---|---|---|---|"]
+             "| block | mutants | the same, proved | others | found by its bench | share | not found |",
+             "|---|---|---|---|---|---|---|"]
     for one in found:
-        killed = one["count"] - len(one["survivors"])
-        lines.append(f"| {one['block']} | {one['count']} | {killed} | {killed / one['count']:.3f} | "
-                     f"{', '.join(one['survivors'])} |")
+        others = one["count"] - len(one["equivalent"])
+        killed = others - len(one["survivors"])
+        lines.append(f"| {one['block']} | {one['count']} | {len(one['equivalent'])} | {others} | {killed} | "
+                     f"{killed / others:.3f} | {', '.join(one['survivors'])} |")
     output.parent.mkdir(parents=True, exist_ok=True)
     output.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n")
     write_report(output, lines)

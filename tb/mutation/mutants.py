@@ -7,9 +7,9 @@ from pathlib import Path
 
 from hw.synthesis.flow import yosys
 
-__all__ = ["Mutants", "make_mutants"]
+__all__ = ["SELECTOR", "Mutants", "make_mutants"]
 
-_SELECTOR = "mutant"
+SELECTOR = "mutant"
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,14 @@ class Mutants:
         Verilog of a module ``top`` that holds them all; ``+mutant=K`` chooses number K, from 1 on, and 0 none.
     about
         What is wrong with each, in Yosys' words.
+    netlist, bits
+        In Yosys' own format, with an input `SELECTOR` of so many bits that chooses.
     """
 
     text: str
     about: tuple[str, ...]
+    netlist: str
+    bits: int
 
 
 def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
@@ -44,18 +48,19 @@ def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
         folder = Path(folder)
         (folder / "top.v").write_text(text)
         # What memories begin with must be constant.
-        yosys(folder / "list.log", *read, f"mutate -list {count} -seed {seed} -ctrl {_SELECTOR} {bits} 1 -o mutants.ys "
+        yosys(folder / "list.log", *read, f"mutate -list {count} -seed {seed} -ctrl {SELECTOR} {bits} 1 -o mutants.ys "
               "t:* t:$meminit* %d")
         commands = (folder / "mutants.ys").read_text().splitlines()
         # One file of commands: there may be thousands.
-        yosys(folder / "make.log", *read, "script mutants.ys", "opt_clean", "write_verilog -noattr mutants.v")
-        made = (folder / "mutants.v").read_text()
-    port = re.compile(rf"(?m)^  input \[{bits - 1}:0\] {_SELECTOR};\n  wire \[{bits - 1}:0\] {_SELECTOR};\n")
-    chooses = (f"  reg [{bits - 1}:0] {_SELECTOR};\n"
-               f'  initial if (!$value$plusargs("mutant=%d", {_SELECTOR})) {_SELECTOR} = 0;\n')
+        yosys(folder / "make.log", *read, "script mutants.ys", "opt_clean", "write_rtlil mutants.il",
+              "write_verilog -noattr mutants.v")
+        made, netlist = (folder / "mutants.v").read_text(), (folder / "mutants.il").read_text()
+    port = re.compile(rf"(?m)^  input \[{bits - 1}:0\] {SELECTOR};\n  wire \[{bits - 1}:0\] {SELECTOR};\n")
+    chooses = (f"  reg [{bits - 1}:0] {SELECTOR};\n"
+               f'  initial if (!$value$plusargs("mutant=%d", {SELECTOR})) {SELECTOR} = 0;\n')
     made, found = port.subn(chooses, made)
     if found != 1:
         raise ValueError(f"There must be one port for the choice of a mutant, not {found}")
     # No longer one of the ports.
-    made = re.sub(rf"(?s)(module top\(.*?), {_SELECTOR}\b(.*?\);)", r"\1\2", made, count=1)
-    return Mutants(made, tuple(re.sub(rf" -ctrl {_SELECTOR} \d+ \d+", "", line) for line in commands))
+    made = re.sub(rf"(?s)(module top\(.*?), {SELECTOR}\b(.*?\);)", r"\1\2", made, count=1)
+    return Mutants(made, tuple(re.sub(rf" -ctrl {SELECTOR} \d+ \d+", "", line) for line in commands), netlist, bits)

@@ -41,7 +41,10 @@ def test_mutants_that_nobody_looks_for_survive():
     nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
     with mock.patch.object(mutation, "bench_of", return_value=nothing):
         found = mutation.judge("rom", count=COUNT, seed=1, processes=2)
-    assert list(found["survivors"]) == [str(number) for number in range(1, COUNT + 1)]
+    left = [*found["survivors"], *map(str, found["equivalent"])]
+    assert sorted(left) == [str(number) for number in range(1, COUNT + 1)]
+    # Words are a function of their address, and each mutant is one of the words' bits or of the address.
+    assert found["survivors"]
 
 
 @pytest.mark.nightly
