@@ -23,7 +23,7 @@ from tb.lib.timing import documented_latency
 
 MODULE = "tb.memsys.test_istructure"
 STREAMS = ("i_start", "i_read", "i_write", "o_read", "o_refused")
-VERSION_BITS = 2
+VERSION_BITS, TAG_BITS = 2, 16
 # Cycles from a write to the first read that waited for it, and to its refusal.
 RELEASE, REFUSAL = 8, 4
 CASES = ("a read finds its data", "a read waits", "several wait for one location", "all places are taken",
@@ -31,16 +31,17 @@ CASES = ("a read finds its data", "a read waits", "several wait for one location
 
 
 def make():
-    return IStructure(16, depth=COUNT, version_bits=VERSION_BITS, deferred=DEFERRED, tag=16)
+    return IStructure(16, depth=COUNT, version_bits=VERSION_BITS, deferred=DEFERRED, tag=TAG_BITS)
 
 
 SHAPES = {name: make().signature.members[name].signature.members["payload"].shape
           for name in ("i_read", "i_write", "o_read")}
 
 
-def reads_of(addresses, first=0):
-    """Reads whose tags count from a number on."""
-    return [pack(SHAPES["i_read"], {"address": int(address), "tag": first + k}) for k, address in enumerate(addresses)]
+def reads_of(addresses, tags=None):
+    """Reads; tags count from 0 on unless others are given."""
+    return [pack(SHAPES["i_read"], {"address": int(address), "tag": int(tag)})
+            for address, tag in zip(addresses, range(len(addresses)) if tags is None else tags, strict=True)]
 
 
 def writes_of(addresses, data):
@@ -85,9 +86,9 @@ class Bench:
         write = np.concatenate([random.permutation(COUNT), random.integers(COUNT, size=6)])
         # Refused ones among the others.
         write = write[np.argsort(random.random(len(write)), kind="stable")]
-        data = random.integers(1 << 16, size=len(write))
+        data, tags = random.integers(1 << 16, size=len(write)), random.permutation(1 << TAG_BITS)[:reads]
         await self.start.send([0])
-        reading = cocotb.start_soon(self.read.send(reads_of(read)))
+        reading = cocotb.start_soon(self.read.send(reads_of(read, tags)))
         for item in writes_of(write, data):
             if slow_writes:
                 await ClockCycles(self.dut.clk, int(random.integers(1, 12)))
@@ -97,7 +98,8 @@ class Bench:
         answered, values, refused = answers(read, write, data)
         assert answered.all()
         got = self.answers[before[0]:]
-        assert sorted(got) == list(enumerate(values.tolist())), "each read must be answered once, with its data"
+        wanted = sorted(zip(tags.tolist(), values.tolist(), strict=True))
+        assert sorted(got) == wanted, "each read must be answered once, with its data"
         assert self.refused.items[before[1]:] == write[refused].tolist()
 
 
@@ -164,7 +166,7 @@ async def one_after_the_other(dut):
         if kind == START and wanted["taken"][number]:
             await bench.start.send([0])
         elif kind == READ and wanted["taken"][number]:
-            await bench.read.send(reads_of([address], value))
+            await bench.read.send(reads_of([address], [value]))
         elif kind not in (START, READ):
             await bench.write.send(writes_of([address], [value]))
         else:
@@ -284,11 +286,11 @@ async def versions(dut):
     assert sweep == COUNT
     assert cycles == [cycles[1] + sweep * (number % last == 0) for number in range(3 * last + 1)]
 
-    await bench.read.send(reads_of([5], 9))
+    await bench.read.send(reads_of([5], [9]))
     starting = cocotb.start_soon(bench.start.send([0]))
     await ClockCycles(dut.clk, 30)
     assert not starting.done(), "a version must not begin while a read waits"
-    later = cocotb.start_soon(bench.read.send(reads_of([3], 10)))
+    later = cocotb.start_soon(bench.read.send(reads_of([3], [10])))
     await ClockCycles(dut.clk, 10)
     assert not later.done(), "reads of the next version must wait"
     await bench.write.send(writes_of([5], [55]))
