@@ -224,6 +224,7 @@ async def one_access_per_cycle(dut):
         assert {b - a for a, b in pairwise(bench.taken[name].cycles)} == {1}, f"{name} must be taken without a gap"
     assert {b - a for a, b in pairwise(bench.answer.cycles)} == {1}, "answers must come without a gap"
     assert bench.answers == [(k, k % COUNT) for k in range(60)]
+    assert bench.taken["i_write"].cycles[0] == bench.taken["i_start"].cycles[0] + 1, "nothing waits behind a start"
     assert bench.answer.cycles[0] - bench.taken["i_read"].cycles[0] == documented_latency(IStructure, PRESETS["tiny"])
     assert bench.refused.cycles[0] - bench.taken["i_write"].cycles[COUNT] == REFUSAL
     assert len(bench.refused.items) == 60 - COUNT
