@@ -31,6 +31,8 @@ __all__ = ["COUNTERS", "Cluster", "cluster_members"]
 
 # Vertices of patches of subshells: of as many patches as cell traversal asks for at once.
 SUBSHELL_VERTICES = 16
+# Of a counter's number, within a group.
+GROUP_BITS = 3
 MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
 COUNTERS = ("cycles", *(f"intersection_{name}" for name in INTERSECTION_COUNTERS),
             *(f"traversal_{name}" for name in TRAVERSAL_COUNTERS), *(f"memory_{name}" for name in MEMORY_COUNTERS))
@@ -97,7 +99,7 @@ class Cluster(wiring.Component):
     fault, clear
         What went wrong first, `ControlFormats.fault`, until it is cleared.
     counter, count
-        Which of `COUNTERS`, and its value two cycles later.
+        Which of `COUNTERS`, and its value three cycles later.
 
     Timing
     ------
@@ -133,17 +135,19 @@ class Cluster(wiring.Component):
         """Words to the tables of all units."""
         m.submodules.words = words = SkidBuffer(self.i_word.payload.shape())
         m.submodules.tables = tables = TableLoad(config=self._config)
+        m.submodules.entries = entries = SkidBuffer(load.o_table.payload.shape())
         wiring.connect(m, wiring.flipped(self.i_word), words.i)
+        wiring.connect(m, load.o_table, entries.i)
         given, mine = words.o.payload, Signal()
         m.d.comb += [
-            self.loads.eq(words.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
+            self.loads.eq(words.o.valid | entries.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
             load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given), words.o.ready.eq(load.i.ready | ~mine),
             tables.i.valid.eq(words.o.valid & mine & load.i.ready),
             *(tables.i.payload[name].eq(given[name]) for name in ("region", "record", "word", "data"))]
         for name in ("cells", "lists", "types", "geometry"):
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
         wiring.connect(m, load.o_grid, traversal.i_table)
-        table, ours = load.o_table, intersection.i_table
+        table, ours = entries.o, intersection.i_table
         wiring.connect(m, table, ours)
         if self._config.ctu.subshells:
             m.d.comb += [traversal.i_slack.valid.eq(table.valid & ours.ready),
@@ -177,11 +181,15 @@ class Cluster(wiring.Component):
         with m.If(intersection.i_frustum.valid & intersection.i_frustum.ready):
             m.d.sync += [self.sections[0].eq(load.section), self.sections[1].eq(self.sections[0])]
 
+        # Else the memory system's queue would decide in the same cycle whether the traversal moves.
         met = traversal.o
+        m.submodules.met = cells = SkidBuffer(self._formats.cell)
+        wiring.connect(m, cells.o, memory.i_cell)
         m.d.comb += [
-            memory.i_cell.valid.eq(met.valid & ~met.payload.final), memory.i_cell.payload.eq(met.payload.cell),
-            met.ready.eq(memory.i_cell.ready | met.payload.final),
-            control.final.eq(met.valid & met.ready & met.payload.final), control.drained.eq(memory.drained),
+            cells.i.valid.eq(met.valid & ~met.payload.final), cells.i.payload.eq(met.payload.cell),
+            met.ready.eq(cells.i.ready | met.payload.final),
+            control.final.eq(met.valid & met.ready & met.payload.final),
+            control.drained.eq(memory.drained & ~cells.o.valid),
             # Which stage a patch is for is not known: all of them wait for all patches.
             traversal.settled.eq(control.idle.replicate(len(traversal.settled)))]
         wiring.connect(m, memory.o_vertex, intersection.i_vertex)
@@ -234,12 +242,17 @@ class Cluster(wiring.Component):
                 m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
             with m.Elif(control.final & (traversal.error != ListError.NONE)):
                 m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
-        counters = Array([
+        # They are all over the cluster: first one of each group, then the group.
+        counters = [
             control.cycles, *(intersection.counters[name] for name in INTERSECTION_COUNTERS),
             *(traversal.counters[name] for name in TRAVERSAL_COUNTERS),
-            *(memory.counters[name] for name in MEMORY_COUNTERS)])
-        counter = Signal.like(self.counter)
-        m.d.sync += [counter.eq(self.counter), self.count.eq(counters[counter])]
+            *(memory.counters[name] for name in MEMORY_COUNTERS)]
+        counter, group = Signal.like(self.counter), Signal.like(self.counter[GROUP_BITS:])
+        groups = Signal(ArrayLayout(32, -(-len(counters) >> GROUP_BITS)))
+        m.d.sync += [counter.eq(self.counter), group.eq(counter[GROUP_BITS:]),
+                     *(one.eq(Array(counters[first:first + (1 << GROUP_BITS)])[counter[:GROUP_BITS]])
+                       for one, first in zip(groups, range(0, len(counters), 1 << GROUP_BITS), strict=True)),
+                     self.count.eq(groups[group])]
 
 
 if len(COUNTERS) > 1 << COUNTER_BITS:

@@ -46,7 +46,7 @@ class CastControl(wiring.Component):
 
     Timing
     ------
-    Latency: ``side_bits + 6`` cycles from a cast to the beginning of the memory system's and the intersection unit's.
+    Latency: ``side_bits + 7`` cycles from a cast to the beginning of the memory system's and the intersection unit's.
     """
 
     def __init__(self, *, config: Config):
@@ -57,7 +57,7 @@ class CastControl(wiring.Component):
             "section": In(formats.section), "tiles_across": Out(formats.count), "o_memory": begins,
             "o_intersection": begins, "o_traversal": begins, "o_near": begins, "final": In(1), "drained": In(1),
             "enters": In(1), "leaves": In(1), "idle": Out(1)})
-        self.latency = config.icu.side_bits + 6
+        self.latency = config.icu.side_bits + 7
 
     def elaborate(self, platform):
         m = Module()
@@ -73,6 +73,7 @@ class CastControl(wiring.Component):
         tiles, term = (Signal(2 * len(down), name=name) for name in ("tiles", "term"))
         factor, bits = Signal.like(down), Signal(range(len(down) + 1))
         over, settled, patches = Signal(), Signal(), Signal(range(PATCHES + 1))
+        too_many = Signal()
         m.d.sync += patches.eq(patches + self.enters - self.leaves)
         m.d.comb += self.idle.eq(self.drained & (patches == 0))
         begun = {name: Signal(name=f"begun_{name}") for name in ("memory", "intersection", "traversal", "near")}
@@ -110,8 +111,11 @@ class CastControl(wiring.Component):
                 with m.If(bits == len(down) - 1):
                     m.next = "Compare"
             with m.State("Compare"):
+                m.d.sync += too_many.eq(tiles > room)
+                m.next = "Decide"
+            with m.State("Decide"):
                 m.next = "Begin"
-                with m.If(tiles > room):
+                with m.If(too_many):
                     m.d.comb += self.wrong.eq(1)
                     m.next = "Wait"
             with m.State("Begin"), m.If(begin("memory", "intersection")):

@@ -46,7 +46,7 @@ class LocalPatchGeometry(wiring.Component):
 
     Timing
     ------
-    Latency: ``3`` cycles to the first vertex. One vertex per cycle on each side, without a gap between patches; stalls
+    Latency: ``4`` cycles to the first vertex. One vertex per cycle on each side, without a gap between patches; stalls
     with its output.
 
     Source: Shen 1993, section 5.3.6.
@@ -122,8 +122,7 @@ class _Side:
         self.vertices, self.heads = of._vertices.read_port(), of._heads.read_port()
         read = pipeline.delay(pipeline.read(self.vertices, beat), 1)
         head = pipeline.delay(pipeline.read(self.heads, step["address"]), 1)
-        # Compared in front of the output, where the read vertex is cleared.
-        there = pipeline.combine(lambda there, head, patch: there & (head.patch == patch), step["there"], head,
+        there = pipeline.register(lambda there, head, patch: there & (head.patch == patch), step["there"], head,
                                  step["patch"])
         pipeline.output(vertex.patch, step["patch"])
         pipeline.output(vertex.surface, pipeline.combine(lambda head: head.surface, head))

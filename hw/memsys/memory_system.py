@@ -79,13 +79,13 @@ class MemorySystem(wiring.Component):
 
     Timing
     ------
-    Latency: ``34`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
+    Latency: ``35`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
     entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with what it asks.
 
     Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
     """
 
-    latency = 34
+    latency = 35
 
     def __init__(self, *, config: Config):
         self._config, self._formats = config, PathFormats(config)
