@@ -183,7 +183,7 @@ class Cluster(wiring.Component):
 
         # Else the memory system's queue would decide in the same cycle whether the traversal moves.
         met = traversal.o
-        m.submodules.met = cells = SkidBuffer(self._formats.cell)
+        m.submodules.cells = cells = SkidBuffer(self._formats.cell)
         wiring.connect(m, cells.o, memory.i_cell)
         m.d.comb += [
             cells.i.valid.eq(met.valid & ~met.payload.final), cells.i.payload.eq(met.payload.cell),
