@@ -41,7 +41,7 @@ def is_equivalent(mutants: Mutants, mutant: int) -> bool:
         try:
             yosys(folder / "proof.log", "read_rtlil mutants.il", "setattr -unset init w:*", "memory_map", "opt_clean",
                   "rename top sound", "copy sound mutated", *chosen, "opt_expr", "opt_muxtree", "opt_reduce", "wreduce",
-                  "opt_dff", "splitcells", "splitnets", "opt_clean -purge", "opt_expr", "opt_merge", "dffunmap",
+                  "opt_dff", "splitcells", "splitnets -ports", "opt_clean -purge", "opt_expr", "opt_merge", "dffunmap",
                   "opt_clean -purge", "expose -shared -evert-dff sound mutated",
                   "miter -equiv -flatten sound mutated differs", "hierarchy -top differs", "opt_expr", "opt_merge",
                   "opt_clean", f"sat -verify -prove trigger 0 -timeout {_SECONDS} differs")

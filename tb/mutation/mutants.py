@@ -43,13 +43,15 @@ def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
         How many, and which.
     """
     bits = (count + 1).bit_length()
-    read = ["read_verilog -sv top.v", "hierarchy -top top", "proc", "flatten", "opt -full", "opt_clean -purge"]
+    # Names that nobody needs go first: some of them disagree about what a register begins with.
+    read = ["read_verilog -sv top.v", "hierarchy -top top", "proc", "flatten", "opt_clean -purge", "opt -full",
+            "opt_clean -purge"]
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "top.v").write_text(text)
-        # What memories begin with must be constant.
+        # What memories begin with must be constant, and their read ports must be such as a simulator knows.
         yosys(folder / "list.log", *read, f"mutate -list {count} -seed {seed} -ctrl {SELECTOR} {bits} 1 -o mutants.ys "
-              "t:* t:$meminit* %d")
+              "t:* t:$meminit* %d t:$memrd* %d")
         commands = (folder / "mutants.ys").read_text().splitlines()
         # One file of commands: there may be thousands.
         yosys(folder / "make.log", *read, "script mutants.ys", "opt_clean", "write_rtlil mutants.il",

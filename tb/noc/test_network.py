@@ -1,6 +1,7 @@
 # amaranth: UnusedElaboratable=no
 
 import os
+from itertools import product
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from tb.noc.packets import packets, pauses
 from tb.noc.replay import Words, replay, script
 from tb.noc.traffic import PATTERNS
 
+# Flits per node and cycle: queues that are empty now and then, and queues that are full.
+LOADS = (0.4, 1.0)
 POLICIES = {"round-robin": ArbiterPolicy.ROUND_ROBIN, "age": ArbiterPolicy.LONGEST_WAITING}
 
 
@@ -27,10 +30,10 @@ def seeded(*more):
     return np.random.default_rng([int(os.environ.get("SEED", "1")), *more])
 
 
-def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cycles, load=0.4):
-    """Runs of the model, one of each pattern."""
+def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cycles):
+    """Runs of the model, one of each pattern and load."""
     nodes, found = routing.topology.nodes, []
-    for number, pattern in enumerate(PATTERNS):
+    for number, (pattern, load) in enumerate(product(PATTERNS, LOADS)):
         generator = seeded(number, flits, nodes)
         given = packets(generator, routing.topology, pattern, flits=flits, load=load, messages=messages)
         arrivals = Model(
@@ -72,7 +75,7 @@ def test_every_flit_in_its_cycle(network, simulator):
 @pytest.mark.sim
 @pytest.mark.parametrize("network", LARGE, ids=str)
 def test_every_flit_of_long_runs_in_its_cycle(network):
-    check(*network, simulator="verilator", flits=30_000)
+    check(*network, simulator="verilator", flits=15_000)
 
 
 @pytest.mark.parametrize("router_cycles", [1, 2])
