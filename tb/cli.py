@@ -3,10 +3,10 @@
 import click
 
 from golden.commands.command_line import CommandLine
+from hw.host import EngineError, EngineTimeoutError
 from tb.commands.cast import cast
 from tb.commands.formfactors import formfactors
 from tb.commands.render import render_image
-from tb.host import EngineError, EngineTimeoutError
 
 __all__ = ["main"]
 

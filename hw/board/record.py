@@ -7,9 +7,9 @@ from golden.config import Config
 from golden.memory_map import MemoryImage
 from hw.board.frame import FrameKind, header, region_kind
 from hw.board.program import Operation, Program, Step
+from hw.host import EngineError, Host, Port
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.register import WORD_BYTES, addresses
-from tb.host import EngineError, Host, Port
 
 __all__ = ["record"]
 
@@ -82,7 +82,7 @@ class _Recorder(Port):
 
 
 def record(image: MemoryImage, config: Config, *, total: int = 0) -> Program:
-    """What `tb.host.Host` does to cast the frustum of an image, and to tell of an error.
+    """What `hw.host.Host` does to cast the frustum of an image, and to tell of an error.
 
     Cycles, frustum, hits and sums are sent, or code, cluster and address of an error.
 

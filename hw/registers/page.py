@@ -11,7 +11,7 @@ _PAGE = """\
 # The registers
 
 An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
-that the hardware is made from (`hw/registers/engine_registers.py`); `tb/host.py` is a driver.
+that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver.
 
 Registers of more than 32 bits take two words, the low one first. An address without a register and a write to what is
 only read are answered with SLVERR and change nothing. Bytes without a strobe stay as they are, those of a command are

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from tb.host import Host
+from hw.host import Host
 from tb.lib.configurations import config_of
 from tb.system.fast_port import FastPort, complete
 from tb.system.scenes import frusta

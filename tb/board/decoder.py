@@ -9,9 +9,9 @@ from golden.errors import InputError
 from golden.image import label_colours
 from golden.memory_map import MAGIC, REGIONS
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES, FrameKind, header
+from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES
-from tb.host import EngineError
 
 __all__ = ["Frame", "encode", "frames", "hit_picture", "results"]
 

@@ -6,8 +6,8 @@ import click
 
 from golden.errors import InputError
 from golden.image import write_png
+from hw.host import EngineError
 from tb.board.decoder import frames, hit_picture, results
-from tb.host import EngineError
 
 __all__ = ["main"]
 

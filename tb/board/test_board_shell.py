@@ -20,12 +20,12 @@ from hw.board.view import BOARD, board_view
 from hw.cluster import Cluster
 from hw.engine import CLUSTER
 from hw.export import verilog_of
+from hw.host import EngineError
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
 from tb.board.decoder import frames, hit_picture, results
 from tb.board.serial_line import SerialLine
-from tb.host import EngineError
 from tb.lib.clocking import start
 from tb.lib.runner import BUILD, options, simulate
 

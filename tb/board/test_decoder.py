@@ -12,10 +12,10 @@ from PIL import Image
 from golden.errors import InputError
 from golden.memory_map import REGIONS
 from hw.board.frame import FrameKind, header, region_kind
+from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
 from tb.board.decoder import Frame, encode, frames, hit_picture, results
 from tb.board.picture import main
-from tb.host import EngineError
 
 
 def region(name, count, **fields):

@@ -2,7 +2,7 @@
 
 from cocotb.triggers import ClockCycles
 
-from tb.host import Port
+from hw.host import Port
 from tb.memsys.memory_model import MemoryModel
 from tb.system.register_error import RegisterError
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from golden.config import Config
 from hw.engine import CLUSTER
-from tb.host import Port
+from hw.host import Port
 from tb.lib.runner import BUILD, alone
 from tb.system.build import ROOT, cluster_text, frame_text
 from tb.system.register_error import RegisterError

@@ -11,8 +11,8 @@ from golden.noc.packing import reply_flits, request_flits
 from golden.noc.topology import grid_shape
 from golden.output import whole_file
 from hw.formats import GRID_GROUP
+from hw.host import LIVES, Host
 from hw.memsys.cache_policy import CachePolicy
-from tb.host import LIVES, Host
 from tb.system.fast_port import FastPort, complete
 
 __all__ = ["Cast", "Rig", "Waves", "engine_config"]
@@ -155,7 +155,7 @@ class Rig:
         Errors
         ------
         InputError
-            See `tb.host.check_image`.
+            See `hw.host.check_image`.
         EngineError
             See `Host`.
         """

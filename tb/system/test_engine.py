@@ -14,11 +14,11 @@ from cocotb.triggers import ClockCycles
 from golden.errors import InputError
 from golden.memory_map import REGIONS, MemoryImage
 from hw.control.load_control import ALL as ALL_REGIONS
+from hw.host import LIVES, EngineError, Host
 from hw.memsys.cache_policy import CachePolicy
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from tb.host import LIVES, EngineError, Host
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.pauses import PAUSES

@@ -10,10 +10,10 @@ import cocotb
 import pytest
 from cocotb.utils import get_sim_time
 
+from hw.host import EngineError, Host
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from tb.host import EngineError, Host
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate

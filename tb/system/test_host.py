@@ -8,10 +8,10 @@ import pytest
 from golden.config import PRESETS
 from golden.errors import InputError
 from golden.memory_map import MemoryImage
+from hw.host import LIVES, EngineError, EngineTimeoutError, Host, Port, check_image
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from tb.host import LIVES, EngineError, EngineTimeoutError, Host, Port, check_image
 from tb.system.scenes import frusta
 
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
