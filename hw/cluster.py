@@ -31,8 +31,6 @@ __all__ = ["COUNTERS", "Cluster", "cluster_members"]
 
 # Vertices of patches of subshells: of as many patches as cell traversal asks for at once.
 SUBSHELL_VERTICES = 16
-# Of a counter's number, within a group.
-GROUP_BITS = 3
 MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
 COUNTERS = ("cycles", *(f"intersection_{name}" for name in INTERSECTION_COUNTERS),
             *(f"traversal_{name}" for name in TRAVERSAL_COUNTERS), *(f"memory_{name}" for name in MEMORY_COUNTERS))
@@ -242,17 +240,17 @@ class Cluster(wiring.Component):
                 m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
             with m.Elif(control.final & (traversal.error != ListError.NONE)):
                 m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
-        # They are all over the cluster: first one of each group, then the group.
-        counters = [
-            control.cycles, *(intersection.counters[name] for name in INTERSECTION_COUNTERS),
-            *(traversal.counters[name] for name in TRAVERSAL_COUNTERS),
-            *(memory.counters[name] for name in MEMORY_COUNTERS)]
-        counter, group = Signal.like(self.counter), Signal.like(self.counter[GROUP_BITS:])
-        groups = Signal(ArrayLayout(32, -(-len(counters) >> GROUP_BITS)))
-        m.d.sync += [counter.eq(self.counter), group.eq(counter[GROUP_BITS:]),
-                     *(one.eq(Array(counters[first:first + (1 << GROUP_BITS)])[counter[:GROUP_BITS]])
-                       for one, first in zip(groups, range(0, len(counters), 1 << GROUP_BITS), strict=True)),
-                     self.count.eq(groups[group])]
+        # Of each unit one counter crosses the chip.
+        counter, before, first = Signal.like(self.counter), Signal.like(self.counter), 0
+        m.d.sync += [counter.eq(self.counter), before.eq(counter)]
+        for counters in ([control.cycles, *(intersection.counters[name] for name in INTERSECTION_COUNTERS)],
+                         [traversal.counters[name] for name in TRAVERSAL_COUNTERS],
+                         [memory.counters[name] for name in MEMORY_COUNTERS]):
+            chosen = Signal(32)
+            m.d.sync += chosen.eq(Array(counters)[(counter - first)[:len(counter)]])
+            with m.If(before >= first):
+                m.d.sync += self.count.eq(chosen)
+            first += len(counters)
 
 
 if len(COUNTERS) > 1 << COUNTER_BITS:
