@@ -30,7 +30,7 @@ BLOCKS: dict[str, tuple[Callable[[], None], object]] = {
     "ctu": (lambda: test_ray_traversal.test_cells_of_golden("verilator"), test_ray_traversal),
     "istructure": (lambda: test_istructure.test_in_the_simulator("verilator"), test_istructure),
     "cache": (lambda: test_cache.test_in_the_simulator(next(iter(test_cache.SIZES)), "verilator"), test_cache),
-    "router": (lambda: test_network.check(*test_network.SMALL[1], simulator="verilator", flits=1000), replay),
+    "router": (lambda: test_network.check(*test_network.SMALL[1], simulator="verilator", flits=6000), replay),
 }
 
 
