@@ -40,7 +40,7 @@ def test_mutants_that_nobody_looks_for_survive():
     text = verilog_of(Rom(), "top")
     nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
     with mock.patch.object(mutation, "bench_of", return_value=nothing):
-        found = mutation.judge("rom", count=COUNT, seed=1, processes=2)
+        found = mutation.judge("rom", "rom", count=COUNT, seed=1, processes=2)
     left = [*found["survivors"], *map(str, found["equivalent"])]
     assert sorted(left) == [str(number) for number in range(1, COUNT + 1)]
     # Were all of them the same as the component, nobody would have to look.
@@ -48,6 +48,6 @@ def test_mutants_that_nobody_looks_for_survive():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("block", BLOCKS)
-def test_every_block_has_a_bench(block):
-    assert "module top(" in bench_of(block).text
+@pytest.mark.parametrize(("block", "part"), [(block, part) for block, parts in BLOCKS.items() for part in parts])
+def test_every_part_has_a_bench(block, part):
+    assert "module top(" in bench_of(block, part).text
