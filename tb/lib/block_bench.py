@@ -82,29 +82,37 @@ def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interva
             check(shape, came[name], [pack(shape, value) for value in expected], what=f"{name} with {changes}")
 
 
-def check_in_simulator(name: str, make: Callable, vectors: Callable[[Config], Vectors], *, simulator: str,
+def check_in_simulator(name: str, make: Callable, *cases: Callable[[Config], Vectors], simulator: str,
                        interval: int = 1, text: Callable | None = None) -> None:
     """The default configuration in another simulator: pauses, reset in flight, one item per ``interval`` cycles.
 
     Parameters
     ----------
+    cases
+        From a configuration to vectors. Ports and tables are those of one case after the other.
     text
         From the component to its Verilog, with a module ``top``. Default: as it is exported.
     """
     config = config_of({})
-    component, given = make(config), vectors(config)
+    component = make(config)
     path = BUILD / "vectors" / f"{name}-{simulator}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps({
         "interval": interval, "latency": component.latency,
-        "ports": {port: pack(component.signature.members[port].shape, value) for port, value in given.ports.items()},
-        "tables": [pack(_shape(component, "i_table"), value) for value in given.tables],
-        "items": [pack(_shape(component, "i"), value) for value in given.items],
-        "expected": {stream: [pack(_shape(component, stream), value) for value in values]
-                     for stream, values in given.expected.items()}}))
+        "cases": [_packed(component, vectors(config)) for vectors in cases]}))
     simulate(text(component) if text else component, "tb.lib.block_bench",
              ("every_pair_of_pauses", "reset_in_flight", "one_item_per_interval"), simulator=simulator,
              name=f"{name}-{simulator}", vectors=str(path.resolve()))
+
+
+def _packed(component, given):
+    """Vectors as the words of ports."""
+    return {"ports": {port: pack(component.signature.members[port].shape, value)
+                      for port, value in given.ports.items()},
+            "tables": [pack(_shape(component, "i_table"), value) for value in given.tables],
+            "items": [pack(_shape(component, "i"), value) for value in given.items],
+            "expected": {stream: [pack(_shape(component, stream), value) for value in values]
+                         for stream, values in given.expected.items()}}
 
 
 def _shape(component, stream):
@@ -166,16 +174,16 @@ def _run(component, given, interval, generator, items_per_result):
 
 
 class _Bench:
-    """A block in the simulator, with its vectors."""
+    """A block in the simulator, with one case of its vectors."""
 
-    def __init__(self, dut, source_pauses="none", sink_pauses="none"):
-        self.given = json.loads(Path(options()["vectors"]).read_text())
+    def __init__(self, dut, given, source_pauses="none", sink_pauses="none"):
+        self.given = given
         seed = options()["seed"]
         pauses = PAUSES[source_pauses](seed)
-        if self.given["interval"] > 1:
-            pauses = _spaced(pauses, self.given["interval"])
+        if given["interval"] > 1:
+            pauses = _spaced(pauses, given["interval"])
         self.dut, self.source = dut, Source(dut, "i", pauses=pauses)
-        self.sinks = {name: Sink(dut, name, pauses=PAUSES[sink_pauses](seed + 1)) for name in self.given["expected"]}
+        self.sinks = {name: Sink(dut, name, pauses=PAUSES[sink_pauses](seed + 1)) for name in given["expected"]}
 
     async def prepare(self):
         """Ports and tables."""
@@ -199,6 +207,18 @@ class _Bench:
         return len(self.given["expected"][name]) * count // len(self.given["items"])
 
 
+def _cases():
+    """The vectors of each case."""
+    given = json.loads(Path(options()["vectors"]).read_text())
+    cases = given.pop("cases")
+    return [given | case for case in cases]
+
+
+def _cycles(cases, rounds):
+    """More than ``rounds`` times all items can take."""
+    return 5_000 + 16 * rounds * sum(given["interval"] * len(given["items"]) + given["latency"] for given in cases)
+
+
 def _first(got, expected):
     different = (k for k, (a, b) in enumerate(zip(got, expected, strict=False)) if a != b)
     return next(different, min(len(got), len(expected)))
@@ -213,32 +233,34 @@ def _spaced(pauses, interval):
 @cocotb.test()
 async def every_pair_of_pauses(dut):
     """All items come out right under each pair of pauses."""
-    await start(dut, cycles=200_000)
-    prepared = False
-    for source_pauses, sink_pauses in MATRIX:
-        bench = _Bench(dut, source_pauses, sink_pauses)
-        if not prepared:
-            await bench.prepare()
-            await RisingEdge(dut.clk)
-            assert_known(dut, ["i", *bench.sinks])
-            prepared = True
-        count = len(bench.given["items"]) // 4 & ~3
-        await bench.source.send(bench.given["items"][:count])
-        await bench.finish(count)
+    cases = _cases()
+    await start(dut, cycles=_cycles(cases, len(MATRIX)))
+    for number, given in enumerate(cases):
+        for pair, (source_pauses, sink_pauses) in enumerate(MATRIX):
+            bench = _Bench(dut, given, source_pauses, sink_pauses)
+            if not pair:
+                await bench.prepare()
+                await RisingEdge(dut.clk)
+            if not pair and not number:
+                assert_known(dut, ["i", *bench.sinks])
+            count = len(given["items"]) // 4 & ~3
+            await bench.source.send(given["items"][:count])
+            await bench.finish(count)
 
 
 @cocotb.test()
 async def reset_in_flight(dut):
     """Nothing of what was under way comes out after a reset, and what comes then is right."""
-    await start(dut, cycles=20_000)
-    bench = _Bench(dut)
+    given, *_ = cases = _cases()
+    await start(dut, cycles=_cycles(cases, 2))
+    bench = _Bench(dut, given)
     await bench.prepare()
-    items = bench.given["items"]
+    items = given["items"]
     await bench.source.send(items[:min(len(items), 40) & ~3])
     for sink in bench.sinks.values():
         sink.stop()
     await reset(dut)
-    bench = _Bench(dut)
+    bench = _Bench(dut, given)
     await bench.prepare()
     count = len(items) // 4 & ~3
     await bench.source.send(items[:count])
@@ -248,15 +270,17 @@ async def reset_in_flight(dut):
 @cocotb.test()
 async def one_item_per_interval(dut):
     """Without pauses items go in and out once per interval, after the latency."""
-    await start(dut, cycles=100_000)
-    bench = _Bench(dut)
-    await bench.prepare()
-    taken = Monitor(dut, "i")
-    await bench.source.send(bench.given["items"])
-    await bench.finish(len(bench.given["items"]))
-    interval = bench.given["interval"]
-    assert {b - a for a, b in pairwise(taken.cycles)} == {interval}, "items must be taken without a gap"
-    name, sink = list(bench.sinks.items())[-1]
-    per_result = len(bench.given["items"]) // len(bench.given["expected"][name])
-    assert {b - a for a, b in pairwise(sink.cycles)} == {interval * per_result}, f"{name} must come without a gap"
-    assert sink.cycles[0] - taken.cycles[per_result - 1] == bench.given["latency"]
+    cases = _cases()
+    await start(dut, cycles=_cycles(cases, 1))
+    for given in cases:
+        bench, interval = _Bench(dut, given), given["interval"]
+        await bench.prepare()
+        taken = Monitor(dut, "i")
+        await bench.source.send(given["items"])
+        await bench.finish(len(given["items"]))
+        taken.stop()
+        assert {b - a for a, b in pairwise(taken.cycles)} == {interval}, "items must be taken without a gap"
+        name, sink = list(bench.sinks.items())[-1]
+        per_result = len(given["items"]) // len(given["expected"][name])
+        assert {b - a for a, b in pairwise(sink.cycles)} == {interval * per_result}, f"{name} must come without a gap"
+        assert sink.cycles[0] - taken.cycles[per_result - 1] == given["latency"]
