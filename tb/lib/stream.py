@@ -1,5 +1,6 @@
 """Drivers and monitors of a component's streams."""
 
+import random
 from collections.abc import Callable, Iterable, Iterator
 from itertools import repeat
 
@@ -24,7 +25,7 @@ class _Stream:
 
 
 class Source(_Stream):
-    """Gives items to a stream that a component takes from.
+    """Gives items to a stream that a component takes from; while it gives none, the payload is anything.
 
     Parameters
     ----------
@@ -37,14 +38,20 @@ class Source(_Stream):
     def __init__(self, dut, name: str, *, pauses: Iterator[bool] | None = None):
         super().__init__(dut, name)
         self.pauses = pauses or repeat(False)
+        self._random = random.Random(name)
+        self._give_nothing()
+
+    def _give_nothing(self):
         self.valid.value = 0
+        if self.payload is not None:
+            self.payload.value = self._random.getrandbits(len(self.payload))
 
     async def send(self, items: Iterable[int]) -> None:
         """Give all items, and return when the last one has been taken."""
         edge, valid, ready, payload, pauses = self._edge, self.valid, self.ready, self.payload, self.pauses
         for item in items:
             while next(pauses):
-                valid.value = 0
+                self._give_nothing()
                 await edge
             valid.value = 1
             if payload is not None:
@@ -52,7 +59,7 @@ class Source(_Stream):
             await edge
             while ready is not None and not int(ready.value):
                 await edge
-        valid.value = 0
+        self._give_nothing()
 
 
 class Monitor(_Stream):
