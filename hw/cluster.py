@@ -1,6 +1,6 @@
 """Cluster: cell traversal, memory system and intersection of one section."""
 
-from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
+from amaranth.hdl import Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
@@ -24,6 +24,7 @@ from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
 from hw.memsys.table_load import TableLoad
+from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 from hw.registers.error_code import LIST, PATH, ErrorCode
 
@@ -32,8 +33,9 @@ __all__ = ["COUNTERS", "Cluster", "cluster_members"]
 # Vertices of patches of subshells: of as many patches as cell traversal asks for at once.
 SUBSHELL_VERTICES = 16
 MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
-COUNTERS = ("cycles", *(f"intersection_{name}" for name in INTERSECTION_COUNTERS),
-            *(f"traversal_{name}" for name in TRAVERSAL_COUNTERS), *(f"memory_{name}" for name in MEMORY_COUNTERS))
+# Of each unit.
+_COUNTED = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
+COUNTERS = ("cycles", *(f"{unit}_{name}" for unit, names in _COUNTED.items() for name in names))
 # Streams straight from the units.
 _MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_out", "o_hit", "i_sums", "o_sum")
 
@@ -97,7 +99,7 @@ class Cluster(wiring.Component):
     fault, clear
         What went wrong first, `ControlFormats.fault`, until it is cleared.
     counter, count
-        Which of `COUNTERS`, and its value three cycles later.
+        Which of `COUNTERS`, and its value: see `CounterChoice`.
 
     Timing
     ------
@@ -240,18 +242,11 @@ class Cluster(wiring.Component):
                 m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
             with m.Elif(control.final & (traversal.error != ListError.NONE)):
                 m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
-        # Of each unit one counter crosses the chip.
-        counter, before, first = Signal.like(self.counter), Signal.like(self.counter), 0
-        m.d.sync += [counter.eq(self.counter), before.eq(counter)]
-        for counters in ([control.cycles, *(intersection.counters[name] for name in INTERSECTION_COUNTERS)],
-                         [traversal.counters[name] for name in TRAVERSAL_COUNTERS],
-                         [memory.counters[name] for name in MEMORY_COUNTERS]):
-            chosen = Signal(32)
-            m.d.sync += chosen.eq(Array(counters)[(counter - first)[:len(counter)]])
-            with m.If(before >= first):
-                m.d.sync += self.count.eq(chosen)
-            first += len(counters)
-
-
-if len(COUNTERS) > 1 << COUNTER_BITS:
-    raise ValueError(f"There must be at most {1 << COUNTER_BITS} counters, not {len(COUNTERS)}")
+        # Cycles, and what is counted in the units.
+        places = (1, *map(len, _COUNTED.values()))
+        m.submodules.choice = choice = CounterChoice(places=places, number_bits=COUNTER_BITS)
+        units = {"intersection": intersection, "traversal": traversal, "memory": memory}
+        counts = {"cycles": control.cycles} | {
+            f"{unit}_{name}": units[unit].counters[name] for unit, names in _COUNTED.items() for name in names}
+        m.d.comb += [choice.counter.eq(self.counter), self.count.eq(choice.count),
+                     *(choice.counts[number].eq(counts[name]) for number, name in enumerate(COUNTERS))]

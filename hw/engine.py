@@ -26,6 +26,7 @@ from hw.memsys.system_bus_interface import READERS, SystemBusInterface
 from hw.memsys.write_dma import WriteDma
 from hw.noc.patch_network import PatchNetwork
 from hw.registers.axi_lite_signature import AxiLiteSignature
+from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import ADDRESS_BITS, COUNTER_BITS, ENGINE_REGISTERS, MAGIC, VERSION
 from hw.registers.registers import Registers
 
@@ -264,7 +265,7 @@ class Engine(wiring.Component):
             m.d.sync += registers.cycles.eq(registers.cycles + 1)
 
         # Counters: asked of all clusters, the one that is meant answers.
-        place, waits = Signal.like(registers.o_ask.payload), Signal(range(5))
+        place, waits = Signal.like(registers.o_ask.payload), Signal(range(CounterChoice.latency + 2))
         number = place[COUNTER_BITS:]
         for cluster in clusters:
             m.d.comb += cluster.counter.eq(place[:COUNTER_BITS])
@@ -277,4 +278,4 @@ class Engine(wiring.Component):
         with m.Elif((waits == 1) & registers.i_answer.ready):
             m.d.sync += waits.eq(0)
         with m.If(registers.o_ask.valid & registers.o_ask.ready):
-            m.d.sync += [place.eq(registers.o_ask.payload), waits.eq(4)]
+            m.d.sync += [place.eq(registers.o_ask.payload), waits.eq(CounterChoice.latency + 1)]

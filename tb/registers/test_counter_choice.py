@@ -1,0 +1,57 @@
+# amaranth: UnusedElaboratable=no
+"""Which counter's value is told."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from hw.registers.counter_choice import CounterChoice
+
+PLACES = 1, 5, 8, 3
+COUNT = sum(PLACES)
+
+
+@pytest.mark.parametrize("bits", [5, 6])
+def test_every_counter(bits):
+    choice, generator = CounterChoice(places=PLACES, number_bits=bits), random.Random(bits)
+    values = generator.sample(range(1 << 32), COUNT)
+    numbers = [*range(COUNT), *generator.choices(range(COUNT), k=200)]
+    simulator, told = Simulator(choice), []
+    simulator.add_clock(1e-8)
+
+    async def ask(ctx):
+        for number, value in enumerate(values):
+            ctx.set(choice.counts[number], value)
+        for number in [*numbers, *[0] * choice.latency]:
+            ctx.set(choice.counter, number)
+            told.append(ctx.get(choice.count))
+            await ctx.tick()
+
+    simulator.add_testbench(ask)
+    simulator.run()
+    assert told[choice.latency:] == [values[number] for number in numbers]
+
+
+def test_every_place_has_its_register():
+    """A value that changes is told as it was two cycles after its number came."""
+    choice = CounterChoice(places=PLACES, number_bits=5)
+    simulator, told = Simulator(choice), []
+    simulator.add_clock(1e-8)
+
+    async def count(ctx):
+        for cycle in range(60):
+            for number in range(COUNT):
+                ctx.set(choice.counts[number], 1000 * number + cycle)
+            ctx.set(choice.counter, cycle % COUNT)
+            told.append(ctx.get(choice.count))
+            await ctx.tick()
+
+    simulator.add_testbench(count)
+    simulator.run()
+    assert told[3:] == [1000 * (cycle % COUNT) + cycle + 1 for cycle in range(57)]
+
+
+def test_init_wrong_number_bits():
+    with pytest.raises(ValueError, match=f"^Number bits must be enough for {COUNT} counters, not 4$"):
+        CounterChoice(places=PLACES, number_bits=4)
