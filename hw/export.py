@@ -2,9 +2,10 @@
 
 import os
 import re
+from contextlib import contextmanager
 from itertools import groupby
 
-from amaranth.back import verilog
+from amaranth.back import rtlil, verilog
 from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
@@ -19,9 +20,27 @@ _FEW = 8
 def verilog_of(component: wiring.Component, name: str) -> str:
     """A component as the module ``name``, its ports by the names of its members."""
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
-    text = verilog.convert(_Flat(component), name=name, emit_src=False, strip_internal_attrs=True)
+    with _unwritten_zeros():
+        text = verilog.convert(_Flat(component), name=name, emit_src=False, strip_internal_attrs=True)
     # A wire of no bits, which nothing uses, would be written as one of two.
-    return _with_loops(_with_constants(re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text)))
+    text = re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text)
+    return _with_zeros(_with_loops(_with_constants(text)))
+
+
+@contextmanager
+def _unwritten_zeros():
+    """Nothing is said of what a memory begins with if it is zeros: each of its bits would be an object of its own."""
+    written = rtlil.ModuleEmitter.emit_memory
+
+    def emit_memory(emitter, number, cell):
+        if any(cell.init):
+            written(emitter, number, cell)
+
+    rtlil.ModuleEmitter.emit_memory = emit_memory
+    try:
+        yield
+    finally:
+        rtlil.ModuleEmitter.emit_memory = written
 
 
 class _Flat(Elaboratable):
@@ -55,7 +74,7 @@ def _with_constants(text):
 
 
 def _with_loops(text):
-    """Most of the text would be zeros, a line for each word of each memory."""
+    """Else most of the text would be a line for each word of a memory."""
     def same(numbered):
         number, line = numbered
         found = word.fullmatch(line)
@@ -74,3 +93,15 @@ def _with_loops(text):
                   "    end"]
         blocks += 1
     return "\n".join(lines) + "\n"
+
+
+def _with_zeros(text):
+    """Memories of which nothing is said begin with zeros."""
+    def begins(found):
+        declared, width, memory, last = found.groups()
+        label = f"\\zeros_{memory[1:]} " if memory.startswith("\\") else f"zeros_{memory}"
+        return (f"{declared}  initial begin : {label}\n    integer k;\n"
+                f"    for (k = 0; k <= {last}; k = k + 1) {memory} [k] = {int(width or 0) + 1}'h0;\n  end\n")
+
+    return re.sub(r"(?m)^(  reg (?:\[(\d+):0\] )?(\S+) +\[(\d+):0\];\n)(?!  initial begin\n    (?:begin|\S+ ?\[))",
+                  begins, text)

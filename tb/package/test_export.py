@@ -29,6 +29,22 @@ class Rom(wiring.Component):
         return m
 
 
+class Zeros(wiring.Component):
+    """Two memories that begin with zeros, words of 70 bits and of one."""
+
+    def __init__(self):
+        super().__init__({"write": In(1), "address": In(range(len(WORDS))), "wide": Out(70), "narrow": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        for name, output in ("wide.words", self.wide), ("bits", self.narrow):
+            m.submodules[name] = memory = Memory(shape=len(output), depth=len(WORDS), init=[])
+            port, look = memory.write_port(), memory.read_port()
+            m.d.comb += [port.en.eq(self.write), port.addr.eq(self.address), port.data.eq(-1),
+                         look.addr.eq(self.address), output.eq(look.data)]
+        return m
+
+
 def test_runs_of_words_are_loops():
     text = verilog_of(Rom(), "rom")
     assert [line.split("(")[1] for line in text.splitlines() if "for (" in line] == [
@@ -36,6 +52,13 @@ def test_runs_of_words_are_loops():
         for first, last, word in ((0, 19, 0), (23, 34, 9), (46, 54, 2))]
     assert "[-1:0]" not in text
     assert "nothing" not in text
+
+
+def test_zeros_are_loops():
+    text = verilog_of(Zeros(), "zeros")
+    assert sorted(line.strip() for line in text.splitlines() if "for (" in line) == [
+        f"for (k = 0; k <= {len(WORDS) - 1}; k = k + 1) {memory} [k] = {bits}'h0;"
+        for memory, bits in ((r"\wide.words", 70), ("bits", 1))]
 
 
 @cocotb.test()
@@ -50,3 +73,20 @@ async def every_word(dut):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_words(simulator):
     simulate(Rom(), "tb.package.test_export", ("every_word",), simulator=simulator, name=f"export-{simulator}")
+
+
+@cocotb.test()
+async def zeros_until_written(dut):
+    dut.write.value = 0
+    await start(dut, cycles=1_000)
+    for value in 0, 1:
+        for address in range(len(WORDS)):
+            dut.write.value, dut.address.value = value, address
+            await ClockCycles(dut.clk, 2 + value)
+            assert (int(dut.wide.value), int(dut.narrow.value)) == (value * ((1 << 70) - 1), value), address
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_zeros(simulator):
+    simulate(Zeros(), "tb.package.test_export", ("zeros_until_written",), simulator=simulator,
+             name=f"zeros-{simulator}")

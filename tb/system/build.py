@@ -3,10 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
-from contextlib import contextmanager
 from pathlib import Path
-
-from amaranth.back import rtlil
 
 from golden.config import Config
 from golden.noc.topology import TOPOLOGIES
@@ -33,33 +30,13 @@ def _digest():
 SOURCES = _digest()
 
 
-@contextmanager
-def _unwritten_zeros():
-    """Memories that begin with zeros are left to the simulator, which begins with them too: to write down every bit of
-    them would take many times as long as all the rest.
-    """
-    written = rtlil.ModuleEmitter.emit_memory
-
-    def emit_memory(emitter, number, cell):
-        if any(cell.init):
-            written(emitter, number, cell)
-
-    rtlil.ModuleEmitter.emit_memory = emit_memory
-    try:
-        yield
-    finally:
-        rtlil.ModuleEmitter.emit_memory = written
-
-
 def _text(name: str, config: Config, make: Callable[[Config], str]) -> str:
     """Made, or from a file if the same sources have made it before."""
     key = hashlib.sha256(SOURCES + json.dumps(config.parameters(), sort_keys=True).encode()).hexdigest()[:24]
     path = ROOT / BUILD / "verilog" / f"{name}-{key}.v"
     if not path.exists():
-        with _unwritten_zeros():
-            text = make(config)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+        path.write_text(make(config))
     return path.read_text()
 
 
@@ -75,8 +52,5 @@ def cluster_text(config: Config) -> str:
 
 
 def engine_text(config: Config) -> str:
-    """The engine with its cluster.
-
-    For Verilator with its variables 0 at first: of memories nothing is said that begin with zeros.
-    """
+    """The engine with its cluster."""
     return frame_text(config) + cluster_text(config)
