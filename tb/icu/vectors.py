@@ -8,7 +8,7 @@ from golden.frustum import FrustumRecord
 from golden.stimulus import block
 from golden.stimulus.frusta import frustum_arrays, frustum_record
 from tb.icu.frustum_load import frustum_payload
-from tb.lib.configurations import CONFIGURATIONS
+from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 
 __all__ = ["LIMITS", "assert_all_occur", "factor_of", "frustum_of", "largest", "rows", "section_window_of",
@@ -17,7 +17,8 @@ __all__ = ["LIMITS", "assert_all_occur", "factor_of", "frustum_of", "largest", "
 # Configurations whose indices a frustum can fill.
 LIMITS = [*CONFIGURATIONS.values(), {"icu.side_bits": 6}]
 WINDOW = ("column_first", "column_count", "row_first", "row_count")
-SLOTS = 16
+# No bench of these blocks has another number of slots.
+SLOTS = config_of({}).icu.slots
 
 
 def frustum_of(given: dict, config: Config, section: Sector | None = None) -> dict:
