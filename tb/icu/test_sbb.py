@@ -3,8 +3,12 @@ import random
 import numpy as np
 import pytest
 
+from golden.icu.edge_planes import edge_planes
 from golden.icu.sbb import SphericalWindows
-from golden.stimulus.frusta import frustum_record, random_hemisphere
+from golden.icu.vertex_direction import vertex_direction
+from golden.stimulus.frusta import frustum_arrays, frustum_record, random_hemisphere
+from golden.stimulus.icu.edge_planes import plane_arrays, planes_of
+from golden.stimulus.patches import r_patches
 from hw.icu.sbb import Sbb
 from tb.icu.frustum_load import table_writes
 from tb.icu.vectors import (
@@ -39,19 +43,70 @@ def largest_frustum(config):
     return seen_through(record, "icu.sbb", count=COUNT, seed=4, config=config)
 
 
-def vectors(given, config):
-    record = frustum_record(given, config)
-    windows, direction = SphericalWindows(record, config), given["direction"]
-    first, second = windows.angles(direction)
-    signs = rows(np.sign(given["planes"][:, :5]))
-    front = ((direction[..., 2] > 0) << np.arange(4)).sum(axis=1)
-    tables = table_writes(record, config)
+def around_the_axis(config):
+    """Patches with a vertex on the axis, or with an edge or a diagonal that passes it."""
+    patches, number = r_patches(np.random.default_rng(5), COUNT, config.numbers), np.arange(COUNT)
+    on, across = np.split(number, 2)
+    patches[on, on % 4, :2] = 0
+    patches[across, across % 4] = patches[across, (across % 4 + 1 + across // 4 % 3) % 4] * [-1, -1, 1]
+    direction, _ = vertex_direction(patches, config.numbers)
+    record = random_hemisphere(np.random.default_rng(5), config)
+    return frustum_arrays(record) | {"direction": direction} | plane_arrays(edge_planes(direction, config.numbers))
+
+
+class Moved(SphericalWindows):
+    """The windows of patches all of whose angles are larger by (azimuth, polar), each P x 1 or a number."""
+
+    def __init__(self, given, config, by):
+        super().__init__(frustum_record(given, config), config)
+        self.by, self.turn = by, 1 << config.icu.angle_bits
+
+    def angles(self, directions):
+        azimuth, polar = super().angles(directions)
+        return (azimuth + self.by[0]) % self.turn, polar + self.by[1]
+
+
+def to_the_borders(given, config):
+    """How far angles may be moved until a border of their windows moves; that far, and a unit farther."""
+    def ends(by):
+        window = Moved(given, config, by).windows(given["direction"], planes_of(given))
+        return (window.column_first, window.column_first + window.column_count,
+                window.row_first, window.row_first + window.row_count)
+
+    moves, icu = [], config.icu
+    before = ends((0, 0))
+    for border in range(4):
+        bits = icu.angle_bits - given["frustum_column_bits"] if border < 2 else \
+            icu.angle_bits - 2 - given["frustum_row_bits"]
+        near, far = (np.full((COUNT, 1), value) for value in (0, 1 << bits))
+
+        def along(by, axis=border // 2):
+            return (by, 0) if axis == 0 else (0, by)
+
+        for _ in range(bits):
+            middle = near + far >> 1
+            moved = (ends(along(middle))[border] != before[border])[:, None]
+            near, far = np.where(moved, near, middle), np.where(moved, middle, far)
+        moves += [along(near), along(far)]
+    return moves
+
+
+def vectors(given, config, moves=((0, 0),)):
+    tables = table_writes(frustum_record(given, config), config)
     random.Random(1).shuffle(tables)
-    return Vectors(
-        ports={"frustum": frustum_of(given, config)}, tables=tables,
-        items=[{**slot_of(k), "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
-                "turns": turns_of(given, k), "signs": signs[k]} for k in range(COUNT)],
-        expected={"o": [{**slot_of(k), "window": window_of(given, k)} for k in range(COUNT)]})
+    direction, planes = given["direction"], planes_of(given)
+    signs = rows(np.sign(planes.planes[:, :5]))
+    front = ((direction[..., 2] > 0) << np.arange(4)).sum(axis=1)
+    items, expected = [], []
+    for number, by in enumerate(moves):
+        windows = Moved(given, config, by)
+        first, second = windows.angles(direction)
+        window = vars(windows.windows(direction, planes))
+        slots = [slot_of(number * COUNT + k) for k in range(COUNT)]
+        items += [{**slots[k], "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
+                   "turns": turns_of(given, k), "signs": signs[k]} for k in range(COUNT)]
+        expected += [{**slots[k], "window": window_of(window, k)} for k in range(COUNT)]
+    return Vectors(ports={"frustum": frustum_of(given, config)}, tables=tables, items=items, expected={"o": expected})
 
 
 def of_small_frustum(config):
@@ -60,6 +115,15 @@ def of_small_frustum(config):
 
 def of_largest_frustum(config):
     return vectors(largest_frustum(config), config)
+
+
+def of_the_axis(config):
+    return vectors(around_the_axis(config), config)
+
+
+def of_borders(config):
+    given = largest_frustum(config)
+    return vectors(given, config, to_the_borders(given, config))
 
 
 def test_every_width():
@@ -84,4 +148,4 @@ def test_the_vectors_hold_every_case(given):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("sbb", make, of_small_frustum, simulator=simulator, interval=4)
+    check_in_simulator("sbb", make, of_small_frustum, of_the_axis, of_borders, simulator=simulator, interval=4)
