@@ -79,4 +79,4 @@ def test_the_vectors_hold_every_case(given):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("ipbb", make, of_small_frustum, simulator=simulator)
+    check_in_simulator("ipbb", make, of_small_frustum, of_largest_frustum, simulator=simulator)
