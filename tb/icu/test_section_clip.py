@@ -14,6 +14,7 @@ from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS
 
 COUNT = 200
+FRUSTA = (random_hemisphere, random_screen)
 
 
 def make(config):
@@ -30,6 +31,13 @@ def clipped(frustum, bounds, config):
     return record, section, given, section_clip(given, section, record)
 
 
+def drawn_sections(count):
+    """Bounds anywhere in the largest frustum."""
+    random, size = np.random.default_rng(5), np.array(largest(config_of({})))
+    first = random.integers(size, size=(count, 2))
+    return np.stack([first, random.integers(first, size) + 1], axis=2).reshape(count, 4).tolist()
+
+
 def vectors_of(frustum, bounds):
     def vectors(config):
         record, section, given, parts = clipped(frustum, bounds, config)
@@ -42,13 +50,13 @@ def vectors_of(frustum, bounds):
 
 
 @pytest.mark.parametrize("bounds", SECTIONS)
-@pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
+@pytest.mark.parametrize("frustum", FRUSTA)
 def test_every_section(frustum, bounds):
     check_block(make, vectors_of(frustum, bounds), variants=LIMITS)
 
 
 def test_the_vectors_hold_every_case():
-    for frustum in (random_hemisphere, random_screen):
+    for frustum in FRUSTA:
         cases = {}
         for bounds in SECTIONS:
             _, section, given, parts = clipped(frustum, bounds, config_of({"icu.side_bits": 6}))
@@ -66,4 +74,6 @@ def test_the_vectors_hold_every_case():
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("section_clip", make, vectors_of(random_hemisphere, SECTIONS[2]), simulator=simulator)
+    bounds = [*SECTIONS, *drawn_sections(5)]
+    check_in_simulator("section_clip", make, *(vectors_of(frustum, some) for frustum in FRUSTA for some in bounds),
+                       simulator=simulator)
