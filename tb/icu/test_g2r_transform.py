@@ -1,9 +1,13 @@
+import numpy as np
 import pytest
 
+from golden.icu.g2r_transform import g2r_transform
 from golden.stimulus import stimulus
+from golden.stimulus.frusta import frustum_record
 from hw.icu.g2r_transform import G2rTransform
-from tb.icu.vectors import frustum_of, vertex_place
+from tb.icu.vectors import assert_all_occur, frustum_of, rows, vertex_place
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.runner import SIMULATORS
 
 
@@ -11,18 +15,46 @@ def make(config):
     return G2rTransform(config=config)
 
 
-def vectors(config):
-    given = stimulus("icu.g2r_transform", count=200, seed=3, config=config).arrays
+def drawn(config):
+    return stimulus("icu.g2r_transform", count=200, seed=3, config=config).arrays
+
+
+def along_the_axes(config):
+    """As drawn, but the frustum is not turned: every fourth offset of a coordinate ends in just a half."""
+    given = drawn(config)
+    given |= {"frustum_matrix": np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]) << config.numbers.direction_fraction}
+    return given | {"transformed": g2r_transform(frustum_record(given, config), given["vertex"])}
+
+
+def of(given, config):
     return Vectors(ports={"frustum": frustum_of(given, config)},
-                   items=[{**vertex_place(k), "vertex": vertex} for k, vertex in enumerate(given["vertex"].tolist())],
+                   items=[{**vertex_place(k), "vertex": vertex} for k, vertex in enumerate(rows(given["vertex"]))],
                    expected={"o": [{**vertex_place(k), "vertex": vertex}
-                                   for k, vertex in enumerate(given["transformed"].tolist())]})
+                                   for k, vertex in enumerate(rows(given["transformed"]))]})
+
+
+def vectors(config):
+    return of(drawn(config), config)
+
+
+def axis_vectors(config):
+    return of(along_the_axes(config), config)
 
 
 def test_every_width_and_depth():
     check_block(make, vectors)
+    check_block(make, axis_vectors)
+
+
+@pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
+def test_halves_of_both_signs_occur(changes):
+    numbers, given = config_of(changes).numbers, along_the_axes(config_of(changes))
+    exact = (given["vertex"] - given["frustum_origin"]) @ given["frustum_matrix"].T
+    one = 1 << numbers.scene_bits + numbers.direction_fraction - numbers.vector_fraction
+    assert_all_occur({f"row {row}, sign {sign}": (exact % one == one >> 1)[:, row] & (np.sign(exact)[:, row] == sign)
+                      for row in range(3) for sign in (-1, 1)})
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("g2r_transform", make, vectors, simulator=simulator)
+    check_in_simulator("g2r_transform", make, vectors, axis_vectors, simulator=simulator)
