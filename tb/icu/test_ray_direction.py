@@ -39,4 +39,4 @@ def test_every_width_and_depth():
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("ray_direction", make, vectors, simulator=simulator)
+    check_in_simulator("ray_direction", make, vectors, screen_vectors, simulator=simulator)
