@@ -1,6 +1,6 @@
 import random
 from collections import Counter, deque
-from itertools import pairwise
+from itertools import pairwise, product
 
 import cocotb
 import numpy as np
@@ -116,13 +116,19 @@ def random_frustum(config, section, seed, count=300):
     return Frustum(config, section, given["ray"], given["inverse"], given["patch"], generator.random(count) < 0.8)
 
 
-def hammer(config, section, ahead):
-    """The same ray every ``ahead`` cycles: ever nearer, ever farther, equal with other ids, and all of that mixed."""
-    number = np.arange(40)
+def hammer(config, section, ahead, seed=None):
+    """The same ray every ``ahead`` cycles: ever nearer, ever farther, equal with other ids, and all of that mixed.
+
+    Numbers differ in their low bits alone; the others are random with a ``seed``, and without 0.
+    """
+    number, high = np.arange(40), config.numbers.inverse.high
     generator = np.random.default_rng(ahead)
     inverse = np.concatenate([1 + number, 99 - number, np.full(40, 50), generator.integers(45, 55, 120)])
     patch = np.concatenate([number, number, (40 - number) ^ 2, generator.integers(0, 4, 120)])
-    inverse[-1] = config.numbers.inverse.high
+    if seed is not None:
+        inverse, patch = (values + (int(np.random.default_rng(seed).integers(1 << bits - 7)) << 7)
+                          for values, bits in ((inverse, high.bit_length()), (patch, config.icu.patch_bits)))
+    inverse[-1] = high
     return Frustum(config, section, np.arange(len(inverse)) % ahead, inverse, patch, np.ones(len(inverse), dtype=bool))
 
 
@@ -194,9 +200,14 @@ class Bench:
         self.answer.stop()
 
 
+def assert_no_gap(monitor, what):
+    """One was transferred per cycle."""
+    assert {b - a for a, b in pairwise(monitor.cycles)} <= {1}, f"{what} must come without a gap"
+
+
 @cocotb.test()
 async def every_section(dut):
-    """Sections of all forms, over more frusta than there are tags; every answer and every hit."""
+    """Sections of all forms, over more frusta than there are tags; every answer and every hit, one per cycle."""
     await start(dut, cycles=60_000)
     for delay in PAYLOAD_DELAYS:
         bench = Bench(dut, delay=delay)
@@ -206,6 +217,7 @@ async def every_section(dut):
             frustum = random_frustum(bench.config, section, seed + options()["seed"])
             await bench.cast(frustum)
             await bench.hits_of(frustum)
+            assert_no_gap(bench.hit, "hits")
         bench.stop()
 
 
@@ -215,8 +227,9 @@ async def the_same_ray_after_every_number_of_cycles(dut):
     await start(dut, cycles=60_000)
     seen = Counter()
     bench = Bench(dut)
-    for ahead in range(1, 9):
-        frustum = hammer(bench.config, SECTIONS[0], ahead)
+    # Frusta of every kind come to both banks, as there is an odd number of seeds.
+    for ahead, seed in product(range(1, 9), (None, 1, 2, 3, 4)):
+        frustum = hammer(bench.config, SECTIONS[0], ahead, seed)
         seen += frustum.distances()
         await bench.cast(frustum)
         await bench.hits_of(frustum)
@@ -285,8 +298,8 @@ async def one_per_cycle(dut):
     writes = cocotb.start_soon(bench.update.send([pack(bench.shapes["i_update"], item) for item in second.updates]))
     await bench.hits_of(first, bank=bank)
     await writes
-    for cycles, what in ((given.cycles, "updates"), (bench.answer.cycles, "answers"), (bench.hit.cycles, "hits")):
-        assert {b - a for a, b in pairwise(cycles)} == {1}, f"{what} must come without a gap"
+    for monitor, what in ((given, "updates"), (bench.answer, "answers"), (bench.hit, "hits")):
+        assert_no_gap(monitor, what)
     assert bench.answer.cycles[0] - given.cycles[0] == documented_latency(RayMemory, bench.config)
     assert bench.hit.cycles[0] - asked.cycles[0] == documented_latency(ReadOut, bench.config)
 
