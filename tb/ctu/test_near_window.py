@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,7 +9,7 @@ from golden.stimulus.ctu.grid_rays import draw_rays
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.near_window import NearWindow
-from hw.formats import GRID_GROUP
+from hw.formats import GRID_GROUP, Formats
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.configurations import CONFIGURATIONS
@@ -62,27 +63,64 @@ def neighbours(frustum, config):
     record = frustum(random, config)
     rays_of = shells(record)
     rays = [rays_of(shell) for shell in range(2, 11)]
-    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
-    items, expected = [], []
-    for tag in range(RAYS // 2):
-        one = rays[int(random.integers(len(rays)))]
-        row, column = int(random.integers(one.rows)), int(random.integers(one.columns))
-        last = min(one.columns - 1, column + int(random.integers(GRID_GROUP)))
-        request = places.request(one, row * one.columns + column)
-        items.append({"tag": tag, "last": request["column"] + last - column,
-                      **{name: request[name] for name in ("shell", "row", "column")}})
-        half, reach = 1 << INDEX_FRACTION - 1, int(one.column_reach[row])
-        first = (int(one.column_position[column]) - reach + half - 1) >> INDEX_FRACTION
-        end = ((int(one.column_position[last]) + reach - half) >> INDEX_FRACTION) + 1
-        if record.is_screen:
-            first, end = max(first, 0), min(end, record.columns)
-        count = max(0, min(end - first, record.columns))
-        first = 0 if count == record.columns else first % (record.columns if not record.is_screen else 1 << 30)
+    chosen = list(choose(random, rays, RAYS // 2))
+    for one, row, column, last in chosen:
+        first, count = columns_near(record, one, row, column, last)
         if count:
             # All that is near one of the neighbours.
             for place in range(column, last + 1):
                 offsets = (int(one.first_column[row, place]) - first + np.arange(one.column_count[row, place]))
                 assert (offsets % record.columns < count).all()
+    return of_neighbours(config, record, rays, chosen)
+
+
+def far_neighbours(frustum, config):
+    """The same in the widest frustum, of rays that are as far on either side, and reach as far, as tables can say."""
+    random, formats = np.random.default_rng(6), Formats(config)
+    side = 1 << formats.index.width
+    record = frustum(random, config, size=(side, side))
+    rays_of, farthest, rays = shells(record), 1 << formats.position.width - 1, []
+    for shell in range(2, 11):
+        one = rays_of(shell)
+        away = int(random.choice([-1, 1]) * 2 ** random.uniform(INDEX_FRACTION, formats.position.width - 1))
+        reach = (2 ** random.uniform(0, formats.reach.width, one.rows)).astype(np.int64)
+        rays.append(replace(one, column_position=np.clip(one.column_position + away, -farthest, farthest - 1),
+                            column_reach=np.where(random.random(one.rows) < 0.5, one.column_reach, reach)))
+    # Where the columns of none begin beyond a screen nobody asks.
+    return of_neighbours(config, record, rays, [
+        one for one in choose(random, rays, RAYS) if columns_near(record, *one)[0] < record.columns])
+
+
+def choose(random, rays, count):
+    """A shell's rays, a row of them, and the first and the last of neighbours in it."""
+    for _ in range(count):
+        one = rays[int(random.integers(len(rays)))]
+        row, column = int(random.integers(one.rows)), int(random.integers(one.columns))
+        yield one, row, column, min(one.columns - 1, column + int(random.integers(GRID_GROUP)))
+
+
+def columns_near(record, one, row, column, last):
+    """The first column of neighbours, and how many."""
+    half, reach = 1 << INDEX_FRACTION - 1, int(one.column_reach[row])
+    first = (int(one.column_position[column]) - reach + half - 1) >> INDEX_FRACTION
+    end = ((int(one.column_position[last]) + reach - half) >> INDEX_FRACTION) + 1
+    if record.is_screen:
+        first, end = max(first, 0), min(end, record.columns)
+    count = max(0, min(end - first, record.columns))
+    if count == record.columns:
+        first = 0
+    return first if record.is_screen else first % record.columns, count
+
+
+def of_neighbours(config, record, rays, chosen):
+    """``chosen``: what `choose` gives."""
+    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
+    items, expected = [], []
+    for tag, (one, row, column, last) in enumerate(chosen):
+        request = places.request(one, row * one.columns + column)
+        items.append({"tag": tag, "last": request["column"] + last - column,
+                      **{name: request[name] for name in ("shell", "row", "column")}})
+        first, count = columns_near(record, one, row, column, last)
         expected.append({"tag": tag, "threshold": thresholds[one.shell], "window": {
             "column_first": first, "column_count": count, "row_first": one.first_row[row],
             "row_count": one.row_count[row]}})
@@ -90,9 +128,13 @@ def neighbours(frustum, config):
                    expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
 
 
-@pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
-def test_windows_of_neighbours(frustum):
-    check_block(make, partial(neighbours, frustum), variants=CONFIGURATIONS.values())
+NEIGHBOURS = [partial(of, frustum) for of in (neighbours, far_neighbours)
+              for frustum in (random_hemisphere, random_screen)]
+
+
+@pytest.mark.parametrize("vectors", NEIGHBOURS)
+def test_windows_of_neighbours(vectors):
+    check_block(make, vectors, variants=CONFIGURATIONS.values())
 
 
 @pytest.mark.parametrize("vectors", [vectors, screen_vectors])
@@ -102,4 +144,4 @@ def test_windows_of_golden(vectors):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("near_window", make, vectors, simulator=simulator)
+    check_in_simulator("near_window", make, vectors, screen_vectors, *NEIGHBOURS, simulator=simulator)
