@@ -22,6 +22,8 @@ from tb.lib.stream import Monitor, Sink, Source
 
 MODULE = "tb.ctu.test_subshell_windows"
 RUNS = [("hemisphere", 3), ("screen", 4), ("hemisphere", 5)]
+# Patches at the borders of rays, of each of these.
+AT_BORDERS = 240
 # Cycles from a subshell's patch to the next one's.
 RATE = 64
 VARIANTS = [({"icu.product_registers": 1}, 18), pytest.param({}, 15, marks=pytest.mark.nightly),
@@ -186,6 +188,20 @@ async def every_pair_of_pauses(dut):
 
 
 @cocotb.test()
+async def windows_at_borders(dut):
+    """In the largest frusta, of patches for whose windows the low bits matter."""
+    await start(dut, cycles=200_000)
+    config = config_of({})
+    for kind, seed in RUNS:
+        given = SubshellPatches(kind, config, seed=seed, count=AT_BORDERS, size=(1 << config.icu.side_bits,) * 2,
+                                at_borders=True)
+        bench = Bench(dut, given)
+        await bench.prepare()
+        await bench.run()
+        bench.stop()
+
+
+@cocotb.test()
 async def reset_in_flight(dut):
     """Nothing of what was under way comes out after a reset."""
     await start(dut, cycles=200_000)
@@ -222,8 +238,8 @@ async def one_patch_every_four_intervals(dut):
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
     simulate(make(config_of({})), MODULE,
-             ("every_pair_of_pauses", "reset_in_flight", "one_patch_every_four_intervals"), simulator=simulator,
-             name=f"subshell-windows-{simulator}")
+             ("every_pair_of_pauses", "windows_at_borders", "reset_in_flight", "one_patch_every_four_intervals"),
+             simulator=simulator, name=f"subshell-windows-{simulator}")
 
 
 @pytest.mark.parametrize("value", [14, 18.0])
