@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 
 from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere
+from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.grid_entries import GridEntries
+from hw.formats import Formats
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.runner import SIMULATORS
 
-RAYS = 160
+RAYS, SHELLS = 400, range(2, 16)
 
 
 def make(config):
@@ -16,10 +17,22 @@ def make(config):
 
 
 def vectors(config):
-    random = np.random.default_rng(2)
-    record = random_hemisphere(random, config)
-    rays = [shells(record)(shell) for shell in range(2, 6)]
-    ways = {one.shell: ((one.shell - 1 << 16) + 5, one.shell << 16) for one in rays}
+    return of_record(random_hemisphere, config)
+
+
+def screen_vectors(config):
+    return of_record(random_screen, config)
+
+
+def of_record(frustum, config):
+    random, formats = np.random.default_rng(2), Formats(config)
+    record = frustum(random, config)
+    rays = [shells(record)(shell) for shell in SHELLS]
+    # As far away, and as long, as tables can say.
+    begins, lengths = (random.integers(1 << shape.width, size=len(rays))
+                       for shape in (formats.begin, formats.parameter))
+    ways = {one.shell: (int(begin), int(begin + length))
+            for one, begin, length in zip(rays, begins, lengths, strict=True)}
     places, items, expected = GridPlaces(rays), [], []
     for tag in range(RAYS):
         one = rays[random.integers(len(rays))]
@@ -27,15 +40,17 @@ def vectors(config):
         request, (row, column) = places.request(one, number), divmod(number, one.columns)
         begin, end = ways[one.shell]
         items.append({"tag": tag, **{name: request[name] for name in ("shell", "row", "column")}})
+        # The second number of a screen's entries is 0.
         expected.append({"tag": tag, "begin": begin, "length": end - begin, "row": one.row_table[row].tolist(),
                          "column": one.column_table[column].tolist()})
     return Vectors(items=items, expected={"o": expected}, tables=grid_writes(rays, config, ways=ways))
 
 
-def test_entries_of_the_tables():
+@pytest.mark.parametrize("vectors", [vectors, screen_vectors])
+def test_entries_of_the_tables(vectors):
     check_block(make, vectors, variants=[{}])
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("grid_entries", make, vectors, simulator=simulator)
+    check_in_simulator("grid_entries", make, vectors, screen_vectors, simulator=simulator)
