@@ -29,7 +29,9 @@ from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_subshell_generator"
 CONFIG = config_of({"ctu.subshell_bits": 6})
-TABLE, PATCHES, MOST_SHELLS = 64, 900, (1 << CONFIG.ctu.shell_bits) - 1
+TABLE, PATCHES, MOST_SHELLS = 64, (1 << CONFIG.icu.patch_bits) - 100, (1 << CONFIG.ctu.shell_bits) - 1
+# Bits of a number in the table.
+WORD = 32
 LAST = {"patch": 0, "shell": 0, "last": 1}
 
 
@@ -67,8 +69,11 @@ def lists(seed):
     random = np.random.default_rng(seed)
     entries = [{"patch": int(random.integers(PATCHES)), "shell": int(random.integers(1, MOST_SHELLS + 20))}
                for _ in range(TABLE)]
+    # Any one of the bits that say that a shell is beyond all.
+    for entry in entries[::3]:
+        entry["shell"] = 1 << int(random.integers(MOST_SHELLS.bit_length(), WORD))
     entries[20]["patch"] = PATCHES
-    entries[30]["patch"] = 1 << 31 | 5
+    entries[30]["patch"] = 1 << int(random.integers(CONFIG.icu.patch_bits, WORD)) | 5
     entries[40]["shell"] = 0
     entries[50]["shell"] = 1 << 31
     whole = {"first": 0, "patches": PATCHES}
