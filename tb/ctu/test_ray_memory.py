@@ -22,7 +22,7 @@ from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_ray_memory"
 STREAMS = ("i_start", "i", "i_return", "o")
-DEFERRED, GENERATION_BITS = 8, 2
+VERSION_BITS, DEFERRED, GENERATION_BITS = 10, 8, 2
 # Cycles from a return to the ray that leaves again.
 AGAIN = 15
 CASES = ("a ray leaves", "a request is passed over", "a request waits", "several wait for a slot",
@@ -30,7 +30,7 @@ CASES = ("a ray leaves", "a request is passed over", "a request waits", "several
 
 
 def make():
-    return RayMemory(slots=SLOTS, version_bits=10, deferred=DEFERRED, generation_bits=GENERATION_BITS, tag=16)
+    return RayMemory(slots=SLOTS, version_bits=VERSION_BITS, deferred=DEFERRED, generation_bits=GENERATION_BITS, tag=16)
 
 
 SHAPE = make().signature.members["i"].signature.members["payload"].shape
@@ -108,7 +108,8 @@ class Bench:
         """Requests of rising shells, several for each slot and shell: each slot leaves once for each shell."""
         await self.start.send([0])
         before, passed = len(self.left), [len(monitor.items) for monitor in self._passed]
-        asked = [(int(slot), shell) for shell in range(1, shells + 1)
+        some = self._random.choice(np.arange(1, 1 << VERSION_BITS), shells, replace=False)
+        asked = [(int(slot), shell) for shell in sorted(some.tolist())
                  for slot in self._random.integers(self._slots, size=2 * self._slots)]
         await self.request.send(request(*one, tag, self._shape) for tag, one in enumerate(asked))
         await self.settled()
