@@ -1,7 +1,11 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
+from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import global_directions
+from golden.fixed import round_shift
 from golden.stimulus.ctu.grid_rays import draw_rays
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
@@ -11,6 +15,8 @@ from tb.lib.configurations import DEPTHS
 from tb.lib.runner import SIMULATORS
 
 RAYS = 200
+# Entries that are drawn to find such as are at halves.
+MANY = 200_000
 VARIANTS = [{"icu.product_registers": depth} for depth in DEPTHS]
 
 
@@ -42,11 +48,40 @@ def of_record(frustum, config):
                    expected={"o": [{"tag": tag, "direction": turned[tag]} for tag in range(RAYS)]})
 
 
-@pytest.mark.parametrize("vectors", [vectors, screen_vectors])
+def vectors_at_halves(frustum, seed, config):
+    """Entries for which a number before it is rounded is as near to a half as it gets: there all its bits matter."""
+    random, one = np.random.default_rng(seed), 1 << FRACTION
+    record = frustum(random, config)
+    row, column = (random.integers(-one, one, (MANY, 2), endpoint=True) for _ in range(2))
+    # A column's numbers are a cosine and a sine: not both are near to 1.
+    column = np.rint(column / np.maximum(1, np.hypot(*column.T) / one)[:, None]).astype(np.int64)
+    products = row[:, :1] * column
+    if record.is_screen:
+        column[:, 1] = row[:, 1] = 0
+        local = np.stack([column[:, 0], row[:, 0], np.full(MANY, one)], axis=1)
+    else:
+        local = np.concatenate([round_shift(products, FRACTION), row[:, 1:]], axis=1)
+    sums = local @ record.to_global.T
+    rounded = sums if record.is_screen else np.concatenate([products, sums], axis=1)
+    nearest = np.unique(np.argsort(np.abs(rounded % one - one // 2), axis=0)[:RAYS // 4])
+    # Of both signs and of all numbers by turns; as many as the pauses' parts take.
+    nearest = random.permutation(nearest)[:len(nearest) & ~3]
+    directions = global_directions(local[nearest], record).tolist()
+    return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()},
+                   items=[{"tag": tag, "column": column[place].tolist(), "row": row[place].tolist()}
+                          for tag, place in enumerate(nearest)],
+                   expected={"o": [{"tag": tag, "direction": direction} for tag, direction in enumerate(directions)]})
+
+
+AT_HALVES = [partial(vectors_at_halves, frustum, seed) for seed in range(3)
+             for frustum in (random_hemisphere, random_screen)]
+
+
+@pytest.mark.parametrize("vectors", [vectors, screen_vectors, *AT_HALVES[:2]])
 def test_every_depth(vectors):
     check_block(make, vectors, variants=VARIANTS)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    check_in_simulator("grid_direction", make, vectors, simulator=simulator)
+    check_in_simulator("grid_direction", make, vectors, screen_vectors, *AT_HALVES, simulator=simulator)
