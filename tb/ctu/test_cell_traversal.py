@@ -49,11 +49,12 @@ class Case:
         return cls(config, BLOCK.draw(np.random.default_rng(seed), RAYS, config))
 
     @classmethod
-    def long(cls, config):
-        """From the middle of a grid to its border."""
-        direction = np.random.default_rng(5).normal(size=(RAYS, 3))
+    def long(cls, config, *, side=18, along=0):
+        """From the middle of a grid to its border; components are up to 2^``along`` times smaller than others."""
+        random = np.random.default_rng(5)
+        direction = random.normal(size=(RAYS, 3)) * 2.0 ** -random.uniform(0, along, (RAYS, 3))
         direction = np.rint(direction / np.linalg.norm(direction, axis=1)[:, None] * (1 << FRACTION)).astype(np.int64)
-        return cls(config, {"place": np.array([9, 8, 7]) * ONE + 1234, "shape": np.array([18, 17, 16]),
+        return cls(config, {"place": (side // 2 - np.arange(3)) * ONE + 1234, "shape": side - np.arange(3),
                             "begin": np.array(0), "end": np.array(NEVER), "direction": direction})
 
     def check(self, came):
@@ -161,15 +162,14 @@ class Bench:
         await ClockCycles(self.dut.clk, 60)
 
     async def run(self, case):
-        start = len(self.sink.items)
+        came, start, over = [], len(self.sink.items), 0
         await self.source.send([pack(self._in, item) for item in case.items])
-
-        def came():
-            return [unpack(self._out, item) for item in self.sink.items[start:]]
-
-        while sum(item["last"] for item in came()) < len(case.items):
+        while over < len(case.items):
             await RisingEdge(self.dut.clk)
-        case.check(came())
+            more = [unpack(self._out, item) for item in self.sink.items[start + len(came):]]
+            over += sum(item["last"] for item in more)
+            came += more
+        case.check(came)
 
 
 @cocotb.test()
@@ -184,6 +184,17 @@ async def every_pair_of_pauses(dut):
             assert_known(dut, ["i", "o"])
         await bench.run(case)
         bench.sink.stop()
+
+
+@cocotb.test()
+async def rays_along_axes(dut):
+    """Borders that are far away are met, once and again, and not early."""
+    await start(dut, cycles=100_000)
+    bench = Bench(dut)
+    for along in (4, 8, FRACTION):
+        case = Case.long(bench.config, side=64, along=along)
+        await bench.prepare(case)
+        await bench.run(case)
 
 
 @cocotb.test()
@@ -259,5 +270,5 @@ def test_busy_at_small_cells():
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_simulators(simulator):
     simulate(CellTraversal(config=config_of({}), tag=TAG), MODULE,
-             ("every_pair_of_pauses", "reset_in_flight", "one_cell_per_cycle"), simulator=simulator,
+             ("every_pair_of_pauses", "rays_along_axes", "reset_in_flight", "one_cell_per_cycle"), simulator=simulator,
              name=f"cell-traversal-{simulator}")
