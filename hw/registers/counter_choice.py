@@ -27,7 +27,7 @@ class CounterChoice(wiring.Component):
 
     Timing
     ------
-    Latency: ``3`` cycles. One number per cycle; never stalls.
+    Latency: ``3`` cycles; the value is that of the cycle behind the number's. One number per cycle; never stalls.
 
     Errors
     ------

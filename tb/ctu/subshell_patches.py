@@ -13,10 +13,10 @@ from golden.icu.vertex_direction import vertex_direction
 from golden.stimulus.frusta import SOURCE, random_hemisphere, random_screen
 from golden.stimulus.patches import scene_patches
 from tb.icu.frustum_load import frustum_payload, table_writes
+from tb.icu.vectors import WINDOW
 
 __all__ = ["CASES", "FRUSTA", "SubshellPatches"]
 
-WINDOW = ("column_first", "column_count", "row_first", "row_count")
 # Patches that are drawn at once to find such as stand at the border of a ray, and by how many units of G they move.
 MANY, MOVE = 10_000, 4
 FRUSTA = {"hemisphere": random_hemisphere, "screen": random_screen}

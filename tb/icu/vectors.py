@@ -11,7 +11,7 @@ from tb.icu.frustum_load import frustum_payload
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 
-__all__ = ["LIMITS", "assert_all_occur", "factor_of", "frustum_of", "largest", "rows", "section_window_of",
+__all__ = ["LIMITS", "WINDOW", "assert_all_occur", "factor_of", "frustum_of", "largest", "rows", "section_window_of",
            "seen_through", "slot_of", "turns_of", "vertex_place", "window_of"]
 
 # Configurations whose indices a frustum can fill.
