@@ -99,7 +99,7 @@ FAMILIES = {
                   "-mince 8 -minsrst 16",
                   "synth_ecp5 -abc9 -top top -run map_ffs:"),
         lut={"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}, ff=frozenset({"TRELLIS_FF"}), dsp={"MULT18X18D": 1},
-        bram={"DP16KD": 1}, free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO", "SGSR"}),
+        bram={"DP16KD": 1}, free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO", "SGSR", "DCCA"}),
         counted="LUT: tables of 4 inputs, an adder of two bits takes 2 of them, a memory of 16 x 4 bits 6; DSP: "
                 "multipliers of 18 x 18 bits; block RAMs of 18 kbit. Registers at multipliers and block RAMs are "
                 "inside them."),

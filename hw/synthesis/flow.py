@@ -14,6 +14,7 @@ from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
 from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
+from hw.synthesis.global_nets import globalise
 from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
@@ -178,8 +179,8 @@ def _netlist(rtlil_text, folder, name, family):
         raise
     if family is FAMILIES["ecp5"]:
         modules = json.loads(netlist.read_text())
-        absorb(modules["modules"]["top"])
-        copy_addresses(modules["modules"]["top"])
+        for change in absorb, copy_addresses, globalise:
+            change(modules["modules"]["top"])
         netlist.write_text(json.dumps(modules))
     return netlist
 

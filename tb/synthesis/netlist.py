@@ -111,6 +111,12 @@ class _Program:
     def _add_lut4(self):
         self._add(TABLE, self._number("INIT"), [self._pin(name) for name in "ABCD"], [self._pin("Z")])
 
+    def _add_dcca(self):
+        # Always on where nothing is at its enable.
+        if "CE" in self._cell["connections"]:
+            raise ValueError("A clock buffer must have no enable")
+        self._add(TABLE, 0xAAAA, [self._pin("CLKI")], [self._pin("CLKO")])
+
     def _add_pfumx(self):
         self._add(CHOICE, 0, [self._pin("BLUT"), self._pin("ALUT"), self._pin("C0")], [self._pin("Z")])
 

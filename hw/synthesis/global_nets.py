@@ -1,0 +1,54 @@
+"""Enables and resets that many registers want go through the network of clocks.
+
+There they take none of the wires that all other signals need, and these registers may lie anywhere.
+"""
+
+from collections import defaultdict
+
+__all__ = ["globalise"]
+
+# The network takes eight signals to pins that are no clocks, and one is the clock's. What fewer registers want has
+# enough wires.
+NETS, READERS = 7, 800
+PINS = ("CE", "LSR")
+
+
+def globalise(module: dict) -> list[str]:
+    """Give the signals that enable or reset the most registers a clock buffer (``DCCA``) to these pins.
+
+    What else reads them does so as before. What the module does is the same.
+
+    Parameters
+    ----------
+    module
+        Of a netlist in Yosys' JSON format; changed in place.
+
+    Returns
+    -------
+    list
+        The buffers' names, the one with the most registers first: `NETS` at most, each with `READERS` at least.
+    """
+    cells = module["cells"]
+    readers = defaultdict(list)
+    for cell in cells.values():
+        if cell["type"] == "TRELLIS_FF":
+            for pin in PINS:
+                for bit in cell["connections"].get(pin, []):
+                    # Constants are texts.
+                    if isinstance(bit, int):
+                        readers[bit].append((cell, pin))
+    free = 1 + max(bit for net in module["netnames"].values() for bit in net["bits"] if isinstance(bit, int))
+    made = []
+    # Of equally many the one with the lower number: the same netlist gives the same buffers.
+    for bit in sorted(readers, key=lambda bit: (-len(readers[bit]), bit))[:NETS]:
+        if len(readers[bit]) < READERS:
+            break
+        made.append(f"global_{len(made)}")
+        module["netnames"][made[-1]] = {"hide_name": 0, "bits": [free], "attributes": {}}
+        cells[made[-1]] = {
+            "hide_name": 0, "type": "DCCA", "parameters": {}, "attributes": {},
+            "port_directions": {"CLKI": "input", "CLKO": "output"}, "connections": {"CLKI": [bit], "CLKO": [free]}}
+        for cell, pin in readers[bit]:
+            cell["connections"][pin] = [free]
+        free += 1
+    return made

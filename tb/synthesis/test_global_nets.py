@@ -1,0 +1,79 @@
+"""Enables and resets in the network of clocks: the right ones, and each register has its own as before."""
+
+import copy
+import json
+
+import pytest
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hw.synthesis import flow
+from hw.synthesis.global_nets import NETS, READERS, globalise
+
+BITS, PINS = 6, ("CE", "LSR")
+
+
+def netlist(*counts):
+    """A module with an enable, and every second time a reset, for so many registers each."""
+    cells, bits = {}, 100
+    for number, count in enumerate(counts):
+        for _ in range(count):
+            cells[f"register_{bits}"] = {
+                "type": "TRELLIS_FF", "connections": {"DI": [bits], PINS[number % 2]: [number], "CLK": [99],
+                                                      PINS[1 - number % 2]: ["0"]}}
+            bits += 1
+    return {"cells": cells, "netnames": {"all": {"bits": list(range(bits))}}}
+
+
+def wants(module):
+    """What each register has at its pins, in front of buffers."""
+    buffers = {cell["connections"]["CLKO"][0]: cell["connections"]["CLKI"][0] for cell in module["cells"].values()
+               if cell["type"] == "DCCA"}
+    return {name: [buffers.get(cell["connections"][pin][0], cell["connections"][pin][0]) for pin in PINS]
+            for name, cell in module["cells"].items() if cell["type"] == "TRELLIS_FF"}
+
+
+def sources(module):
+    return [cell["connections"]["CLKI"][0] for cell in module["cells"].values() if cell["type"] == "DCCA"]
+
+
+@pytest.mark.parametrize(("counts", "promoted"), [
+    ([READERS - 1], []), ([READERS], [0]), ([3, READERS + 1, READERS, READERS + 2], [3, 1, 2]),
+    ([READERS + k for k in range(NETS + 2)], [8, 7, 6, 5, 4, 3, 2]), ([READERS] * 3, [0, 1, 2])])
+def test_those_with_the_most_registers(counts, promoted):
+    module = netlist(*counts)
+    before = wants(copy.deepcopy(module))
+    assert len(globalise(module)) == len(promoted)
+    assert sources(module) == promoted
+    assert wants(module) == before
+    # Their own nets, and nobody else's.
+    made = [cell["connections"]["CLKO"][0] for cell in module["cells"].values() if cell["type"] == "DCCA"]
+    assert len(set(made) - set(netlist(*counts)["netnames"]["all"]["bits"])) == len(made)
+
+
+class Enabled(wiring.Component):
+    """Registers with one enable, which comes out too."""
+
+    def __init__(self):
+        super().__init__({"enable": In(2), "i": In(BITS), "o": Out(BITS), "o_enable": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        enable, held = Signal(), self.i
+        m.d.comb += [enable.eq(self.enable.all()), self.o_enable.eq(enable)]
+        with m.If(enable):
+            for stage in range(READERS // BITS + 1):
+                following = Signal(BITS, name=f"held_{stage}", reset_less=True)
+                m.d.sync += following.eq(held ^ (held << 1))
+                held = following
+        m.d.comb += self.o.eq(held)
+        return m
+
+
+def test_of_a_component(tmp_path):
+    flow.synthesise(Enabled(), tmp_path)
+    module = json.loads((tmp_path / "area.json").read_text())["modules"]["top"]
+    enable, = module["ports"]["o_enable"]["bits"]
+    assert sources(module) == [enable], "the port is driven as before, the registers by a buffer"
+    assert set(map(tuple, wants(module).values())) == {(enable, "0")}
