@@ -60,6 +60,8 @@ class SphericalCoordinates(wiring.Component):
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         x, y, z = (pipeline.input(given.direction[axis]) for axis in range(3))
+        # A copy goes along with each vertex, which has few readers.
+        is_screen = pipeline.input(self.is_screen)
         front = pipeline.combine(lambda z: (z > 0), z)
         # Both products of 1.65 (the gain) and sqrt 2 twice, and the sign.
         width = bits + icu.cordic_guard + 4
@@ -83,7 +85,7 @@ class SphericalCoordinates(wiring.Component):
             return *pair, outside, signs[axis]
 
         def chosen(screen, hemisphere):
-            return pipeline.register(lambda a, b: Mux(self.is_screen, a, b), screen, hemisphere)
+            return pipeline.register(Mux, is_screen, screen, hemisphere)
 
         def guarded(value):
             return pipeline.combine(lambda value: (value << icu.cordic_guard).as_signed(), value)
@@ -91,7 +93,7 @@ class SphericalCoordinates(wiring.Component):
         screen_x, screen_y = within(0), within(1)
         a, b, by = full_length([chosen(screen_x[axis], sizes[axis]) for axis in range(2)],
                                [chosen(positive, signs[0]), chosen(signs[0], signs[1])])
-        first, length = cordic(pipeline, guarded(a), guarded(b), linear=self.is_screen, icu=icu, width=width)
+        first, length = cordic(pipeline, guarded(a), guarded(b), linear=is_screen, icu=icu, width=width)
 
         scale = round(gain(icu) * 2**GAIN_FRACTION)
         # There is time for it where vertices are far apart.
@@ -104,23 +106,22 @@ class SphericalCoordinates(wiring.Component):
         waiting = [pipeline.delay(value, late - value.age) for value in screen_y[:2]]
         c, d, _ = full_length(waiting, [positive, signs[1]])
         second, _ = cordic(pipeline, chosen(guarded(c), lengthened), chosen(guarded(d), length),
-                           linear=self.is_screen, icu=icu, width=width)
+                           linear=is_screen, icu=icu, width=width)
 
         one, quarter = 1 << icu.cordic_stages, 1 << icu.angle_bits - 2
 
-        def coordinate(value, outside, negative, is_polar):
+        def coordinate(is_screen, value, outside, negative, is_polar):
             """An angle, polar ones from minus a quarter turn on, or a quotient."""
             angle = value[:icu.angle_bits]
             if is_polar:
                 wraps = angle >= 3 * quarter
                 angle = Mux(wraps, angle.as_signed(), angle)
             quotient = Mux(outside, Mux(negative, -one, one), value[:icu.cordic_stages + 2].as_signed())
-            return Mux(self.is_screen, quotient, angle)
+            return Mux(is_screen, quotient, angle)
 
         for name, value, screen, is_polar in (("first", first, screen_x, False), ("second", second, screen_y, True)):
             pipeline.output(made[name], pipeline.register(
-                lambda value, outside, negative, is_polar=is_polar: coordinate(value, outside, negative, is_polar),
-                value, *screen[2:]))
+                lambda *values, is_polar=is_polar: coordinate(*values, is_polar), is_screen, value, *screen[2:]))
         pipeline.output(made.front, front)
         for name in place:
             pipeline.output(made[name], pipeline.input(given[name]))

@@ -1,6 +1,6 @@
 """CORDIC in vectoring mode as steps of a pipeline: angles and lengths (circular), quotients (linear)."""
 
-from amaranth.hdl import Array, Const, Mux, Value
+from amaranth.hdl import Array, Const, Mux
 
 from golden.config import Icu
 from golden.cordic import turns
@@ -15,7 +15,7 @@ def accumulator_bits(icu: Icu) -> int:
     return max(icu.angle_bits, icu.cordic_stages + 2)
 
 
-def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Value, icu: Icu, width: int) -> tuple[Staged, Staged]:
+def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Staged, icu: Icu, width: int) -> tuple[Staged, Staged]:
     """Angle from the x axis and length of (x, y), or the quotient y / x.
 
     Circular: stage k = 0, 1, ... turns by atan(2^-k) towards y = 0, after a half turn for x < 0. Linear: stage
@@ -26,7 +26,7 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Value, icu: Icu,
     x, y
         Signed, with ``icu.cordic_guard`` bits behind the point.
     linear
-        Which of the two; the same while items are under way.
+        Which of the two.
     width
         Bits that x and y need on their way.
 
@@ -48,15 +48,16 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Value, icu: Icu,
     def stepped(value, step, subtract, idle):
         return Mux(idle, value, add_or_subtract(value, step, subtract)[:len(value)].as_signed()).as_signed()
 
-    def stage(k, x, y, angle):
+    def stage(k, x, y, angle, linear):
         above = ~y[-1]
         # A stage that only one of the two has leaves the other's numbers as they are.
         idle_x, idle_y = linear | (k == stages), (linear & (k == 0)) | (~linear & (k == stages))
         return (stepped(x, y >> k, ~above, idle_x), stepped(y, x >> k, above, idle_y),
-                stepped(angle, Mux(linear, quotient[k], circular[k]), ~above, 0))
+                stepped(angle, Mux(linear, quotient[k], circular[k]), ~above, 0), linear)
 
-    behind = pipeline.combine(lambda x: x[-1] & ~linear, x)
+    behind = pipeline.combine(lambda x, linear: x[-1] & ~linear, x, linear)
     angle = pipeline.combine(lambda behind: Mux(behind, Const(1 << icu.angle_bits - 1, bits), 0).as_signed(), behind)
-    x, y, angle = pipeline.rounds(
-        stage, stages + 1, *(pipeline.combine(forward, value, behind) for value in (x, y)), angle)
+    # It goes along: from one register it would be a wire to all of the stages.
+    x, y, angle, _ = pipeline.rounds(
+        stage, stages + 1, *(pipeline.combine(forward, value, behind) for value in (x, y)), angle, linear)
     return angle, x

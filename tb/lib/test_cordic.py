@@ -23,7 +23,7 @@ def run(icu, x, y, *, is_linear, shape, interval=1):
     width = BITS + icu.cordic_guard + 4
     return run_operator(
         [signed(width)] * 2, [shape, signed(width)],
-        lambda p, x, y: list(cordic(p, x, y, linear=Const(is_linear), icu=icu, width=width)),
+        lambda p, x, y: list(cordic(p, x, y, linear=p.constant(Const(is_linear)), icu=icu, width=width)),
         [x << icu.cordic_guard, y << icu.cordic_guard], interval=interval)
 
 
