@@ -192,10 +192,13 @@ class Cluster(wiring.Component):
             control.drained.eq(memory.drained & ~cells.o.valid),
             # Which stage a patch is for is not known: all of them wait for all patches.
             traversal.settled.eq(control.idle.replicate(len(traversal.settled)))]
-        wiring.connect(m, memory.o_vertex, intersection.i_vertex)
+        # Else the intersection unit would decide in the same cycle what moves in the memory system.
+        m.submodules.merged = merged = SkidBuffer(memory.o_vertex.payload.shape())
+        wiring.connect(m, memory.o_vertex, merged.i)
+        wiring.connect(m, merged.o, intersection.i_vertex)
         vertex, goes = Signal(2), Signal()
         m.d.comb += [
-            goes.eq(intersection.i_vertex.valid & intersection.i_vertex.ready), control.enters.eq(goes & (vertex == 0)),
+            goes.eq(merged.i.valid & merged.i.ready), control.enters.eq(goes & (vertex == 0)),
             intersection.o_done.ready.eq(1), control.leaves.eq(intersection.o_done.valid)]
         with m.If(goes):
             m.d.sync += vertex.eq(vertex + 1)

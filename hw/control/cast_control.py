@@ -76,16 +76,16 @@ class CastControl(wiring.Component):
         too_many = Signal()
         m.d.sync += patches.eq(patches + self.enters - self.leaves)
         m.d.comb += self.idle.eq(self.drained & (patches == 0))
-        begun = {name: Signal(name=f"begun_{name}") for name in ("memory", "intersection", "traversal", "near")}
+        # Those that take it are far away: what is offered is in registers.
+        asks = {name: Signal(name=f"asks_{name}") for name in ("memory", "intersection", "traversal", "near")}
+        for name, ask in asks.items():
+            one = getattr(self, f"o_{name}")
+            m.d.comb += one.valid.eq(ask)
+            with m.If(one.ready):
+                m.d.sync += ask.eq(0)
 
         def begin(*names):
-            """Offers what has not been taken; whether all has."""
-            for name in names:
-                one = getattr(self, f"o_{name}")
-                m.d.comb += one.valid.eq(~begun[name])
-                with m.If(one.ready):
-                    m.d.sync += begun[name].eq(1)
-            return begun[names[0]] & begun[names[1]]
+            m.d.sync += [asks[name].eq(1) for name in names]
 
         with m.If(self.final):
             m.d.sync += over.eq(1)
@@ -95,7 +95,7 @@ class CastControl(wiring.Component):
         with m.FSM():
             with m.State("Wait"):
                 m.d.comb += [self.i.ready.eq(1), self.busy.eq(0)]
-                m.d.sync += [over.eq(0), bits.eq(0), *(bit.eq(0) for bit in begun.values())]
+                m.d.sync += [over.eq(0), bits.eq(0)]
                 with m.If(self.i.valid):
                     m.d.sync += self.cycles.eq(0)
                     m.next = "Take"
@@ -114,13 +114,16 @@ class CastControl(wiring.Component):
                 m.d.sync += too_many.eq(tiles > room)
                 m.next = "Decide"
             with m.State("Decide"):
-                m.next = "Begin"
                 with m.If(too_many):
                     m.d.comb += self.wrong.eq(1)
                     m.next = "Wait"
-            with m.State("Begin"), m.If(begin("memory", "intersection")):
+                with m.Else():
+                    begin("memory", "intersection")
+                    m.next = "Begin"
+            with m.State("Begin"), m.If(~asks["memory"] & ~asks["intersection"]):
+                begin("traversal", "near")
                 m.next = "Traverse"
-            with m.State("Traverse"), m.If(begin("traversal", "near")):
+            with m.State("Traverse"), m.If(~asks["traversal"] & ~asks["near"]):
                 m.next = "Cast"
             # A cell that leaves beside the final item shows a cycle later.
             with m.State("Cast"):

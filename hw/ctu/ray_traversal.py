@@ -121,8 +121,9 @@ class RayTraversal(wiring.Component):
         memory_begun, survival_begun = Signal(), Signal()
         given = self.i_frustum
         m.d.comb += [memory.i_start.valid.eq(known & ~memory_begun), survival.i_start.valid.eq(known & ~survival_begun),
-                     accepts.eq(known & memory_begun & survival_begun), given.ready.eq(accepts),
+                     given.ready.eq(accepts),
                      stages.begins.eq(accepts)]
+        m.d.sync += accepts.eq(known & memory_begun & survival_begun & ~accepts)
         with m.If(given.valid & ~runs & ~known):
             m.d.sync += [frustum.eq(given.payload), known.eq(1)]
         for block, begun in ((memory, memory_begun), (survival, survival_begun)):
@@ -130,9 +131,10 @@ class RayTraversal(wiring.Component):
                 m.d.sync += begun.eq(1)
         with m.If(accepts):
             m.d.sync += [known.eq(0), memory_begun.eq(0), survival_begun.eq(0), runs.eq(1)]
-        m.d.comb += [survival.frustum.eq(frustum.frustum), direction.is_screen.eq(frustum.frustum.is_screen),
-                     direction.to_global.eq(frustum.to_global), traversal.origin.eq(frustum.place),
-                     traversal.shape.eq(frustum.cells)]
+        m.d.comb += survival.frustum.eq(frustum.frustum)
+        # With a cycle for the way: the first ray is not there before.
+        m.d.sync += [direction.is_screen.eq(frustum.frustum.is_screen), direction.to_global.eq(frustum.to_global),
+                     traversal.origin.eq(frustum.place), traversal.shape.eq(frustum.cells)]
         for block in survival, entries:
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
         wiring.connect(m, survival.o_tile, wiring.flipped(self.o_tile))

@@ -108,11 +108,14 @@ class PatchSetup(wiring.Component):
         m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
         m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
         m.submodules.bound = bound = self._bound
+        # Numbers have a cycle for the way: the first vertex of a frustum is not here before.
+        frustum = Signal(formats.frustum, reset_less=True)
+        m.d.sync += frustum.eq(self.frustum)
         for block in (transform, sbb, ipbb, clip, bound):
-            m.d.comb += block.frustum.eq(self.frustum)
+            m.d.comb += block.frustum.eq(frustum)
         # One bit that most of all this looks at, in places far from each other: each takes it from the one before.
         early, screen, late = (Signal(name=f"is_screen_{name}") for name in ("coordinates", "window", "bound"))
-        m.d.sync += [early.eq(self.frustum.is_screen), screen.eq(early), late.eq(screen)]
+        m.d.sync += [early.eq(frustum.is_screen), screen.eq(early), late.eq(screen)]
         m.d.comb += [coordinates.is_screen.eq(early), clip.frustum.is_screen.eq(screen),
                      bound.frustum.is_screen.eq(late)]
         for block in (sbb, bound):
@@ -155,7 +158,7 @@ class PatchSetup(wiring.Component):
 
         # What cannot be hit, slot by slot.
         own, dropped = Signal(slots), Signal(slots)
-        source, enters = self.frustum.source, Signal()
+        source, enters = frustum.source, Signal()
         seen_own, seen_slot = Signal(reset_less=True), Signal.like(entered.slot, reset_less=True)
         m.d.sync += [enters.eq(queue.o.valid), seen_slot.eq(entered.slot),
                      seen_own.eq((entered.item.surface == source) & (source >= 0))]

@@ -45,10 +45,8 @@ class VertexGather(wiring.Component):
         m = Module()
         given, made = self.i.payload, self.o.payload
         m.d.sync += self.o.valid.eq(self.i.valid & (given.index == 3))
+        # All of them move: a place of its own for each would be known too late for so many registers.
         with m.If(self.i.valid):
-            m.d.sync += made.slot.eq(given.slot)
-            with m.Switch(given.index):
-                for index in range(4):
-                    with m.Case(index):
-                        m.d.sync += made.items[index].eq(given.item)
+            m.d.sync += [made.slot.eq(given.slot), *(made.items[k].eq(made.items[k + 1]) for k in range(3)),
+                         made.items[3].eq(given.item)]
         return m

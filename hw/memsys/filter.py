@@ -127,6 +127,11 @@ class Filter(wiring.Component):
         left, went_on = Signal(), Signal()
         m.d.sync += [left.eq(leaves), went_on.eq(leaves & ~self.dropped), self.seen.eq(self.seen + left),
                      self.passed.eq(self.passed + went_on)]
-        with m.If(self.i_start.valid & self.i_start.ready):
-            m.d.sync += [begun.eq(1), self.seen.eq(0), self.passed.eq(0)]
+        # So are they cleared, before the first number is back.
+        starts, clears = self.i_start.valid & self.i_start.ready, Signal()
+        m.d.sync += clears.eq(starts)
+        with m.If(starts):
+            m.d.sync += begun.eq(1)
+        with m.If(clears):
+            m.d.sync += [self.seen.eq(0), self.passed.eq(0)]
         return m

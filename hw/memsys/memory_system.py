@@ -141,14 +141,16 @@ class MemorySystem(wiring.Component):
             self._cell_table.lists.eq(self.scene.lists), self._patch_table.patches.eq(self.scene.patches),
             self._cell_filter.limit.eq(self.scene.cells), self._patch_filter.limit.eq(self.scene.patches),
             self._geometry.cluster.eq(self.cluster), self.drained.eq(self._cells.empty & self._patches.empty)]
-        begun = Signal(2)
-        started = [Signal(name=f"started_{k}") for k in range(2)]
-        for k, one in enumerate(filters):
-            m.d.comb += [one.i_start.valid.eq(self.i_start.valid & self.drained & ~begun[k]),
-                         started[k].eq(begun[k] | (one.i_start.valid & one.i_start.ready))]
-        m.d.comb += self.i_start.ready.eq(begun.all())
-        with m.If(self.i_start.valid):
-            m.d.sync += [bit.eq(now & ~self.i_start.ready) for bit, now in zip(begun, started, strict=True)]
+        # They are far from what begins: it is known a cycle before.
+        begins, asks = Signal(), Signal(len(filters))
+        m.d.comb += self.i_start.ready.eq(begins & ~asks.any())
+        m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
+        for ask, one in zip(asks, filters, strict=True):
+            m.d.comb += one.i_start.valid.eq(ask)
+            with m.If(one.i_start.ready):
+                m.d.sync += ask.eq(0)
+        with m.If(self.i_start.valid & self.drained & ~begins):
+            m.d.sync += asks.eq(~0)
 
     def _add_cells(self, m):
         """Through the filter and the table to their lists, here or on the bus."""
@@ -276,11 +278,12 @@ class MemorySystem(wiring.Component):
                      count.found.eq(patches.passed)]
         before_hits, before_misses = (Signal(32, name=f"{name}_before") for name in ("hits", "misses"))
         m.d.comb += [count.hits.eq(self._bus.hits - before_hits), count.misses.eq(self._bus.misses - before_misses)]
-        for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1])):
-            m.d.sync += count[name].eq(count[name] + happens)
-        m.d.sync += [
-            count.stalls.eq(count.stalls + (vertex.valid & ~vertex.ready)),
-            count.answered.eq(count.answered + (self.i_asked.valid & self.i_asked.ready))]
+        for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1]),
+                              ("stalls", vertex.valid & ~vertex.ready),
+                              ("answered", self.i_asked.valid & self.i_asked.ready)):
+            # With a cycle for the way.
+            happened = Signal(name=f"counts_{name}")
+            m.d.sync += [happened.eq(happens), count[name].eq(count[name] + happened)]
         with m.If(self.i_start.valid & self.i_start.ready):
             m.d.sync += [count.own.eq(0), count.remote.eq(0), before_hits.eq(self._bus.hits),
                          before_misses.eq(self._bus.misses)]
