@@ -198,8 +198,8 @@ class RayTraversal(wiring.Component):
             self.o.valid.eq(Mux(near_closed, (met.valid & met.payload.is_cell) | finishes, runs & passes)),
             out.cell.eq(Mux(near_closed, met.payload.cell, near.payload.cell)),
             out.stage.eq(Mux(near_closed, met.payload.tag.stage, FIRST)), out.final.eq(near_closed & ~met.valid),
-            ends.eq(met.valid & met.ready & met.payload.last), memory.i_return.valid.eq(ends),
-            memory.i_return.payload.eq(met.payload.tag.slot), sent.eq(self.o.valid & self.o.ready)]
+            ends.eq(met.valid & met.ready & met.payload.last), sent.eq(self.o.valid & self.o.ready)]
+        m.d.sync += [memory.i_return.valid.eq(ends), memory.i_return.payload.eq(met.payload.tag.slot)]
         with m.If(sent & out.final):
             m.d.sync += runs.eq(0)
         dropped = [getattr(survival, f"o_dropped_{level}") for level in range(levels)]

@@ -25,6 +25,8 @@ __all__ = ["OPTIONS", "Clock", "bitstream", "place_and_route", "synthesise", "sy
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 # Of a large unit fewer ways are too long than with the usual weight of 10.
 OPTIONS = ("--placer-heap-timingweight", "30")
+# More than is reached: of a clock that is, nextpnr takes all ways for equally urgent.
+MHZ = 105
 _YOSYS = """
 import sys
 from pyosys import libyosys as ys
@@ -91,7 +93,7 @@ def synthesise_between_registers(component, folder: Path) -> Path:
     return _netlist(_rtlil(ScanHarness(component)), folder, "clock", FAMILIES["ecp5"])
 
 
-def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS, mhz: float = 105) -> Clock:
+def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS) -> Clock:
     """The clock of a netlist for an ECP5; the tool's log stays beside it.
 
     Parameters
@@ -99,11 +101,10 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
     seed
         Of the placer.
     options
-        More options of nextpnr.
-    mhz
-        What the tool is asked for.
+        More options of nextpnr. Unless they say ``--freq`` it is asked for `MHZ`.
     """
-    return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", mhz, *options, seed=seed)
+    target = () if "--freq" in options else ("--freq", MHZ)
+    return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", *target, *options, seed=seed)
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,

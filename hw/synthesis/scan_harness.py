@@ -1,6 +1,6 @@
 """A component between shift registers, so that one with any number of ports fits the pins of a chip."""
 
-from amaranth.hdl import Cat, Const, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Cat, ClockDomain, ClockSignal, Const, Elaboratable, Instance, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -10,6 +10,8 @@ __all__ = ["ScanHarness"]
 class ScanHarness(wiring.Component):
     """Every input bit comes from a register, every output bit goes to one: paths of ports count like all others.
 
+    The reset is that of the chip, an ECP5, which takes no wires: so it is on the board too.
+
     Parameters
     ----------
     component
@@ -17,6 +19,8 @@ class ScanHarness(wiring.Component):
 
     Members
     -------
+    clk, rst
+        Clock and reset of all.
     i
         Next bit for the inputs.
     capture
@@ -31,6 +35,8 @@ class ScanHarness(wiring.Component):
     One bit per cycle.
     """
 
+    clk: In(1)
+    rst: In(1)
     i: In(1)
     capture: In(1)
     o: Out(1)
@@ -46,8 +52,10 @@ class ScanHarness(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        m.domains.sync = ClockDomain(reset_less=True)
         m.submodules.component = self._component
-        given, taken = Signal(self.input_bits, reset_less=True), Signal(self.output_bits, reset_less=True)
-        m.d.comb += [self._inputs.eq(given), self.o.eq(taken[-1])]
+        m.submodules.reset = Instance("SGSR", i_CLK=self.clk, i_GSR=~self.rst)
+        given, taken = Signal(self.input_bits), Signal(self.output_bits)
+        m.d.comb += [ClockSignal().eq(self.clk), self._inputs.eq(given), self.o.eq(taken[-1])]
         m.d.sync += [given.eq(Cat(self.i, given)), taken.eq(Mux(self.capture, self._outputs, Cat(0, taken)))]
         return m

@@ -1,12 +1,17 @@
-"""Area: what a component takes, block RAMs above all."""
+"""Area: what a component takes, block RAMs above all. Clock: what is placed, and what is asked for."""
 
+import json
+
+import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.shared_port import write_in_place_of
-from hw.synthesis.flow import synthesise
+from hw.lib.skid_buffer import SkidBuffer
+from hw.synthesis import flow
+from hw.synthesis.flow import synthesise, synthesise_between_registers
 
 DEPTH, WIDTH = 1024, 18
 
@@ -33,3 +38,27 @@ def test_a_block_ram_serves_two_readers_and_who_fills_it(tmp_path):
     # The choice of the address is all there is beside it.
     assert (area.bram, area.ff, area.dsp) == (1, 0, 0)
     assert area.lut <= DEPTH.bit_length()
+
+
+def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
+    """It takes none of the registers' own pins, where it would count as a wire."""
+    netlist = json.loads(synthesise_between_registers(SkidBuffer(WIDTH), tmp_path).read_text())
+    cells, ports = netlist["modules"]["top"]["cells"].values(), netlist["modules"]["top"]["ports"]
+    registers = [cell["connections"] for cell in cells if cell["type"] == "TRELLIS_FF"]
+    assert len(registers) > 4 * WIDTH
+    assert {register["LSR"][0] for register in registers} == {"0"}
+    assert {register["CLK"][0] for register in registers} == set(ports["clk"]["bits"])
+    reset, = (cell["connections"] for cell in cells if cell["type"] == "SGSR")
+    assert reset["CLK"] == ports["clk"]["bits"]
+    inverted, = (cell["connections"] for cell in cells if cell["connections"].get("Z") == reset["GSR"])
+    assert ports["rst"]["bits"][0] in [inverted[pin][0] for pin in "ABCD"]
+
+
+@pytest.mark.parametrize(("options", "wanted"), [
+    (("--placer", "static"), ["--freq", flow.MHZ]), (("--freq", "78"), ["--freq", "78"])])
+def test_one_target_is_asked_for(options, wanted, monkeypatch, tmp_path):
+    monkeypatch.setattr(flow, "_place", lambda netlist, *given, seed: given)
+    given = list(flow.place_and_route(tmp_path / "clock.json", seed=1, options=options))
+    at = given.index("--freq")
+    assert given[at:at + 2] == wanted
+    assert given.count("--freq") == 1
