@@ -60,9 +60,9 @@ def test_ports_blocks_and_memories():
 
 
 def test_streams_of_the_cluster():
-    assert {("traversal", "cells"), ("cells", "memory"), ("memory", "intersection"), ("intersection", "traversal"),
-            ("traversal", "intersection"), ("tables", "memory"), ("load", "entries"), ("entries", "intersection"),
-            ("control", "traversal"), ("intersection", SELF), (SELF, "control")} <= (
+    assert {("traversal", "cells"), ("cells", "memory"), ("memory", "merged"), ("merged", "intersection"),
+            ("intersection", "traversal"), ("traversal", "intersection"), ("tables", "memory"), ("load", "entries"),
+            ("entries", "intersection"), ("control", "traversal"), ("intersection", SELF), (SELF, "control")} <= (
                 found := edges(Cluster, lambda: Cluster(config=CONFIG)))
     assert not {("intersection", "memory"), ("memory", "control")} & found
 
