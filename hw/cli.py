@@ -19,7 +19,7 @@ from hw.package.tops import TOPS
 from hw.registers.page import page
 from hw.report import UNITS, measure, table
 from hw.synthesis.family import FAMILIES
-from hw.synthesis.flow import OPTIONS, tool_versions
+from hw.synthesis.flow import MHZ, OPTIONS, tool_versions
 
 __all__ = ["main"]
 
@@ -41,8 +41,8 @@ def main():
 @click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,), help="Of the placer. May be "
               "repeated: least, median and best clock.")
 @click.option("--nextpnr", default=" ".join(OPTIONS), help="More options of nextpnr. Of the largest units its "
-              "other router comes to an end sooner: '--router router2'. Unless --freq is among them 105 MHz are asked "
-              "for.")
+              f"other router comes to an end sooner: '--router router2'. Unless --freq is among them {MHZ} MHz are "
+              "asked for.")
 @click.option("--record", "records", is_flag=True, help="Write the figures into the history, docs/figures/history.csv.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"), help="Folder for netlists and tables.")
 @PRESET

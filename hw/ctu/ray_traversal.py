@@ -121,8 +121,7 @@ class RayTraversal(wiring.Component):
         memory_begun, survival_begun = Signal(), Signal()
         given = self.i_frustum
         m.d.comb += [memory.i_start.valid.eq(known & ~memory_begun), survival.i_start.valid.eq(known & ~survival_begun),
-                     given.ready.eq(accepts),
-                     stages.begins.eq(accepts)]
+                     given.ready.eq(accepts), stages.begins.eq(accepts)]
         m.d.sync += accepts.eq(known & memory_begun & survival_begun & ~accepts)
         with m.If(given.valid & ~runs & ~known):
             m.d.sync += [frustum.eq(given.payload), known.eq(1)]

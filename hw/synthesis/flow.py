@@ -19,7 +19,7 @@ from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["OPTIONS", "Clock", "bitstream", "place_and_route", "synthesise", "synthesise_between_registers",
+__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "place_and_route", "synthesise", "synthesise_between_registers",
            "tool_versions", "yosys"]
 
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")

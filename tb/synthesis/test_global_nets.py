@@ -9,9 +9,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.synthesis import flow
-from hw.synthesis.global_nets import NETS, READERS, globalise
+from hw.synthesis.global_nets import NETS, PINS, READERS, globalise
 
-BITS, PINS = 6, ("CE", "LSR")
+BITS = 6
 
 
 def netlist(*counts):
