@@ -1,0 +1,76 @@
+"""The project's prose, and the phrases of docs/glossary.md that it avoids."""
+
+import io
+import re
+import tokenize
+from pathlib import Path
+
+__all__ = ["ROOT", "forbidden_phrases", "markdown_files", "occurrences", "prose_of", "prose_of_markdown",
+           "prose_of_python", "replacements"]
+
+ROOT = Path(__file__).parents[2]
+GLOSSARY = ROOT / "docs" / "glossary.md"
+
+_SECTION = "## Words that we do not use"
+_TEXT_TOKENS = {tokenize.COMMENT, tokenize.STRING} | {
+    getattr(tokenize, name) for name in ("FSTRING_MIDDLE",) if hasattr(tokenize, name)}
+
+
+def replacements() -> dict[str, str]:
+    """The unmistakable phrases of the glossary's last table, each with what stands for it."""
+    rows = re.findall(r"^\| (.+?) \| (.+?) \|$", GLOSSARY.read_text().partition(_SECTION)[2], re.MULTILINE)
+    return {phrase: right for left, right in rows for phrase in re.findall(r"`([^`]+)`", left)}
+
+
+def forbidden_phrases() -> re.Pattern:
+    """Matches any of these phrases: as whole words, in any case, across the ends of lines."""
+    phrases = [r"\s+".join(map(re.escape, phrase.split())) for phrase in sorted(replacements(), key=len, reverse=True)]
+    return re.compile(rf"(?<![\w-])(?:{'|'.join(phrases)})(?![\w-])", re.IGNORECASE)
+
+
+def prose_of_python(text: str) -> list[tuple[int, str]]:
+    """Comments and strings with the number of their first line; the comments of consecutive lines are one."""
+    found = []
+    last_comment = None
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        line = token.start[0]
+        if token.type == tokenize.COMMENT:
+            words = token.string.lstrip("#").strip()
+            if last_comment == line - 1:
+                found[-1] = (found[-1][0], f"{found[-1][1]}\n{words}")
+            else:
+                found.append((line, words))
+            last_comment = line
+        elif token.type in _TEXT_TOKENS:
+            found.append((line, token.string))
+    return found
+
+
+def prose_of_markdown(text: str) -> str:
+    """A page without its code blocks, code spans, links' targets and HTML; as many lines as before."""
+    def blank(match):
+        return "\n" * match[0].count("\n")
+
+    text = re.sub(r"^( *)(`{3,}|~{3,})[^\n]*\n.*?^\1\2[^\n]*$", blank, text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"<!--.*?-->", blank, text, flags=re.DOTALL)
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    return re.sub(r"<[^>\n]+>|`[^`\n]*`", "", text)
+
+
+def prose_of(path: Path) -> list[tuple[int, str]]:
+    """What a file says to its reader, in parts with their first lines."""
+    text = path.read_text()
+    if path.suffix == ".py":
+        return prose_of_python(text)
+    return [(1, prose_of_markdown(text) if path.suffix == ".md" else text)]
+
+
+def markdown_files() -> list[Path]:
+    """The pages of the documentation; the glossary is not among them, as it names what it forbids."""
+    return [page for page in (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))) if page != GLOSSARY]
+
+
+def occurrences(path: Path, pattern: re.Pattern) -> list[str]:
+    """Where a file has a phrase: ``path:line: phrase``."""
+    return [f"{path.relative_to(ROOT)}:{line + part.count(chr(10), 0, match.start())}: {' '.join(match[0].split())}"
+            for line, part in prose_of(path) for match in pattern.finditer(part)]
