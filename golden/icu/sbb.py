@@ -12,12 +12,12 @@ from golden.frustum import FrustumRecord
 from golden.icu.edge_planes import DIAGONAL, EDGES, EdgePlanes
 from golden.icu.window import Window, make_window
 
-__all__ = ["SphericalWindows", "WindowErrors", "bulge_table", "window_errors"]
+__all__ = ["SphericalWindows", "WindowErrors", "sagitta_table", "window_errors"]
 
 # Bits behind the point of the factor that brings z to the length of the first CORDIC's results.
 GAIN_FRACTION = 16
-# A bulge is stored in units of a quarter turn / 2^12, rounded up.
-BULGE_BITS = 12
+# A sagitta is stored in units of a quarter turn / 2^12, rounded up.
+SAGITTA_BITS = 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +61,9 @@ class SphericalWindows:
     Per patch: the azimuths of the four vertices, followed from one to the next the way the edge goes round the axis
     (the sign of the edge plane's z), widened by the errors of CORDIC and of the tables; the whole ring if the axis
     meets the patch or more than a half turn results. The polar angles of the vertices, less what an edge rises above
-    its lower end (`bulge_table`), from 0 if the normal meets the patch, to the horizon.
+    its lower end (`sagitta_table`), from 0 if the normal meets the patch, to the horizon.
 
-    Source: Shen 1993, Theorem 3.1 and Eq. 3.5; the bulge also by polar angle, and the cases that the thesis leaves out.
+    Source: Shen 1993, Theorem 3.1 and Eq. 3.5; the sagitta also by polar angle, and the cases that the thesis omits.
     """
 
     def __init__(self, record: FrustumRecord, config: Config):
@@ -126,7 +126,7 @@ class SphericalWindows:
 
 
 @cache
-def bulge_table(icu: Icu) -> np.ndarray:
+def sagitta_table(icu: Icu) -> np.ndarray:
     """How much nearer to the pole than its lower end an edge can come.
 
     Entry [p, s] holds for ends with a polar angle in the p-th part of a quarter turn (the smaller of the two) whose
@@ -135,14 +135,14 @@ def bulge_table(icu: Icu) -> np.ndarray:
 
     Returns
     -------
-    2^``bulge_polar_bits`` x 2^``bulge_span_bits`` int64, in units of a quarter turn / 2^12, rounded up.
+    2^``sagitta_polar_bits`` x 2^``sagitta_span_bits`` int64, in units of a quarter turn / 2^12, rounded up.
     """
-    border = np.linspace(0, np.pi / 2, 2**icu.bulge_polar_bits + 1)[:, None]
-    cosine = np.cos(np.linspace(0, np.pi / 2, 2**icu.bulge_span_bits + 1)[1:])
-    # For one span the bulge is largest where tan(polar)^2 = 1 / cosine.
+    border = np.linspace(0, np.pi / 2, 2**icu.sagitta_polar_bits + 1)[:, None]
+    cosine = np.cos(np.linspace(0, np.pi / 2, 2**icu.sagitta_span_bits + 1)[1:])
+    # For one span the sagitta is largest where tan(polar)^2 = 1 / cosine.
     worst = np.clip(np.arctan(1 / np.sqrt(cosine)), border[:-1], border[1:])
-    bulge = worst - np.arctan2(np.sin(worst) * cosine, np.cos(worst))
-    return np.ceil(bulge / (np.pi / 2) * 2**BULGE_BITS).astype(np.int64)
+    sagitta = worst - np.arctan2(np.sin(worst) * cosine, np.cos(worst))
+    return np.ceil(sagitta / (np.pi / 2) * 2**SAGITTA_BITS).astype(np.int64)
 
 
 def _axis_inside(around, orientation):
@@ -170,13 +170,13 @@ def _edge_turns(azimuth, around, half):
 
 
 def _lowest(polar, span, split, icu):
-    """The smallest polar angle on the edges of each patch: of each edge the lower end less its bulge."""
+    """The smallest polar angle on the edges of each patch: of each edge the lower end less its sagitta."""
     quarter = 1 << (icu.angle_bits - 2)
     lower = np.stack([np.minimum(polar[:, i], polar[:, j]) for i, j in EDGES[:DIAGONAL + 1]], axis=1)
-    part = np.clip(lower, 0, quarter - 1) >> (icu.angle_bits - 2 - icu.bulge_polar_bits)
-    span = np.minimum(span >> (icu.angle_bits - 1 - icu.bulge_span_bits), (1 << icu.bulge_span_bits) - 1)
-    bulge = bulge_table(icu)[part, span] << (icu.angle_bits - 2 - BULGE_BITS)
-    reach = np.where(lower < quarter, lower - bulge, lower)
+    part = np.clip(lower, 0, quarter - 1) >> (icu.angle_bits - 2 - icu.sagitta_polar_bits)
+    span = np.minimum(span >> (icu.angle_bits - 1 - icu.sagitta_span_bits), (1 << icu.sagitta_span_bits) - 1)
+    sagitta = sagitta_table(icu)[part, span] << (icu.angle_bits - 2 - SAGITTA_BITS)
+    reach = np.where(lower < quarter, lower - sagitta, lower)
     # The diagonal is on the border of the patch only where it is not convex.
     reach[~split, DIAGONAL] = reach[~split, 0]
     return reach.min(axis=1)

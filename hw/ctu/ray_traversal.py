@@ -145,7 +145,7 @@ class RayTraversal(wiring.Component):
         request, rays = self.i.payload, survival.i.payload
         takes, some = self.i.valid & self.i.ready, request["count"].any()
         m.d.comb += [
-            open_.eq(runs & near_closed & ~all_closed & (stages.near_over if config.ctu.lead == 0 else 1)),
+            open_.eq(runs & near_closed & ~all_closed & (stages.near_over if config.ctu.run_ahead == 0 else 1)),
             survival.i.valid.eq(self.i.valid & open_ & some), self.i.ready.eq(open_ & (survival.i.ready | ~some)),
             *(rays.first[name].eq(request[name]) for name in self._ray.members), rays["count"].eq(request["count"]),
             stages.enters.valid.eq(takes & some), stages.enters.payload["count"].eq(request["count"]),

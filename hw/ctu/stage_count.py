@@ -20,7 +20,7 @@ SETTLES = 5
 
 def stage_index_bits(config: Config) -> int:
     """Stages under way are told apart by so many low bits of their numbers: there are ``lead`` more than one."""
-    return max(1, config.ctu.lead.bit_length())
+    return max(1, config.ctu.run_ahead.bit_length())
 
 
 class StageCount(wiring.Component):

@@ -115,7 +115,7 @@ class TraversalUnit(wiring.Component):
         m.d.comb += [
             subshells.i.payload.eq(kept.subshells), back.i_frustum.payload.eq(kept.traversal),
             rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell),
-            rays.lead.eq(self._config.ctu.lead)]
+            rays.lead.eq(self._config.ctu.run_ahead)]
 
         if self._windows:
             m.submodules.windows = windows = self._windows

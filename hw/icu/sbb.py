@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.icu.edge_planes import DIAGONAL, EDGES
-from golden.icu.sbb import BULGE_BITS, bulge_table, window_errors
+from golden.icu.sbb import SAGITTA_BITS, sagitta_table, window_errors
 from hw.formats import Formats, TableKind
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.phases import Phases
@@ -59,8 +59,8 @@ class Sbb(wiring.Component):
             "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "window": formats.window}),
                                       always_ready=True)),
             "frustum": In(formats.frustum)})
-        self._bulges = Memory(shape=BULGE_BITS + 1, depth=1 << icu.bulge_polar_bits + icu.bulge_span_bits,
-                              init=[int(value) for value in bulge_table(icu).ravel()])
+        self._sagittas = Memory(shape=SAGITTA_BITS + 1, depth=1 << icu.sagitta_polar_bits + icu.sagitta_span_bits,
+                              init=[int(value) for value in sagitta_table(icu).ravel()])
         self._slacks = Memory(shape=icu.angle_bits, depth=1 << icu.side_bits, init=[])
         self._phases = Phases(formats.seen, count=PHASES, interval=interval)
         self._pipeline = pipeline = Pipeline(self._phases.o, self.o, interval=interval)
@@ -95,21 +95,21 @@ class Sbb(wiring.Component):
             along = pipeline.register(signed_turn, forward, sign)
             turn = pipeline.register(lambda along, sign: Mux(sign < 0, -along, along).as_signed(), along, sign)
             span = pipeline.register(
-                lambda along: (Mux(along < 0, -along, along) + 2 * errors.azimuth) >> bits - 1 - icu.bulge_span_bits,
+                lambda along: (Mux(along < 0, -along, along) + 2 * errors.azimuth) >> bits - 1 - icu.sagitta_span_bits,
                 along)
             lower = pipeline.register(lambda a, b: Mux(a < b, a, b).as_signed(), *polars)
             lower = pipeline.register(lambda value: value - errors.polar, lower)
-            most = (1 << icu.bulge_span_bits) - 1
+            most = (1 << icu.sagitta_span_bits) - 1
 
             def address(lower, span):
                 part = Mux(lower < 0, 0, Mux(lower >= quarter, Const(quarter - 1, bits), lower[:bits]))
-                return Cat(Mux(span > most, most, span)[:icu.bulge_span_bits],
-                           part[bits - 2 - icu.bulge_polar_bits:bits - 2])
+                return Cat(Mux(span > most, most, span)[:icu.sagitta_span_bits],
+                           part[bits - 2 - icu.sagitta_polar_bits:bits - 2])
 
             place = pipeline.register(address, lower, span)
-            bulge = pipeline.delay(pipeline.read(self._bulges.read_port(), place), 1)
-            reach = pipeline.register(lambda lower, bulge: Mux(
-                lower < quarter, lower - (bulge << bits - 2 - BULGE_BITS), lower).as_signed(), lower, bulge)
+            sagitta = pipeline.delay(pipeline.read(self._sagittas.read_port(), place), 1)
+            reach = pipeline.register(lambda lower, sagitta: Mux(
+                lower < quarter, lower - (sagitta << bits - 2 - SAGITTA_BITS), lower).as_signed(), lower, sagitta)
             return turn, reach
 
         turn, reach = lane(range(4))
@@ -173,7 +173,7 @@ class Sbb(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.phases, m.submodules.bulges, m.submodules.slacks = self._phases, self._bulges, self._slacks
+        m.submodules.phases, m.submodules.sagittas, m.submodules.slacks = self._phases, self._sagittas, self._slacks
         wiring.connect(m, wiring.flipped(self.i), self._phases.i)
         port, given = self._slacks.write_port(), self.i_table
         m.d.comb += [port.addr.eq(given.payload.index), port.data.eq(given.payload.data),

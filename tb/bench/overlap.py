@@ -43,7 +43,7 @@ async def cast(dut):
     place = Place(record.shelling, record.record, one.sector, config)
     around = Surroundings(dut, place, port=SettlePort(dut))
     tests = Intersection(around, delay=lambda random: MEMORY + INTERSECTION, seed=1)
-    over, lead = Monitor(dut, "o_over"), config.ctu.lead
+    over, lead = Monitor(dut, "o_over"), config.ctu.run_ahead
     over.payload = None
     stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
     await around.begin()
@@ -66,7 +66,7 @@ async def cast(dut):
 
 def measure(scene: str, lead: int) -> dict:
     """What `cast` counted."""
-    changes = {**CHANGES, "ctu.lead": lead}
+    changes = {**CHANGES, "ctu.run_ahead": lead}
     name = f"overlap-{scene}-{lead}"
     simulate(RayTraversal(config=config_of(changes)), "tb.bench.overlap", ("cast",), name=name, visible=PORTS,
              changes=changes, scene=scene)

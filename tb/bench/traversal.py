@@ -33,7 +33,7 @@ SCENES = ("lobby", "room1627", "cubes", "man", "phone")
 CELL, RAYS, RATIO = 0.0625, (256, 64), 64
 CLUSTERS, POINTS = (1, 2, 4, 8, 16), (3, 6, 9, 12)
 # Subshells at once, and shells of each that are ahead of what is known; the first is the barrier.
-WAYS = ((1, 0), (1, 1), (1, CONFIG.ctu.lead), (2, 0), (4, 0), (4, CONFIG.ctu.lead), (8, CONFIG.ctu.lead))
+WAYS = ((1, 0), (1, 1), (1, CONFIG.ctu.run_ahead), (2, 0), (4, 0), (4, CONFIG.ctu.run_ahead), (8, CONFIG.ctu.run_ahead))
 SLOTS = (1024, 4096, 16384)
 # Cycles from a cell to the first vertices of its patches, and from there to the settle map (docs/intersection-unit.md).
 MEMORY, INTERSECTION = 60, 202

@@ -19,7 +19,7 @@ from tb.system.test_engine import SMALL
 from tb.system.timeline import shares
 
 # The machine of the other benches.
-MACHINE = ("--preset", "tiny", "--cell", "0.5", "-P", "ctu.lead=2",
+MACHINE = ("--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
            *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
 COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
 

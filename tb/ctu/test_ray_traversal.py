@@ -30,7 +30,7 @@ MODULE = "tb.ctu.test_ray_traversal"
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "lowest")
 STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
 # So many slots that each grid ray has one of its own in these scenes.
-BARRIER = {"ctu.lead": 0, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
+BARRIER = {"ctu.run_ahead": 0, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
            "ctu.shell_bits": 3, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
 
 
@@ -154,7 +154,7 @@ async def free_running(dut):
                               port=port)
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
         stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
-        await cast(around, tests, stages, config.ctu.lead)
+        await cast(around, tests, stages, config.ctu.run_ahead)
         wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
         missing = wanted - {cell for cell, _ in around.cells}
         assert not missing, f"run {seed}: cells {sorted(missing)[:5]} of golden's are missing"
@@ -183,7 +183,7 @@ async def a_step_per_cycle(dut):
     around.port.words = place.words(played[0].codes * 0)
     await around.begin()
     for number, (shell, rays) in enumerate(stage for stage in place.sent(played) if len(stage[1])):
-        await around.until(lambda number=number: around.over + config.ctu.lead >= number)
+        await around.until(lambda number=number: around.over + config.ctu.run_ahead >= number)
         await around.request.send(place.requests(number, shell, None, rays))
     await around.request.send([place.final()])
     await around.until(lambda: around.final)
@@ -208,7 +208,7 @@ def test_reset_in_flight():
 
 @pytest.mark.sim
 def test_free_running():
-    run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.lead": 2, "ctu.ray_slots": 64}, "verilator",
+    run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.run_ahead": 2, "ctu.ray_slots": 64}, "verilator",
         tests=("free_running",), pipelines=2, runs=1)
 
 
@@ -233,13 +233,13 @@ def test_cells_of_golden_on_screens():
 @pytest.mark.nightly
 def test_500_free_runs():
     # So few slots that many rays share each.
-    run(None, {**LARGE, "ctu.lead": 2, "ctu.ray_slots": 16}, "verilator", tests=("free_running",), pipelines=2,
+    run(None, {**LARGE, "ctu.run_ahead": 2, "ctu.ray_slots": 16}, "verilator", tests=("free_running",), pipelines=2,
         runs=500, cycles=30_000_000, visible=PORTS)
 
 
 @pytest.mark.nightly
 def test_busy_at_small_cells():
-    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.ray_slots": 4096, "ctu.lead": 15}, "verilator",
+    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.ray_slots": 4096, "ctu.run_ahead": 15}, "verilator",
         tests=("a_step_per_cycle",), cycles=100_000, busy=0.95, visible=PORTS)
 
 

@@ -17,7 +17,7 @@ LEAVES, STAGES = 3, 30
 @pytest.mark.parametrize(("lead", "seed"), [(0, 1), (1, 2), (2, 3), (5, 4)])
 def test_random_stages(lead, seed):
     """Rays come and go in any order, and what their cells lead to ends some time later."""
-    config = config_of({"ctu.lead": lead})
+    config = config_of({"ctu.run_ahead": lead})
     dut, random = StageCount(config=config, leaves=LEAVES), np.random.default_rng(seed)
     assert dut.latency == documented_latency(StageCount, config)
     index = (1 << stage_index_bits(config)) - 1

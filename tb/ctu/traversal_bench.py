@@ -205,7 +205,7 @@ class Surroundings:
             return
         assert not self.final, "a cell came when the frustum was over"
         self.cells.append((cell["cell"], cell["stage"]))
-        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.place.config.ctu.lead
+        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.place.config.ctu.run_ahead
         if self.heard is not None:
             self.heard(cell["cell"], cell["stage"])
 

@@ -1,10 +1,15 @@
+"""The configuration: widths, messages, presets, documentation."""
+
 import re
+from pathlib import Path
 
 import pytest
 
+from golden.commands.config import about_parameters
 from golden.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Noc, Numbers
 from golden.errors import InputError
 
+GOLDEN = Path(__file__).parents[2] / "golden"
 MESSAGES = [
     ("icu.rays=1000", "configuration: Rays (icu.rays) must be a power of two, not 1000"),
     ("icu.rays=8", "configuration: Rays (icu.rays) must be 64 to 4194304, not 8"),
@@ -22,7 +27,7 @@ MESSAGES = [
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
     ("ctu.subshell_bits=3", "configuration: Subshell bits (ctu.subshell_bits) must be 4 to 14, not 3"),
-    ("ctu.lead=16", "configuration: Lead (ctu.lead) must be 0 to 15, not 16"),
+    ("ctu.run_ahead=16", "configuration: Run ahead (ctu.run_ahead) must be 0 to 15, not 16"),
     ("noc.topology=star", "configuration: Topology (noc.topology) must be "
                           "mesh, torus, ring, illiac, hypercube, not 'star'"),
     ("noc.buffer_flits=1", "configuration: Buffer flits (noc.buffer_flits) must be 2 to 64, not 1"),
@@ -69,7 +74,6 @@ def test_networks_that_could_deadlock_are_refused():
     with pytest.raises(InputError, match=r"^configuration: Virtual channels \(noc\.virtual_channels\) must be a "
                                          r"multiple of 2 in a torus 4 x 4, not 1$"):
         Noc(topology="torus", columns=4, rows=4, virtual_channels=1)
-    assert Noc(topology="torus", columns=4, rows=4, networks="virtual").link_channels == 4
     assert Noc(columns=4, rows=4, virtual_channels=1).node_bits == 4
 
 
@@ -78,7 +82,21 @@ def test_presets_grow():
     assert [PRESETS[name].noc.nodes for name in ("tiny", "small", "paper", "large")] == [2, 4, 8, 16]
 
 
-def test_every_knob_is_documented():
+def test_a_value_of_the_wrong_type_is_a_programming_error():
+    for wrong in "64", 64.0, True, None:
+        with pytest.raises(TypeError, match=re.escape(f"Rays (icu.rays) must be an int, not {wrong!r}")):
+            Icu(rays=wrong)
+
+
+def test_golden_reads_no_parameter_that_is_documented_as_the_hardwares():
+    about = about_parameters(Config())
+    hardware = [path for path, text in about.items() if text.endswith("Hardware only.")]
+    assert len(hardware) >= 30
+    source = "\n".join(path.read_text() for path in GOLDEN.rglob("*.py") if path.parent.name != "config")
+    assert not [path for path in hardware if re.search(rf"\b{re.escape(path)}\b", source)]
+
+
+def test_every_parameter_is_documented():
     for group in (Numbers, Icu, Ctu, Memsys, Memory, Noc):
         names = re.findall(r"^    ([a-z_, ]+)$", group.__doc__, re.MULTILINE)
         documented = {name for line in names for name in line.split(", ")}

@@ -19,7 +19,7 @@ __all__ = ["Cast", "Rig", "Waves", "engine_config"]
 
 # What a simulation needs, unless a run says otherwise: little room for rays, memories that are cleared seldom, and
 # shells that do not wait for the ones before.
-USUAL = {"icu.rays": 1 << 14, "icu.generation_bits": 8, "ctu.lead": 6}
+USUAL = {"icu.rays": 1 << 14, "icu.generation_bits": 8, "ctu.run_ahead": 6}
 # Registers beside the counters.
 SHARED = ("flits", "flit_stalls", "cell_hits", "cell_misses", "patch_hits", "patch_misses")
 # Cycles between two looks at the counters for a timeline.

@@ -90,8 +90,8 @@ def test_an_edge_rises_above_its_ends(monkeypatch):
     record = hemisphere(64, 64)
     windows, vertices = SphericalWindows(record, CONFIG), hard_patches("wide", 6, 100)
     assert lost(windows, record, vertices)[0] == 0
-    flat = np.zeros_like(sbb.bulge_table(CONFIG.icu))
-    monkeypatch.setattr(sbb, "bulge_table", lambda icu: flat)
+    flat = np.zeros_like(sbb.sagitta_table(CONFIG.icu))
+    monkeypatch.setattr(sbb, "sagitta_table", lambda icu: flat)
     assert lost(windows, record, vertices)[0] > 0
 
 

@@ -1,0 +1,55 @@
+"""Checks of parameters: messages name the parameter in words and by path."""
+
+import numpy as np
+
+from golden.errors import InputError
+
+__all__ = ["check_choice", "check_power_of_two", "check_range"]
+
+
+def check_range(group: str, name: str, value: object, low: int, high: int):
+    """The parameter ``group``.``name`` is a whole number from ``low`` to ``high``.
+
+    Raises
+    ------
+    TypeError
+        It is no whole number.
+    InputError
+        It is out of range.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(_message(group, name, "an int", value))
+    if not low <= value <= high:
+        raise InputError(_message(group, name, f"{low} to {high}", value))
+
+
+def check_power_of_two(group: str, name: str, value: object, low: int, high: int):
+    """The parameter ``group``.``name`` is a power of two from ``low`` to ``high``.
+
+    Raises
+    ------
+    TypeError
+        It is no whole number.
+    InputError
+        It is out of range, or no power of two.
+    """
+    check_range(group, name, value, low, high)
+    if value & (value - 1):
+        raise InputError(_message(group, name, "a power of two", value))
+
+
+def check_choice(group: str, name: str, value: object, choices: tuple[str, ...]):
+    """The parameter ``group``.``name`` is one of ``choices``.
+
+    Raises
+    ------
+    InputError
+        It is not.
+    """
+    if value not in choices:
+        raise InputError(_message(group, name, ", ".join(choices), value))
+
+
+def _message(group, name, requirement, value):
+    label = name.replace("_", " ").capitalize()
+    return f"configuration: {label} ({group}.{name}) must be {requirement}, not {value!r}"

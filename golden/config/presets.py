@@ -1,0 +1,29 @@
+"""Named configurations."""
+
+from golden.config.config import Config
+from golden.config.ctu import Ctu
+from golden.config.icu import Icu
+from golden.config.memsys import Memsys
+from golden.config.noc import Noc
+
+__all__ = ["PRESETS"]
+
+# tiny: simulates in seconds.
+# small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
+#   scenes with cells of 1/16 and larger.
+# paper: the size of the thesis' machine.
+# large: the largest that still simulates.
+PRESETS = {
+    "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
+                   memsys=Memsys(scene_cells=1 << 12, own_patches=256),
+                   noc=Noc(columns=2, rows=1, virtual_channels=1)),
+    "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
+                    memsys=Memsys(scene_cells=1 << 14),
+                    noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
+    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
+                    noc=Noc(requests=16)),
+    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
+                    memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
+                                  bus_requests=16),
+                    noc=Noc(topology="torus", columns=4, rows=4, requests=16)),
+}
