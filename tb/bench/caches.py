@@ -16,7 +16,7 @@ from golden.frustum import Hemisphere
 from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from golden.output import whole_file
-from tb.bench.chart import Line, write_chart
+from radiosity.chart import Line, write_chart
 from tb.bench.report import provenance, write_report
 from tb.memsys.cache_replay import DELAY, KEY_BITS, replay
 from tb.memsys.cache_strings import POINTS, SCENES, Strings, cast_strings

@@ -11,8 +11,8 @@ from pathlib import Path
 import click
 
 from hw.host import Host
+from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
-from tb.system.fast_port import FastPort, complete
 from tb.system.scenes import frusta
 from tb.system.test_engine import SMALL
 
@@ -42,7 +42,7 @@ def cycles_of(name: str) -> list[int]:
     make, memory = FRUSTA[name]
     given = make()
     found = []
-    with FastPort(CONFIG, size=max(len(one.image.to_bytes()) for one in given), **memory) as port:
+    with SimulatedPort(CONFIG, size=max(len(one.image.to_bytes()) for one in given), **memory) as port:
         host = Host(port, CONFIG)
         for number, frustum in enumerate(given):
             complete(host.load(frustum.image, **({"lives": ("frustum",)} if number else {})))

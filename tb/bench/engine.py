@@ -21,9 +21,10 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
+from hw.simulator.cast_report import cast_report
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import simulation_config
 from tb.bench.report import provenance, write_report
-from tb.commands.cast import report_of
-from tb.system.rig import Rig, engine_config
 
 __all__ = ["SCENES", "Asked", "ask", "measure", "rows_of"]
 
@@ -80,20 +81,21 @@ def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> As
                  total=int(hemisphere.polar_weights.sum()) * record.columns)
 
 
-def measure(rig: Rig, asked: Asked) -> dict:
-    """What `tb.commands.cast.report_of` says of it.
+def measure(machine: SimulatedMachine, asked: Asked) -> dict:
+    """What `hw.simulator.cast_report.cast_report` says of it.
 
     Errors
     ------
     SystemExit
         Hits or sums are not golden's.
     """
-    done = [rig.cast(asked.image, total=asked.total, sums=True, again=number > 0) for number in range(CASTS)]
+    done = [machine.cast(asked.image, total=asked.total, sums=True, again=number > 0) for number in range(CASTS)]
     for one in done:
         for name in "hits", "sums":
             if one.image[name].tobytes() != asked.expected[name].tobytes():
-                raise SystemExit(f"error: {asked.scene.name}, {rig.config.noc.nodes} clusters: {name} are not golden's")
-    return {"patches": asked.patches, **report_of(asked.record, done, rig.config)}
+                raise SystemExit(f"error: {asked.scene.name}, {machine.config.noc.nodes} clusters: {name} are not "
+                                 "golden's")
+    return {"patches": asked.patches, **cast_report(asked.record, done, machine.config)}
 
 
 def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
@@ -129,11 +131,11 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
     """Write the tables for SCENES (default: cornell, lobby, room1627, tetra, man)."""
     found = {scene: {} for scene in scenes or SCENES}
     for count in clusters:
-        config = engine_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
+        config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
                                given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
-        with Rig(config, latency=latency) as rig:
+        with SimulatedMachine(config, latency=latency) as machine:
             for scene, by_clusters in found.items():
-                by_clusters[count] = measure(rig, ask(config, scene, cell=cell, rays=rays))
+                by_clusters[count] = measure(machine, ask(config, scene, cell=cell, rays=rays))
                 click.echo(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [

@@ -14,7 +14,7 @@ import numpy as np
 from golden.noc.delay import zero_load_latency
 from golden.noc.routing import route
 from golden.noc.topology import Topology
-from tb.bench.chart import Line, write_chart
+from radiosity.chart import Line, write_chart
 from tb.bench.report import provenance, write_report
 from tb.noc.traffic import SATURATED, Measurement, Window, bound, measure, pattern
 

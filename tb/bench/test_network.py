@@ -8,7 +8,7 @@ import pytest
 from golden.noc.topology import Topology
 from golden.schedule.assignment import simple
 from golden.schedule.sections import cut_sections
-from tb.bench.chart import Line, write_chart
+from radiosity.chart import Line, write_chart
 from tb.bench.network import Traffic, assignments, by_place, distances, mean
 from tb.bench.network_load import Curve
 from tb.noc.traffic import Measurement

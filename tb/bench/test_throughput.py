@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from golden.config import PRESETS
+from hw.simulator.simulation_config import simulation_config
 from tb.bench.engine import ask
 from tb.bench.throughput import row_of
 from tb.golden.cast.embree import Embree
-from tb.system.rig import engine_config
 
 
 def test_rates_are_of_cycles_and_the_clock():
@@ -21,7 +21,7 @@ def test_rates_are_of_cycles_and_the_clock():
 @pytest.mark.parametrize("scene", ["cornell", "lobby"])
 def test_the_rays_are_the_machines(scene):
     """Another caster meets the same patches with them."""
-    config = engine_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
     asked = ask(config, scene, cell=0.125, rays=(32, 8))
     hits = asked.expected.hits().patch
     assert len(set(hits)) > 5

@@ -12,11 +12,12 @@ import numpy as np
 
 from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
 from golden.config import PRESETS
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import simulation_config
 from tb.bench.casting import rate
 from tb.bench.engine import SCENES, ask, measure
 from tb.bench.report import provenance, write_report
 from tb.golden.cast.embree import Embree
-from tb.system.rig import Rig, engine_config
 
 __all__ = ["row_of"]
 
@@ -60,13 +61,13 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
 @ASSIGNMENTS
 def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) -> None:
     """Write the table for SCENES (default: cornell, lobby, room1627, tetra, man)."""
-    config = engine_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
+    config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
                            given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
     rows = []
-    with Rig(config, latency=latency) as rig:
+    with SimulatedMachine(config, latency=latency) as machine:
         for scene in scenes or SCENES:
             asked = ask(config, scene, cell=cell, rays=rays)
-            found = measure(rig, asked)
+            found = measure(machine, asked)
             embree, patches = rate(Embree(asked.scene).nearest, asked.rays)
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
                                same=float(np.mean(patches == asked.expected.hits().patch))))

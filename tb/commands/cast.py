@@ -10,17 +10,18 @@ import click
 from golden.cast.shelling import Shelling
 from golden.commands.cast import asked_frustum
 from golden.commands.parameters import FILE, SCENE_HELP, Triple, WholePair
-from golden.config import Config
-from golden.frustum import FrustumRecord, Hemisphere
+from golden.frustum import Hemisphere
 from golden.memory_map import machine_image
 from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
+from hw.simulator.cast_report import cast_report
+from hw.simulator.cast_result import CastResult
+from hw.simulator.simulated_machine import WaveformWindow
+from radiosity.timeline import write_timeline
 from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig
-from tb.system.rig import Cast, Waves
-from tb.system.timeline import write_timeline
 
-__all__ = ["cast", "report_of", "write_counters"]
+__all__ = ["cast", "write_counters"]
 
 
 @click.command(epilog=SCENE_HELP)
@@ -62,20 +63,20 @@ def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, cas
     weights = None if screen else Hemisphere(*rays).polar_weights
     image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
     expected = image.with_results(shelling.cast(record)[0])
-    traces = Waves(path=waves, begin=waves_begin, cycles=waves_cycles) if waves else None
-    with open_rig(config, traced=waves is not None, **machine) as rig:
-        looks, done = [], []
+    traces = WaveformWindow(path=waves, begin=waves_begin, cycles=waves_cycles) if waves else None
+    with open_rig(config, traced=waves is not None, **machine) as simulated:
+        samples, done = [], []
         for number in range(casts):
             is_last = number == casts - 1
-            done.append(rig.cast(
+            done.append(simulated.cast(
                 image, total=0 if weights is None else int(weights.sum()) * record.columns, sums=True, again=number > 0,
-                timeline=looks if timeline and is_last else None, waves=traces if is_last else None))
+                timeline=samples if timeline and is_last else None, waves=traces if is_last else None))
     if table:
         write_counters(table, done)
     if timeline:
-        write_timeline(timeline, looks, config, title=f"{scene}, {config.noc.nodes} clusters")
+        write_timeline(timeline, samples, config, title=f"{scene}, {config.noc.nodes} clusters")
     report = {"scene": scene, "patches": len(geometry), "clusters": config.noc.nodes,
-              "topology": config.noc.topology, **report_of(record, done, config)}
+              "topology": config.noc.topology, **cast_report(record, done, config)}
     report["differences"] = len(done[-1].image.hits().differences(expected.hits()))
     report["sums"] = int((done[-1].image["sums"] != expected["sums"]).sum())
     click.echo(json.dumps(report, indent=1) if as_json else _text(report))
@@ -83,24 +84,7 @@ def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, cas
         sys.exit(1)
 
 
-def report_of(record: FrustumRecord, done: list[Cast], config: Config) -> dict:
-    """Of casts of a frustum: what the last one took, and the first one's cycles."""
-    last, bound = done[-1], done[-1].bound(config)
-    tested, patches = last.total("intersection_tested"), last.total("intersection_patches")
-    return {
-        "rays": len(record), "hits": int((last.image.hits().patch >= 0).sum()), "cycles": last.cycles,
-        "first_cycles": done[0].cycles, "load_cycles": done[0].load_cycles, "result_cycles": last.result_cycles,
-        "bound": bound, "of_bound": max(bound.values()) / last.cycles,
-        "efficiency": tested / last.cycles / len(last.counters), "tests_per_ray": tested / len(record),
-        "edrc": tested / max(1, patches), "links": last.links(config),
-        "sources": {name: last.total(f"memory_{name}") for name in ("own", "remote", "hits", "misses")},
-        "shared": last.shared,
-        "each": [{"efficiency": one["intersection_tested"] / last.cycles,
-                  "edrc": one["intersection_tested"] / max(1, one["intersection_patches"]), **one}
-                 for one in last.counters]}
-
-
-def write_counters(path: Path, done: list[Cast]) -> None:
+def write_counters(path: Path, done: list[CastResult]) -> None:
     """Counters as a table: cast, cluster, cycles, and the counters' names; a row for each cluster of each cast."""
     with whole_file(path) as part, part.open("w", newline="") as file:
         rows = csv.writer(file)

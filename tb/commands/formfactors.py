@@ -11,8 +11,8 @@ from golden.light.form_factors import patch_form_factors
 from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.scene.refine import refine
+from hw.simulator.machine_caster import MachineCaster
 from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig
-from tb.system.machine_frusta import MachineFrusta
 
 __all__ = ["formfactors"]
 
@@ -36,8 +36,8 @@ def formfactors(scene, output, rays, samples, max_edge, cell, **machine):
     if max_edge is not None:
         opened = refine(opened, max_edge=max_edge).scene
     Hemisphere(*rays)  # says no before the machine is made
-    with open_rig(config, **machine) as rig:
-        frusta = MachineFrusta(opened, rig, cell=cell)
+    with open_rig(config, **machine) as machine:
+        frusta = MachineCaster(opened, machine, cell=cell)
         result = patch_form_factors(opened, frusta, rays=rays, samples=samples, progress=sys.stderr.isatty())
     with whole_file(output) as part:
         np.savez(part, F=result.F, area=result.area, row_sums=result.row_sums, weight_bits=result.weight_bits)

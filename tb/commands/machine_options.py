@@ -12,7 +12,8 @@ from golden.errors import InputError
 from golden.noc.topology import TOPOLOGIES
 from golden.output import whole_file
 from hw.memsys.cache_policy import CachePolicy
-from tb.system.rig import Rig, engine_config
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import simulation_config
 
 __all__ = ["cell_option", "machine_config", "machine_options", "open_rig", "write_json"]
 
@@ -47,15 +48,15 @@ def machine_config(*, clusters: int, topology: str, preset: str, assignments: tu
     """
     if not 1 <= clusters <= 64 or clusters & (clusters - 1):
         raise InputError(f"machine: Clusters must be a power of two up to 64, not {clusters}")
-    return engine_config(PRESETS[preset].with_parameters(assignments), clusters=clusters, topology=topology,
+    return simulation_config(PRESETS[preset].with_parameters(assignments), clusters=clusters, topology=topology,
                          given=tuple(one.partition("=")[0] for one in assignments))
 
 
 def open_rig(config: Config, *, policy: str | None, latency: int, spread: int, memory_seed: int,
-             traced: bool = False, **_) -> Rig:
+             traced: bool = False, **_) -> SimulatedMachine:
     """The machine that they ask for."""
-    return Rig(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency, spread=spread,
-               shuffles=spread > 0, seed=memory_seed, traced=traced)
+    return SimulatedMachine(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency,
+                            spread=spread, shuffles=spread > 0, seed=memory_seed, traced=traced)
 
 
 def write_json(path: Path, values: dict) -> None:

@@ -13,8 +13,8 @@ from golden.output import check_outputs
 from golden.scene.open import open_scene
 from golden.scene.view import default_camera
 from golden.summary import summary
+from hw.simulator.machine_caster import MachineCaster
 from tb.commands.machine_options import cell_option, machine_config, machine_options, open_rig, stats_option, write_json
-from tb.system.machine_frusta import MachineFrusta
 
 __all__ = ["render_image"]
 
@@ -52,8 +52,8 @@ def render_image(scene, output, size, samples, light_samples, depth, rays, max_e
     if size[0] * size[1] * settings.side**2 > config.noc.nodes * config.icu.rays:
         raise InputError(f"machine: Size times samples must be at most {config.noc.nodes * config.icu.rays} rays "
                          f"(icu.rays, --clusters), not {size[0] * size[1] * settings.side**2}")
-    with open_rig(config, **machine) as rig:
-        frusta = MachineFrusta(opened, rig, cell=cell)
+    with open_rig(config, **machine) as machine:
+        frusta = MachineCaster(opened, machine, cell=cell)
         result = render(opened, camera=default_camera(opened), settings=settings, frusta=frusta,
                         progress=sys.stderr.isatty())
     for path in output:

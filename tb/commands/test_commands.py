@@ -12,11 +12,12 @@ import golden.cli
 import golden.memory_map
 import tb.cli
 from golden.config import PRESETS
+from hw.simulator.cast_result import CastResult
+from hw.simulator.machine_caster import MachineCaster
+from hw.simulator.simulated_machine import SAMPLE_CYCLES
+from hw.simulator.utilization import utilization
 from tb.commands.cast import write_counters
-from tb.system.machine_frusta import MachineFrusta
-from tb.system.rig import LOOK, Cast
 from tb.system.test_engine import SMALL
-from tb.system.timeline import shares
 
 # The machine of the other benches.
 MACHINE = ("--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
@@ -88,24 +89,25 @@ def test_shares_of_a_timeline():
         return {"intersection_tested": tests, "intersection_patches": patches, "traversal_steps": 0,
                 "traversal_rays": tests // 4, "traversal_requests": 0}
 
-    looks = [(0, [counters(900, 90)]), (LOOK, [counters(0, 0)]), (2 * LOOK, [counters(LOOK // 2, LOOK // 4)])]
-    at, busy = shares(looks, PRESETS["tiny"])
-    assert at.tolist() == [LOOK / 2, 3 * LOOK / 2]
+    step = SAMPLE_CYCLES
+    samples = [(0, [counters(900, 90)]), (step, [counters(0, 0)]), (2 * step, [counters(step // 2, step // 4)])]
+    at, busy = utilization(samples, PRESETS["tiny"])
+    assert at.tolist() == [step / 2, 3 * step / 2]
     assert busy["tests"].tolist() == [0, 0.5]
     assert busy["patches"].tolist() == [0, 1]
     assert busy["grid rays"].tolist() == [0, 0.125]
 
 
 def test_tests_are_shared_out_to_the_last_one():
-    shares_of = MachineFrusta._shares(11, 4)
+    shares_of = MachineCaster._shares(11, 4)
     assert shares_of.tolist() == [3, 3, 3, 2]
 
 
 def test_a_cast_adds_up_its_clusters():
     one = {"traversal_steps": 90, "traversal_requests": 40, "traversal_rays": 30, "traversal_cells": 35,
            "intersection_tested": 70, "intersection_patches": 20, "memory_remote": 10}
-    cast = Cast(image=None, cycles=100, load_cycles=0, result_cycles=0, counters=[one, one | {"memory_remote": 0}],
-                shared={"flits": 120})
+    cast = CastResult(image=None, cycles=100, load_cycles=0, result_cycles=0,
+                      counters=[one, one | {"memory_remote": 0}], shared={"flits": 120})
     assert cast.bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
     cast.counters[1]["traversal_cells"] = 46
     assert cast.bound(PRESETS["tiny"])["traversal"] == 46
@@ -135,7 +137,7 @@ def test_cast(folder):
 
 
 def test_counters_as_a_table(tmp_path):
-    casts = [Cast(image=None, cycles=cycles, load_cycles=0, result_cycles=0, shared={},
+    casts = [CastResult(image=None, cycles=cycles, load_cycles=0, result_cycles=0, shared={},
                   counters=[{"a": cycles, "b": 2}, {"a": 3, "b": 4}]) for cycles in (100, 90)]
     write_counters(tmp_path / "counters.csv", casts)
     with (tmp_path / "counters.csv").open(newline="") as file:

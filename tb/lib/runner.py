@@ -1,7 +1,6 @@
 """One way to run a bench: export a component, build it, run coroutines of a module in it."""
 
 import contextlib
-import fcntl
 import functools
 import hashlib
 import importlib.util
@@ -9,7 +8,6 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,8 +15,9 @@ from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Verilator, get_runner
 
 from hw.export import verilog_of
+from hw.simulator.build_folder import locked
 
-__all__ = ["SIMULATORS", "Simulation", "alone", "find_tools", "options", "simulate"]
+__all__ = ["SIMULATORS", "Simulation", "find_tools", "options", "simulate"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -33,14 +32,6 @@ _ICARUS = pytest.mark.skipif(shutil.which("iverilog") is None,
                              reason="there is no iverilog here: apt-get install iverilog")
 # For `pytest.mark.parametrize`. Verilator takes longer to build a block than to simulate it, Icarus does not.
 SIMULATORS = [pytest.param("verilator", marks=pytest.mark.sim), pytest.param("icarus", marks=_ICARUS)]
-
-
-@contextlib.contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """No other process is between the same lines for that folder: tests side by side may want the same build."""
-    with folder.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
 
 
 def options() -> dict:
@@ -123,7 +114,7 @@ class Simulation:
             control.write_text("\n".join(["`verilator_config", *(
                 f'public_flat_rw -module "top" -var "{pattern}"' for pattern in visible), ""]))
             sources.insert(0, control)
-        with alone(self._folder):
+        with locked(self._folder):
             if not stamp.exists():
                 source.write_text(text)
             self._runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=not stamp.exists(),

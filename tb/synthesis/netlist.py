@@ -1,4 +1,4 @@
-"""A netlist for the ECP5, as it is placed, cell by cell; an engine's is a machine for `tb.system.fast_port`."""
+"""A netlist for the ECP5, as it is placed, cell by cell; an engine's is a machine for `hw.simulator.simulated_port`."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.config import Config
-from tb.system.fast_port import MAIN
+from hw.simulator.machine_library import HARNESS
 
 __all__ = ["HERE", "netlist_header", "netlist_library"]
 
@@ -51,7 +51,7 @@ def netlist_library(netlist: Path, config: Config, folder: Path) -> Path:
     netlist_header(netlist, folder)
     library = folder / "netlist.so"
     subprocess.run(["g++", "-std=c++17", "-shared", "-fPIC", "-O2", f"-I{folder}", f"-I{HERE}", "-DVM_TRACE=0",
-                    f"-DBEAT_BYTES={config.memory.beat_bytes}", str(MAIN), "-o", str(library)], check=True)
+                    f"-DBEAT_BYTES={config.memory.beat_bytes}", str(HARNESS), "-o", str(library)], check=True)
     return library
 
 

@@ -3,8 +3,8 @@
 from cocotb.triggers import ClockCycles
 
 from hw.host import Port
+from hw.simulator.register_error import RegisterError
 from tb.memsys.memory_model import MemoryModel
-from tb.system.register_error import RegisterError
 
 __all__ = ["CocotbPort"]
 

@@ -19,15 +19,15 @@ from hw.memsys.cache_policy import CachePolicy
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
+from hw.simulator.machine_verilog import engine_verilog
+from hw.simulator.register_error import RegisterError
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.pauses import PAUSES
 from tb.lib.runner import BUILD, options, simulate
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
-from tb.system.build import engine_text
 from tb.system.cocotb_port import CocotbPort
-from tb.system.register_error import RegisterError
 from tb.system.scenes import frusta, load, save
 
 MODULE = "tb.system.test_engine"
@@ -337,7 +337,7 @@ def run(name, scene, changes, tests, *, cell, clusters, cycles, corruptions=0, *
     changes = {**changes, "noc.columns": clusters}
     config = config_of(changes)
     folder = save(frusta(scene, config, cell=cell, **frustum), BUILD / "vectors" / f"engine-{name}")
-    simulate(engine_text(config), MODULE, tests, name=f"engine-{name}", changes=changes,
+    simulate(engine_verilog(config), MODULE, tests, name=f"engine-{name}", changes=changes,
              visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=cycles, corruptions=corruptions)
 
 

@@ -6,7 +6,8 @@ import pytest
 from golden.config import PRESETS
 from golden.noc.topology import TOPOLOGIES
 from hw.memsys.cache_policy import CachePolicy
-from tb.system.rig import Rig, engine_config
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import simulation_config
 from tb.system.scenes import frusta
 
 SCENES = {"cornell": 0.25, "lobby": 0.125, "room1627": 0.125, "man": 0.125}
@@ -19,19 +20,19 @@ MEMORIES = {"latency": 10}, {"latency": 5, "spread": 60, "shuffles": True, "seed
 @pytest.mark.nightly
 @pytest.mark.parametrize(("topology", "clusters"), MACHINES)
 def test_hits_and_sums_are_golden(topology, clusters):
-    config = engine_config(PRESETS["paper"], clusters=clusters, topology=topology)
+    config = simulation_config(PRESETS["paper"], clusters=clusters, topology=topology)
     remote = 0
     for scene, cell in SCENES.items():
         given = frusta(scene, config, cell=cell, rays=(64, 32), points=(5, 2))
         for policy in POLICIES:
             for memory in MEMORIES:
-                with Rig(config, policy=policy, **memory) as rig:
+                with SimulatedMachine(config, policy=policy, **memory) as machine:
                     for frustum in given:
-                        done = rig.cast(frustum.image, total=frustum.total, sums=True)
+                        done = machine.cast(frustum.image, total=frustum.total, sums=True)
                         for name in "hits", "sums":
                             assert done.image[name].tobytes() == frustum.written[name].tobytes(), (
                                 f"{scene}, {policy.name}, {memory}: {name}")
                         remote += done.total("memory_remote")
-                    assert rig.port.outside == 0
+                    assert machine.port.outside == 0
     # Clusters have asked each other, or there is nobody to ask.
     assert (remote > 0) == (clusters > 1)

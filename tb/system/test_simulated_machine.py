@@ -7,8 +7,10 @@ from golden.config import PRESETS
 from golden.errors import InputError
 from golden.memory_map import MemoryImage
 from hw.cluster import COUNTERS
+from hw.simulator.cast_result import SHARED_COUNTERS
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.lib.configurations import config_of
-from tb.system.rig import SHARED, USUAL, Rig, engine_config
 from tb.system.scenes import frusta
 from tb.system.test_engine import SMALL
 
@@ -16,25 +18,25 @@ CONFIG = config_of(SMALL | {"noc.columns": 1})
 
 
 def test_a_configuration_for_so_many_clusters():
-    config = engine_config(PRESETS["paper"], clusters=8, topology="torus")
+    config = simulation_config(PRESETS["paper"], clusters=8, topology="torus")
     assert (config.noc.columns, config.noc.rows, config.noc.topology) == (4, 2, "torus")
-    assert config.icu.rays == USUAL["icu.rays"]
-    assert engine_config(PRESETS["paper"], clusters=1, topology="mesh", given=("icu.rays",)).icu.rays == 1 << 18
+    assert config.icu.rays == SIMULATION_DEFAULTS["icu.rays"]
+    assert simulation_config(PRESETS["paper"], clusters=1, topology="mesh", given=("icu.rays",)).icu.rays == 1 << 18
     with pytest.raises(InputError, match="must be at most 64"):
-        engine_config(PRESETS["paper"], clusters=128, topology="mesh")
+        simulation_config(PRESETS["paper"], clusters=128, topology="mesh")
 
 
 def test_registers_and_counters_have_names_of_their_own():
-    assert not set(SHARED) & set(COUNTERS)
+    assert not set(SHARED_COUNTERS) & set(COUNTERS)
 
 
 @pytest.mark.sim
 def test_what_is_the_same_is_not_loaded_again():
     given = frusta("cornell", CONFIG, cell=0.5, points=(5, 1))
     other = frusta("cornell", CONFIG, cell=0.25, points=(5,))[0]
-    with Rig(CONFIG, latency=5) as rig:
+    with SimulatedMachine(CONFIG, latency=5) as machine:
         def cast(frustum, **options):
-            done = rig.cast(frustum.image, total=frustum.total, sums=True, **options)
+            done = machine.cast(frustum.image, total=frustum.total, sums=True, **options)
             for name in "hits", "sums":
                 assert done.image[name].tobytes() == frustum.written[name].tobytes(), name
             return done
@@ -50,19 +52,19 @@ def test_what_is_the_same_is_not_loaded_again():
         cast(given[0])
         moved = MemoryImage({**given[0].image.regions, "patches": given[0].image["patches"].copy()})
         moved["patches"]["vertex"][:, 0] ^= 1 << 20
-        changed = rig.cast(moved, total=given[0].total, sums=True).image.hits()
+        changed = machine.cast(moved, total=given[0].total, sums=True).image.hits()
         assert len(changed.differences(given[0].hits)) > 20
         assert second.total("memory_found") == second.counters[0]["memory_found"] > 0
-        assert set(second.shared) == set(SHARED)
+        assert set(second.shared) == set(SHARED_COUNTERS)
 
 
 @pytest.mark.sim
 def test_a_machine_without_lists():
     bare = config_of(SMALL | {"noc.columns": 1, "ctu.subshell_bits": 0})
     given = frusta("cornell", bare, cell=0.5, points=(5,))[0]
-    with Rig(bare, latency=5) as rig:
-        done = rig.cast(given.image, total=given.total, sums=True)
+    with SimulatedMachine(bare, latency=5) as machine:
+        done = machine.cast(given.image, total=given.total, sums=True)
         for name in "hits", "sums":
             assert done.image[name].tobytes() == given.written[name].tobytes(), name
         with pytest.raises(InputError, match=r"Subshells of a cluster must be at most 0 \(ctu.subshell_bits\), not"):
-            rig.cast(frusta("cornell", CONFIG, cell=0.5, points=(5,))[0].image)
+            machine.cast(frusta("cornell", CONFIG, cell=0.5, points=(5,))[0].image)

@@ -1,4 +1,4 @@
-"""Frusta on the simulated machine, for those who go on in float64."""
+"""The simulated machine as a caster of frusta for the renderer."""
 
 import numpy as np
 
@@ -10,25 +10,25 @@ from golden.memory_map import machine_image
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.phase import schedule
-from tb.system.rig import Rig
+from hw.simulator.simulated_machine import SimulatedMachine
 
-__all__ = ["MachineFrusta"]
+__all__ = ["MachineCaster"]
 
-# Frusta of a phase; dense rays to sparse ones.
+# Frusta that share a schedule, and rays of a frustum for each ray cast to schedule it.
 PHASE, RATIO = 64, 16
 
 
-class MachineFrusta(FixedFrusta):
-    """Casts hemispheres and screens on a machine: the same hits as by `golden.cast.fixed_frusta.ShellingFrusta`.
+class MachineCaster(FixedFrusta):
+    """Casts hemispheres and screens on a machine, with the hits of `golden.cast.fixed_frusta.ShellingFrusta`.
 
-    A ray's tests and cell steps are the frustum's, shared out evenly. The sums that the machine makes of a hemisphere
-    must be those of its hits.
+    The tests and cell steps of a frustum are divided evenly among its rays. The machine's sums of a hemisphere are
+    compared with its hits.
 
     Parameters
     ----------
     scene
         The patches.
-    rig
+    machine
         The machine.
     cell
         Cell size as a share of the scene's longest side.
@@ -36,18 +36,20 @@ class MachineFrusta(FixedFrusta):
     Members
     -------
     frusta, rays, cycles, tested
-        Since the beginning: frusta, their rays, cycles of their casts, and tests.
+        Totals since the start: frusta, their rays, cycles of their casts, and tests.
 
-    Errors
+    Raises
     ------
     InputError
-        Cell size out of range, or the machine's numbers are not golden's usual ones.
+        Cell size out of range, or the machine's number formats are not those of golden's frusta.
+    RuntimeError
+        The machine's sums are not those of its hits.
     """
 
-    def __init__(self, scene: Scene, rig: Rig, *, cell: float):
-        if rig.config.numbers != CONFIG.numbers:
-            raise InputError("machine: Widths of numbers must be the usual ones where float64 goes on")
-        self._rig, self._cell, self._weights = rig, cell, None
+    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float):
+        if machine.config.numbers != CONFIG.numbers:
+            raise InputError("machine: Number formats (numbers.*) must be the default ones for images and form factors")
+        self._simulated, self._cell, self._weights = machine, cell, None
         self.frusta = self.rays = self.cycles = self.tested = 0
         super().__init__(scene)
 
@@ -67,13 +69,13 @@ class MachineFrusta(FixedFrusta):
 
     def summary(self) -> str:
         """The members above in a line."""
-        efficiency = self.tested / max(1, self.cycles) / self._rig.config.noc.nodes
-        return (f"machine: {self._rig.config.noc.nodes} clusters, {self.frusta} frusta, {self.rays} rays, "
+        efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
+        return (f"machine: {self._simulated.config.noc.nodes} clusters, {self.frusta} frusta, {self.rays} rays, "
                 f"{self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray")
 
     def _machine(self, geometry: PatchGeometry):
-        config = self._rig.config
+        config = self._simulated.config
         table = Shelling(geometry, config, cell=self._cell).table
         plan, left = None, 0
 
@@ -93,7 +95,7 @@ class MachineFrusta(FixedFrusta):
 
     def _results(self, record, image, weights):
         total = 0 if weights is None else int(weights.sum()) * record.columns
-        done = self._rig.cast(image, total=total, sums=weights is not None)
+        done = self._simulated.cast(image, total=total, sums=weights is not None)
         hits = done.image.hits()
         if weights is not None and (done.image["sums"] != image.with_results(hits)["sums"]).any():
             raise RuntimeError("The machine's sums are not those of its hits")

@@ -14,12 +14,12 @@ from hw.host import EngineError, Host
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
+from hw.simulator.machine_verilog import engine_verilog
+from hw.simulator.register_error import RegisterError
+from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
-from tb.system.build import engine_text
-from tb.system.fast_port import FastPort, complete
-from tb.system.register_error import RegisterError
 from tb.system.scenes import frusta, save
 from tb.system.test_engine import SMALL, Bench, third_party_memory
 
@@ -36,7 +36,7 @@ def given():
 
 
 def port_for(given, **memory):
-    return FastPort(CONFIG, size=len(given[0].image.to_bytes()), base=BASE, **memory)
+    return SimulatedPort(CONFIG, size=len(given[0].image.to_bytes()), base=BASE, **memory)
 
 
 def cast(host, frustum, *lives):
@@ -141,7 +141,7 @@ async def timed(dut):
 def test_many_times_as_fast(given, capsys):
     result = (BUILD / "vectors" / "fast-port.json").resolve()
     folder = save(given[:1], BUILD / "vectors" / "engine-fast-port")
-    simulate(engine_text(CONFIG), "tb.system.test_fast_port", ("timed",), name="engine-fast-port", changes=CHANGES,
+    simulate(engine_verilog(CONFIG), "tb.system.test_fast_port", ("timed",), name="engine-fast-port", changes=CHANGES,
              visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=1_000_000, result=str(result))
     rates = json.loads(result.read_text())
     with port_for(given) as port:

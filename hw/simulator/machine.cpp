@@ -1,4 +1,4 @@
-// The engine, its main memory and a manager of its registers in one program: what tb/system/fast_port.py loads.
+// The engine, its main memory and a manager of its registers in one program: what hw/simulator/machine_library.py builds.
 
 #include <cstdint>
 #include <cstring>

@@ -1,0 +1,144 @@
+"""A simulated machine with its host: memory images of frusta in, results and counters out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from golden.config import Config
+from golden.memory_map import MemoryImage
+from golden.output import whole_file
+from hw.host import LIVES, Host
+from hw.memsys.cache_policy import CachePolicy
+from hw.simulator.cast_result import SHARED_COUNTERS, CastResult
+from hw.simulator.simulated_port import SimulatedPort, complete
+
+__all__ = ["SAMPLE_CYCLES", "SimulatedMachine", "WaveformWindow"]
+
+# Cycles between two samples of the counters for a timeline.
+SAMPLE_CYCLES = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaveformWindow:
+    """The cycles whose signals are written as VCD.
+
+    Parameters
+    ----------
+    path
+        The file.
+    begin
+        First cycle, counted from the start of the cast.
+    cycles
+        Number of cycles.
+    """
+
+    path: Path
+    begin: int
+    cycles: int
+
+
+class SimulatedMachine:
+    """The compiled RTL of an engine, its main memory and its host.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    policy
+        The caches' policy. Default: the configuration's.
+    memory
+        Parameters of `SimulatedPort`: latency, spread, shuffles, seed, traced, library.
+    """
+
+    def __init__(self, config: Config, *, policy: CachePolicy | None = None, **memory):
+        self.config, self._policy = config, policy
+        self.port = SimulatedPort(config, size=0, **memory)
+        self._host, self._before = Host(self.port, config), None
+        complete(self._host.identify())
+
+    def close(self) -> None:
+        """Free the machine's memory."""
+        self.port.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def cast(self, image: MemoryImage, *, total: int = 0, sums: bool = False, again: bool = False,
+             timeline: list | None = None, waves: WaveformWindow | None = None) -> CastResult:
+        """Cast a frustum.
+
+        Parameters
+        ----------
+        image
+            The frustum's memory image. Tables that equal those of the image before are not loaded again.
+        total
+            The sum of all weights.
+        sums
+            Have sums written.
+        again
+            The frustum is the one that was cast before: nothing is loaded.
+        timeline
+            A list to which samples are appended: the cycle, and the counters of each cluster. The last sample is of
+            the end of the cast.
+        waves
+            The signals to write; needs ``traced``.
+
+        Raises
+        ------
+        InputError
+            See `hw.host.check_image`.
+        EngineError
+            See `Host`.
+        """
+        begin = self.port.cycles
+        if not again:
+            self._load(image)
+        loaded = self.port.cycles
+        shared = self._shared_counters()
+        complete(self._host.start())
+        if waves:
+            complete(self.port.wait(waves.begin))
+            with whole_file(waves.path) as part:
+                self.port.trace(part)
+                complete(self.port.wait(waves.cycles))
+                self.port.trace(None)
+        while timeline is not None and complete(self._host.status())["casts"]:
+            timeline.append((self.port.cycles - loaded, complete(self._host.counters())))
+            complete(self.port.wait(SAMPLE_CYCLES))
+        complete(self._host.finish("casts", timeout=1 << 26))
+        cycles = complete(self._host.read("cycles"))
+        counters, after = complete(self._host.counters()), self._shared_counters()
+        if timeline is not None:
+            self._end_timeline(timeline, cycles, counters)
+        cast = self.port.cycles
+        result = complete(self._host.results(total=total, sums=sums))
+        return CastResult(image=result, cycles=cycles, load_cycles=loaded - begin,
+                          result_cycles=self.port.cycles - cast, counters=counters,
+                          shared={name: after[name] - shared[name] for name in SHARED_COUNTERS})
+
+    @staticmethod
+    def _end_timeline(timeline, cycles, counters):
+        """The sample of the end; the counters of a sample that was being read at the end are the same."""
+        while timeline and timeline[-1][0] >= cycles:
+            timeline.pop()
+        timeline.append((cycles, counters))
+
+    def _load(self, image):
+        before = self._before
+        self._before = None
+        lives = tuple(life for life, names in LIVES.items() if life == "frustum" or before is None or any(
+            not np.array_equal(image[name], before[name]) for name in names))
+        if "scene" in lives:
+            lives = tuple(LIVES)
+        size = len(image.to_bytes())
+        if size > self.port.size:
+            self.port.resize(size)
+        complete(self._host.load(image, lives=lives, policy=self._policy))
+        self._before = image
+
+    def _shared_counters(self):
+        return {name: complete(self._host.read(name)) for name in SHARED_COUNTERS}
