@@ -11,8 +11,8 @@ from hw.control.engine_control import EngineControl
 from hw.control.load_control import LoadControl
 from hw.control.result_control import ResultControl
 from hw.control.sum_merge import SumMerge
-from hw.lib.apart import Apart
 from hw.lib.arbiter import Arbiter
+from hw.lib.black_box import BlackBox
 from hw.lib.fork import Fork
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.axi_signature import AxiSignature
@@ -32,7 +32,7 @@ from hw.registers.registers import Registers
 
 __all__ = ["CLUSTER", "Engine"]
 
-# The module of a cluster where it is exported apart.
+# The module of a cluster where clusters are black boxes.
 CLUSTER = "radiosity_cluster"
 
 
@@ -50,7 +50,7 @@ class Engine(wiring.Component):
     ----------
     config
         The configuration; as many clusters as ``noc`` has nodes.
-    apart
+    black_boxes
         Clusters are instances of a module of their own (`hw.package.tops`).
     policies
         Those of the caches that are built; all by default.
@@ -70,8 +70,9 @@ class Engine(wiring.Component):
     Golden counterpart: `golden.cast.shelling.Shelling`, `golden.memory_map`. Source: Shen 1993, chapter 5.
     """
 
-    def __init__(self, *, config: Config, apart: bool = False, policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
-        self._config, self._apart, self._policies = config, apart, policies
+    def __init__(self, *, config: Config, black_boxes: bool = False,
+                 policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
+        self._config, self._black_boxes, self._policies = config, black_boxes, policies
         super().__init__({"host": In(AxiLiteSignature(address_bits=ADDRESS_BITS)),
                           "axi": Out(AxiSignature(config=config))})
 
@@ -96,7 +97,7 @@ class Engine(wiring.Component):
         interface = add("interface", SystemBusInterface(config=config, policies=self._policies))
         clusters = []
         for number in range(nodes):
-            cluster = Apart(cluster_members(config), name=CLUSTER) if self._apart else Cluster(config=config)
+            cluster = BlackBox(cluster_members(config), name=CLUSTER) if self._black_boxes else Cluster(config=config)
             m.submodules[f"cluster_{number}"] = cluster
             m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops)]
             clusters.append(cluster)

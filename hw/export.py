@@ -9,7 +9,7 @@ from amaranth.back import rtlil, verilog
 from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
-from hw.lib.apart import flatten
+from hw.lib.black_box import flatten
 
 __all__ = ["verilog_of"]
 

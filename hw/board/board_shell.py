@@ -32,7 +32,7 @@ class BoardShell(wiring.Component):
         What is done, and main memory (`hw.board.record`).
     divisor
         Cycles of a bit of the serial line.
-    apart
+    black_boxes
         See `Engine`.
 
     Members
@@ -49,14 +49,14 @@ class BoardShell(wiring.Component):
     See the units. What is sent takes most of the time.
     """
 
-    def __init__(self, *, config: Config, program: Program, divisor: int, apart: bool = False):
-        self._config, self._program, self._divisor, self._apart = config, program, divisor, apart
+    def __init__(self, *, config: Config, program: Program, divisor: int, black_boxes: bool = False):
+        self._config, self._program, self._divisor, self._black_boxes = config, program, divisor, black_boxes
         super().__init__({"tx": Out(1, init=1), "again": In(1), "busy": Out(1), "failed": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
         config = self._config
-        m.submodules.engine = engine = Engine(config=config, apart=self._apart,
+        m.submodules.engine = engine = Engine(config=config, black_boxes=self._black_boxes,
                                               policies=(CachePolicy[config.memsys.cache_policy.upper()],))
         m.submodules.memory = memory = BlockMemory(config=config, data=self._program.memory)
         m.submodules.sequencer = sequencer = Sequencer(config=config, program=self._program)

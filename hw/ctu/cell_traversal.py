@@ -85,15 +85,15 @@ class CellTraversal(wiring.Component):
         m.submodules.turns = turns = RoundRobin(count=count)
         m.submodules.begins = self._begins
         wiring.connect(m, self._start.o, self._begins.i)
-        free, begins = turns.asks, self._begins.o
-        m.d.comb += [turns.wants.eq(free), begins.ready.eq(free.any()), turns.goes.eq(begins.valid & free.any())]
+        free, begins = turns.eligible, self._begins.o
+        m.d.comb += [turns.request.eq(free), begins.ready.eq(free.any()), turns.accept.eq(begins.valid & free.any())]
         for k, (steps, skid, number) in enumerate(zip(self._steps, self._met, self._numbers, strict=True)):
             m.submodules[f"steps_{k}"], m.submodules[f"met_{k}"], m.submodules[f"number_{k}"] = steps, skid, number
             wiring.connect(m, steps.o, skid.i)
             met, given = skid.o, number.i
             m.d.comb += [
                 steps.shape.eq(self.shape), number.shape.eq(self.shape), free[k].eq(steps.i.ready),
-                steps.i.valid.eq(begins.valid & turns.first[k]), steps.i.payload.eq(begins.payload),
+                steps.i.valid.eq(begins.valid & turns.grant[k]), steps.i.payload.eq(begins.payload),
                 given.valid.eq(met.valid), met.ready.eq(given.ready), given.payload.index.eq(met.payload.index),
                 given.payload.tag.tag.eq(met.payload.tag), self.steps[k].eq(steps.o.valid & steps.o.ready),
                 *(given.payload.tag[name].eq(met.payload[name]) for name in ("is_cell", "last"))]

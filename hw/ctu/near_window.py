@@ -10,7 +10,7 @@ from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
 from hw.formats import Formats, GridTableKind
 from hw.lib.pipeline import Pipeline
-from hw.lib.shared_port import write_in_place_of
+from hw.lib.shared_port import share_port
 
 __all__ = ["NearWindow"]
 
@@ -109,7 +109,7 @@ class NearWindow(wiring.Component):
         add_tables(m, self.i_table, self._tables)
         self._pipeline.add_to(m)
         m.submodules.positions, write = self._positions, self.i_table.payload
-        write_in_place_of(self._shared, m, self._positions.write_port(),
+        share_port(self._shared, m, self._positions.write_port(),
                           enable=self.i_table.valid & (write.kind == GridTableKind.COLUMN), address=write.index,
                           data=View(self._record, write.data[:self._record.size]).position)
         return m

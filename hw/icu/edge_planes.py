@@ -8,8 +8,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.fixed import split_limbs, total
-from hw.lib.phases import Phases
 from hw.lib.pipeline import Pipeline
+from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["EdgePlanes"]
 
@@ -59,7 +59,7 @@ class EdgePlanes(wiring.Component):
         super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
                           "o_planes": Out(items(part=formats.planes)),
                           "o": Out(items(turns=formats.turns, signs=formats.signs))})
-        self._phases = Phases(patch, count=PHASES, interval=interval)
+        self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval)
         beat = self._phases.o
         # What a phase ends with: its edge's triple, and the signs of its edge's plane and of the diagonal's.
         signs = ArrayLayout(signed(2), 3)

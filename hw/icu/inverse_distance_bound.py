@@ -12,8 +12,8 @@ from golden.icu.settle_code import scale
 from hw.formats import Formats, TableKind
 from hw.icu.inverse_distance import encode, value_bits
 from hw.lib.fixed import extreme, magnitude, split_limbs
-from hw.lib.phases import Phases
 from hw.lib.pipeline import Pipeline
+from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["InverseDistanceBound"]
 
@@ -62,7 +62,7 @@ class InverseDistanceBound(wiring.Component):
             "frustum": In(formats.frustum)})
         self._tables = {kind: Memory(shape=formats.direction, depth=1 << icu.side_bits, init=[])
                         for kind in (TableKind.COLUMN, TableKind.ROW)}
-        self._phases = Phases(item_layout, count=PHASES)
+        self._phases = TimeMultiplexer(item_layout, count=PHASES)
         self._pipeline = pipeline = Pipeline(self._phases.o, self.o)
         item, screen = self._phases.o.payload.item, self.frustum.is_screen
         phase = pipeline.input(self._phases.o.payload.phase)

@@ -9,9 +9,9 @@ from golden.config import Config
 from golden.icu.plane_factor import GUARD, NEAREST_PLANE
 from hw.formats import Formats
 from hw.lib.fixed import normalise, split_limbs, total
-from hw.lib.phases import Phases
 from hw.lib.pipeline import Pipeline
 from hw.lib.reciprocal import Reciprocal
+from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["PlaneFactor"]
 
@@ -65,9 +65,9 @@ class PlaneFactor(wiring.Component):
                                    "exponent": formats.factor_exponent})
         self._normals = items(normal).create()
         self._leading = items(StructLayout({"tag": self._rest, "mantissa": bits})).create()
-        self._first, self._second = Phases(patch, count=PHASES), Phases(normal, count=PHASES)
+        self._first, self._second = TimeMultiplexer(patch, count=PHASES), TimeMultiplexer(normal, count=PHASES)
         self._reciprocal = Reciprocal(width=bits, tag=self._rest)
-        self._third = Phases(StructLayout({"tag": self._rest, "inverse": bits}), count=PHASES)
+        self._third = TimeMultiplexer(StructLayout({"tag": self._rest, "inverse": bits}), count=PHASES)
         self._pipelines = [self._make_normal(), self._make_leading(), self._make_factor()]
         self.latency = sum(3 * [1 + PHASES - 1]) + sum(pipeline.latency for pipeline in self._pipelines) \
             + self._reciprocal.latency

@@ -11,8 +11,8 @@ from golden.icu.edge_planes import DIAGONAL, EDGES
 from golden.icu.sbb import SAGITTA_BITS, sagitta_table, window_errors
 from hw.formats import Formats, TableKind
 from hw.lib.fixed import extreme, shift_left
-from hw.lib.phases import Phases
 from hw.lib.pipeline import Pipeline
+from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["Sbb"]
 
@@ -62,7 +62,7 @@ class Sbb(wiring.Component):
         self._sagittas = Memory(shape=SAGITTA_BITS + 1, depth=1 << icu.sagitta_polar_bits + icu.sagitta_span_bits,
                               init=[int(value) for value in sagitta_table(icu).ravel()])
         self._slacks = Memory(shape=icu.angle_bits, depth=1 << icu.side_bits, init=[])
-        self._phases = Phases(formats.seen, count=PHASES, interval=interval)
+        self._phases = TimeMultiplexer(formats.seen, count=PHASES, interval=interval)
         self._pipeline = pipeline = Pipeline(self._phases.o, self.o, interval=interval)
         bits = icu.angle_bits
         quarter, half = 1 << bits - 2, 1 << bits - 1

@@ -1,4 +1,4 @@
-"""Arbiter: several streams to one, in a fair order."""
+"""Arbiter: merges several streams into one, fairly."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import enum, stream, wiring
@@ -7,15 +7,16 @@ from amaranth.lib.wiring import In, Out
 
 from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.round_robin import RoundRobin
+from hw.lib.validate import check_instance, check_integer
 
 __all__ = ["Arbiter", "ArbiterPolicy"]
 
 
 class ArbiterPolicy(enum.Enum):
-    """Who goes first.
+    """Which request is granted.
 
-    ``ROUND_ROBIN``: the next one after the one that went last. ``LONGEST_WAITING``: the one that came first; of those
-    that came in the same cycle the one of the smallest number.
+    ``ROUND_ROBIN``: the next one after the last one granted. ``LONGEST_WAITING``: the oldest one; of requests of the
+    same cycle the one with the smallest number.
     """
 
     ROUND_ROBIN = 0
@@ -23,50 +24,48 @@ class ArbiterPolicy(enum.Enum):
 
     @property
     def rule(self) -> type[RoundRobin] | type[LongestWaiting]:
-        """The component that knows whose turn it is."""
+        """The component that makes the grants."""
         return RoundRobin if self is ArbiterPolicy.ROUND_ROBIN else LongestWaiting
 
 
 class Arbiter(wiring.Component):
     """Merges streams, one item of any of them per cycle.
 
-    An input waits while at most ``count`` - 1 items of others go, whatever the policy.
+    An input waits for at most ``count`` - 1 items of others, whatever the policy.
 
     Parameters
     ----------
     shape
         Of an item.
     count
-        Inputs, at least 1.
+        Number of inputs, at least 1.
     policy
-        Who goes first.
+        Which request is granted.
 
     Members
     -------
-    i
-        An array of streams.
-    o
-        ``source``, the number of the input, and ``item``.
+    i : In, ``count`` streams of the item's shape
+        The inputs.
+    o : Out, stream of ``source``, ``item``
+        The number of the input, and its item.
 
     Timing
     ------
-    Latency: ``1`` cycle, if nobody else goes first. One item per cycle; stalls with ``o``; one item in flight.
+    Latency: ``1`` cycle without contention. One item per cycle; stalls with ``o``; one item in flight.
 
-    Errors
+    Raises
     ------
-    ValueError
-        Count out of range.
     TypeError
-        The policy is none.
+        The count is no integer, or the policy no `ArbiterPolicy`.
+    ValueError
+        The count is out of range.
 
     Source: Shen 1993, 5.3.8, for ``LONGEST_WAITING``.
     """
 
     def __init__(self, shape, *, count: int, policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
-        if not isinstance(policy, ArbiterPolicy):
-            raise TypeError(f"Policy must be an ArbiterPolicy, not {policy!r}")
+        check_integer("Count", count, minimum=1)
+        check_instance("Policy", policy, ArbiterPolicy)
         self._count, self._policy = count, policy
         super().__init__({
             "i": In(stream.Signature(shape)).array(count),
@@ -75,16 +74,16 @@ class Arbiter(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        asks, moves = Signal(self._count), Signal()
-        shown = Signal.like(self.o.payload, reset_less=True)
-        m.submodules.turns = turns = self._policy.rule(count=self._count)
-        goes = turns.first & moves.replicate(self._count)
-        m.d.comb += [moves.eq(self.o.ready | ~self.o.valid), self.o.payload.eq(shown),
-                     turns.wants.eq(asks), turns.asks.eq(asks), turns.goes.eq(moves & asks.any())]
-        with m.If(moves):
-            m.d.sync += self.o.valid.eq(asks.any())
+        requests, advance = Signal(self._count), Signal()
+        output = Signal.like(self.o.payload, reset_less=True)
+        m.submodules.rule = rule = self._policy.rule(count=self._count)
+        taken = rule.grant & advance.replicate(self._count)
+        m.d.comb += [advance.eq(self.o.ready | ~self.o.valid), self.o.payload.eq(output),
+                     rule.request.eq(requests), rule.eligible.eq(requests), rule.accept.eq(advance & requests.any())]
+        with m.If(advance):
+            m.d.sync += self.o.valid.eq(requests.any())
         for k, source in enumerate(self.i):
-            m.d.comb += [asks[k].eq(source.valid), source.ready.eq(goes[k])]
-            with m.If(goes[k]):
-                m.d.sync += [shown.source.eq(k), shown.item.eq(source.payload)]
+            m.d.comb += [requests[k].eq(source.valid), source.ready.eq(taken[k])]
+            with m.If(taken[k]):
+                m.d.sync += [output.source.eq(k), output.item.eq(source.payload)]
         return m

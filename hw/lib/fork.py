@@ -1,43 +1,45 @@
-"""Fork: one stream to several takers."""
+"""Fork: copies one stream to several."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["Fork"]
 
 
 class Fork(wiring.Component):
-    """Gives each item to every output once; the outputs take it in different cycles if they like.
+    """Each item is transferred once to every output; outputs may accept it in different cycles.
 
     Parameters
     ----------
     shape
         Of an item.
     count
-        Outputs, at least 1.
+        Number of outputs, at least 1.
 
     Members
     -------
-    i
-        Items; one is taken when its last output takes it.
-    o
-        An array of streams.
+    i : In, stream of the item's shape
+        Items; one is accepted together with its last copy.
+    o : Out, ``count`` streams of the item's shape
+        The copies.
 
     Timing
     ------
-    Latency: ``0`` cycles. One item per cycle; stalls with the slowest output; the others are one item ahead of it at
-    most.
+    Latency: ``0`` cycles. One item per cycle; stalls with the slowest output; the others are at most one item ahead.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The count is no integer.
     ValueError
-        Count out of range.
+        The count is out of range.
     """
 
     def __init__(self, shape, *, count: int):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
+        check_integer("Count", count, minimum=1)
         self._count = count
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)).array(count)})
         self.latency = 0

@@ -1,39 +1,52 @@
-"""Generations: tags that make a memory empty at once, and the sweep that makes it empty when they run out."""
+"""Generations: tags that clear a memory in one cycle, and the sweep for when they run out."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["Generations"]
 
 
 class Generations(wiring.Component):
-    """What carries another tag than the current generation's counts as empty. Tag 0 is nobody's.
+    """A row whose tag is not the current generation's counts as empty. Tag 0 belongs to no generation.
 
-    After reset, and when all tags have been used, every row is given tag 0 once before the next generation begins.
+    After reset, and when all tags have been used, a sweep writes tag 0 to every row before the next generation begins.
 
     Parameters
     ----------
     bits
-        Of a tag.
+        Of a tag, at least 1.
     depth
-        Rows.
+        Number of rows, at least 1.
 
     Members
     -------
-    i_start
-        Begins a generation; taken when the memory is empty. No payload.
-    generation
+    i_start : In, stream without payload
+        Begins a generation; accepted when the memory is empty.
+    generation : Out(bits)
         The current tag.
-    sweeps, row
-        This row is to be given tag 0 in this cycle.
+    sweeps : Out(1)
+        The sweep writes tag 0 to ``row`` in this cycle.
+    row : Out(range(depth))
+        The row that the sweep has reached.
 
     Timing
     ------
     Latency: ``1`` cycle, after a sweep of ``depth`` cycles every 2^``bits`` - 1 generations.
+
+    Raises
+    ------
+    TypeError
+        Bits or depth are no integers.
+    ValueError
+        Bits or depth are out of range.
     """
 
     def __init__(self, *, bits: int, depth: int):
+        check_integer("Bits", bits, minimum=1)
+        check_integer("Depth", depth, minimum=1)
         self._last, self._depth = (1 << bits) - 1, depth
         super().__init__({"i_start": In(stream.Signature(0)), "generation": Out(bits, init=self._last),
                           "sweeps": Out(1), "row": Out(range(depth))})

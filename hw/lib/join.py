@@ -1,4 +1,4 @@
-"""Join: items of several streams become one item."""
+"""Join: combines items of several streams into one item."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ __all__ = ["Join"]
 
 
 class Join(wiring.Component):
-    """Puts the n-th items of all inputs into one struct, the n-th item of the output.
+    """The n-th items of all inputs are the fields of the n-th item of the output.
 
     Parameters
     ----------
@@ -20,16 +20,16 @@ class Join(wiring.Component):
 
     Members
     -------
-    i_<name>
-        Items of field ``name``; all are taken together.
-    o
-        A struct of one item of each input.
+    i_<name> : In, stream of the shape of ``name``
+        Items of field ``name``; all inputs are accepted together.
+    o : Out, stream of a struct of all ``shapes``
+        One item of each input.
 
     Timing
     ------
     Latency: ``0`` cycles. One item per cycle; stalls with ``o`` and with the slowest input; nothing in flight.
 
-    Errors
+    Raises
     ------
     ValueError
         There are no shapes.

@@ -1,4 +1,4 @@
-"""Longest waiting: who came first."""
+"""Longest waiting: grants the oldest request."""
 
 from itertools import combinations
 
@@ -6,52 +6,59 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["LongestWaiting"]
 
 
 class LongestWaiting(wiring.Component):
-    """Of those that may go the one that has waited longest; of those that began in the same cycle the lowest.
+    """Grants the eligible request that has been pending longest; of requests of the same cycle the lowest.
 
     Parameters
     ----------
     count
-        How many there are, at least 1.
+        Number of requests, at least 1.
 
     Members
     -------
-    wants, asks, first, goes
-        As those of `hw.lib.round_robin.RoundRobin`.
+    request, eligible : In(count)
+        As of `hw.lib.round_robin.RoundRobin`; a request ages while it is pending, eligible or not.
+    grant : Out(count)
+        One eligible request, or none if none is eligible.
+    accept : In(1)
+        The grant is used in this cycle. Only while a request is eligible.
 
     Timing
     ------
     Latency: ``0`` cycles.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The count is no integer.
     ValueError
-        Count out of range.
+        The count is out of range.
 
     Source: Shen 1993, 5.3.8.
     """
 
     def __init__(self, *, count: int):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
+        check_integer("Count", count, minimum=1)
         self._count = count
-        super().__init__({"wants": In(count), "asks": In(count), "first": Out(count), "goes": In(1)})
+        super().__init__({"request": In(count), "eligible": In(count), "grant": Out(count), "accept": In(1)})
         self.latency = 0
 
     def elaborate(self, platform):
         m = Module()
-        waits, before = Signal(self._count), [[] for _ in range(self._count)]
-        m.d.sync += waits.eq(self.wants & ~Mux(self.goes, self.first, 0))
-        # A bit per pair remembers who of the two came first.
+        pending, older = Signal(self._count), [[] for _ in range(self._count)]
+        m.d.sync += pending.eq(self.request & ~Mux(self.accept, self.grant, 0))
+        # A bit per pair remembers which of the two is older.
         for a, b in combinations(range(self._count), 2):
-            a_was_first, a_is_first = Signal(name=f"was_first_{a}_{b}"), Signal(name=f"is_first_{a}_{b}")
-            m.d.comb += a_is_first.eq(Mux(waits[a] & waits[b], a_was_first, waits[a] | ~waits[b]))
-            m.d.sync += a_was_first.eq(a_is_first)
-            before[a].append(self.asks[b] & ~a_is_first)
-            before[b].append(self.asks[a] & a_is_first)
-        for k, others in enumerate(before):
-            m.d.comb += self.first[k].eq(self.asks[k] & ~Cat(others).any())
+            a_was_older, a_is_older = Signal(name=f"was_older_{a}_{b}"), Signal(name=f"is_older_{a}_{b}")
+            m.d.comb += a_is_older.eq(Mux(pending[a] & pending[b], a_was_older, pending[a] | ~pending[b]))
+            m.d.sync += a_was_older.eq(a_is_older)
+            older[a].append(self.eligible[b] & ~a_is_older)
+            older[b].append(self.eligible[a] & a_is_older)
+        for k, others in enumerate(older):
+            m.d.comb += self.grant[k].eq(self.eligible[k] & ~Cat(others).any())
         return m

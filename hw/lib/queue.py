@@ -5,41 +5,44 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["Queue"]
 
 
 class Queue(wiring.Component):
-    """Keeps items in order, and their shape.
-
-    In distributed memory: for what is short or narrow.
+    """A FIFO whose items keep their shape, in distributed memory: for short or narrow ones.
 
     Parameters
     ----------
     shape
         Of an item.
     depth
-        Items that it holds, at least 1.
+        Capacity in items, at least 1.
 
     Members
     -------
-    i, o
+    i : In, stream of the item's shape
         Items.
-    level
-        Items that it holds now.
+    o : Out, stream of the item's shape
+        The same items.
+    level : Out(range(depth + 1))
+        Items in the queue.
 
     Timing
     ------
     Latency: ``1`` cycle. One item per cycle in and out; stalls ``i`` while it is full.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The depth is no integer.
     ValueError
-        Depth out of range.
+        The depth is out of range.
     """
 
     def __init__(self, shape, *, depth: int):
-        if not isinstance(depth, int) or depth < 1:
-            raise ValueError(f"Depth must be at least 1, not {depth!r}")
+        check_integer("Depth", depth, minimum=1)
         self._shape, self._depth = shape, depth
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)),
                           "level": Out(range(depth + 1))})
@@ -50,19 +53,19 @@ class Queue(wiring.Component):
         m.submodules.memory = memory = Memory(shape=self._shape, depth=self._depth, init=[],
                                               attrs={"ram_style": "distributed"})
         write, read = memory.write_port(), memory.read_port(domain="comb")
-        first, last = (Signal(range(self._depth)) for _ in range(2))
+        head, tail = (Signal(range(self._depth)) for _ in range(2))
         put, take = self.i.valid & self.i.ready, self.o.valid & self.o.ready
 
-        def after(place):
-            return Mux(place == self._depth - 1, 0, place + 1)
+        def after(entry):
+            return Mux(entry == self._depth - 1, 0, entry + 1)
 
         m.d.comb += [
             self.i.ready.eq(self.level != self._depth), self.o.valid.eq(self.level != 0),
-            write.addr.eq(last), write.data.eq(self.i.payload), write.en.eq(put),
-            read.addr.eq(first), self.o.payload.eq(read.data)]
+            write.addr.eq(tail), write.data.eq(self.i.payload), write.en.eq(put),
+            read.addr.eq(head), self.o.payload.eq(read.data)]
         with m.If(put):
-            m.d.sync += last.eq(after(last))
+            m.d.sync += tail.eq(after(tail))
         with m.If(take):
-            m.d.sync += first.eq(after(first))
+            m.d.sync += head.eq(after(head))
         m.d.sync += self.level.eq(self.level + put - take)
         return m

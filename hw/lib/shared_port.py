@@ -1,13 +1,13 @@
-"""A write port that takes a read port's place, so that a memory of two ports serves two readers and who fills it."""
+"""A write port that shares the address of a read port: a memory of two ports serves two readers and one writer."""
 
-__all__ = ["write_in_place_of"]
+__all__ = ["share_port"]
 
 
-def write_in_place_of(read, m, write, *, enable, address, data) -> None:
-    """Drive a write port with the address of a read port, which is its own while it writes.
+def share_port(read, m, write, *, enable, address, data) -> None:
+    """Connect a write port to a read port's address, which carries the write address while ``enable`` is 1.
 
-    What is read in such a cycle means nothing. To be called after all else that drives the read port's address; the
-    memory is one with ``no_rw_check``.
+    The data read in such a cycle are undefined. Call it after every other assignment to the read port's address; the
+    memory has the attribute ``no_rw_check``.
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ def write_in_place_of(read, m, write, *, enable, address, data) -> None:
     m
         The component's module.
     enable, address, data
-        What is written.
+        The write.
     """
     with m.If(enable):
         m.d.comb += read.addr.eq(address)

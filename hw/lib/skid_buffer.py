@@ -1,4 +1,4 @@
-"""Skid buffer: registers between two streams, in both directions."""
+"""Skid buffer: registers a stream in both directions."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -8,9 +8,9 @@ __all__ = ["SkidBuffer"]
 
 
 class SkidBuffer(wiring.Component):
-    """Cuts all paths through a stream: ``valid``, ``payload`` and ``ready`` each come from a register.
+    """Cuts all combinational paths of a stream: ``valid``, ``payload`` and ``ready`` each come from a register.
 
-    The item that is on its way while ``ready`` falls waits beside the output register.
+    A second register holds the item that arrives while ``ready`` falls.
 
     Parameters
     ----------
@@ -19,8 +19,10 @@ class SkidBuffer(wiring.Component):
 
     Members
     -------
-    i, o
+    i : In, stream of the item's shape
         Items.
+    o : Out, stream of the item's shape
+        The same items.
 
     Timing
     ------
@@ -33,15 +35,15 @@ class SkidBuffer(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        waits = Signal()
-        spare = Signal.like(self.i.payload, reset_less=True)
-        shown = Signal.like(self.i.payload, reset_less=True)
-        m.d.comb += [self.i.ready.eq(~waits), self.o.payload.eq(shown)]
+        is_full = Signal()
+        skid = Signal.like(self.i.payload, reset_less=True)
+        output = Signal.like(self.i.payload, reset_less=True)
+        m.d.comb += [self.i.ready.eq(~is_full), self.o.payload.eq(output)]
         with m.If(self.i.ready):
-            m.d.sync += spare.eq(self.i.payload)
+            m.d.sync += skid.eq(self.i.payload)
         with m.If(self.o.ready | ~self.o.valid):
-            m.d.sync += [shown.eq(Mux(waits, spare, self.i.payload)), self.o.valid.eq(waits | self.i.valid),
-                         waits.eq(0)]
+            m.d.sync += [output.eq(Mux(is_full, skid, self.i.payload)), self.o.valid.eq(is_full | self.i.valid),
+                         is_full.eq(0)]
         with m.Else():
-            m.d.sync += waits.eq(waits | self.i.valid)
+            m.d.sync += is_full.eq(is_full | self.i.valid)
         return m

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
-from hw.lib.shared_port import write_in_place_of
+from hw.lib.shared_port import share_port
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["LocalPatchGeometry"]
@@ -101,7 +101,7 @@ class LocalPatchGeometry(wiring.Component):
             *(vertex.data[axis].eq(whole.word_select(axis, COORDINATE)[:icu.scene.width]) for axis in range(3))]
         asked = self._sides[1]
         for memory, read, write in (self._vertices, asked.vertices, vertex), (self._heads, asked.heads, head):
-            write_in_place_of(read, m, memory.write_port(), enable=write.comes, address=write.address,
+            share_port(read, m, memory.write_port(), enable=write.comes, address=write.address,
                               data=write.data)
 
 

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
-from hw.lib.shared_port import write_in_place_of
+from hw.lib.shared_port import share_port
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["PatchTypeMemory"]
@@ -88,5 +88,5 @@ class PatchTypeMemory(wiring.Component):
             row.is_held.eq(known & fits), row.cluster.eq(record.cluster), row.address.eq(record.address),
             # A negative address is none.
             row.wrong.eq(~nowhere & (~known | record.address[-1]))]
-        write_in_place_of(self._ports[1], m, self._memory.write_port(), enable=comes, address=address, data=row)
+        share_port(self._ports[1], m, self._memory.write_port(), enable=comes, address=address, data=row)
         return m

@@ -64,7 +64,8 @@ class VertexMerge(wiring.Component):
         busy, chosen, index = Signal(), Signal(range(self._count)), Signal(range(VERTICES))
         moves, ends, asks, free = Signal(), Signal(), Signal(self._count), Signal()
         m.d.comb += [moves.eq(self.o.valid & self.o.ready), ends.eq(moves & (index == VERTICES - 1)),
-                     free.eq(~busy | ends), turns.wants.eq(asks), turns.asks.eq(asks), turns.goes.eq(free & asks.any())]
+                     free.eq(~busy | ends), turns.request.eq(asks), turns.eligible.eq(asks),
+                     turns.accept.eq(free & asks.any())]
         with m.If(moves):
             m.d.sync += index.eq(index + 1)
         with m.If(free):
@@ -77,7 +78,7 @@ class VertexMerge(wiring.Component):
             # Patches that are there in full and have not got their turn.
             place, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
             enters, goes = Signal(), Signal()
-            m.d.comb += [enters.eq(source.valid & source.ready), goes.eq(free & turns.first[k]),
+            m.d.comb += [enters.eq(source.valid & source.ready), goes.eq(free & turns.grant[k]),
                          asks[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
             with m.If(enters):
                 m.d.sync += place.eq(place + 1)

@@ -53,8 +53,8 @@ class LinkSender(wiring.Component):
         m.submodules.turns = turns = RoundRobin(count=self._messages)
         room = Signal(self._channels * self._messages)
         sent = Signal.like(self.o.payload, reset_less=True)
-        m.d.comb += [turns.goes.eq(turns.asks.any()), self.o.payload.eq(sent)]
-        m.d.sync += self.o.valid.eq(turns.goes)
+        m.d.comb += [turns.accept.eq(turns.eligible.any()), self.o.payload.eq(sent)]
+        m.d.sync += self.o.valid.eq(turns.accept)
         chosen = []
         for kind, source in enumerate(self.i):
             # The packet's channel follows from its destination, which only its first flit knows.
@@ -62,12 +62,12 @@ class LinkSender(wiring.Component):
             destination = source.payload.data[:max(1, (len(self._entry) - 1).bit_length())]
             entries = Array(Const(entry, lane.shape()) for entry in self._entry)
             m.d.comb += lane.eq(Mux(source.payload.first, entries[destination], kept))
-            with m.If(turns.first[kind]):
+            with m.If(turns.grant[kind]):
                 m.d.sync += [kept.eq(lane), sent.flit.eq(source.payload), sent.channel.eq(kind * self._channels + lane)]
             m.d.comb += [
-                turns.wants[kind].eq(source.valid), source.ready.eq(turns.first[kind]),
-                turns.asks[kind].eq(source.valid & (room >> kind * self._channels).bit_select(lane, 1))]
-            chosen += [turns.first[kind] & (lane == place) for place in range(self._channels)]
+                turns.request[kind].eq(source.valid), source.ready.eq(turns.grant[kind]),
+                turns.eligible[kind].eq(source.valid & (room >> kind * self._channels).bit_select(lane, 1))]
+            chosen += [turns.grant[kind] & (lane == place) for place in range(self._channels)]
         for channel, goes in enumerate(chosen):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")
             m.d.comb += room[channel].eq(credits != 0)

@@ -69,13 +69,13 @@ class OutputPort(wiring.Component):
         m = Module()
         m.submodules.turns = turns = self._policy.rule(count=self._sources)
         free, room = Signal(self._channels, init=-1), Signal(self._channels)
-        goes = turns.first
+        goes = turns.grant
         for k, front in enumerate(self.fronts):
             can = [(front.channel == channel) & room[channel] & (free[channel] | ~front.first)
                    for channel in range(self._channels)]
-            m.d.comb += [turns.wants[k].eq(front.valid), turns.asks[k].eq(front.valid & Cat(can).any())]
-        m.d.comb += [turns.goes.eq(turns.asks.any()), self.takes.eq(goes),
-                     self.stalls.eq(turns.wants.any() & ~turns.goes)]
+            m.d.comb += [turns.request[k].eq(front.valid), turns.eligible[k].eq(front.valid & Cat(can).any())]
+        m.d.comb += [turns.accept.eq(turns.eligible.any()), self.takes.eq(goes),
+                     self.stalls.eq(turns.request.any() & ~turns.accept)]
 
         for channel in range(self._channels):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")
@@ -90,7 +90,7 @@ class OutputPort(wiring.Component):
         domain = m.d.comb if self._at_once else m.d.sync
         crosses, source = Signal(), Signal(range(self._sources), reset_less=True)
         crossing = Signal.like(self.o.payload, reset_less=True)
-        domain += [crosses.eq(turns.goes), source.eq(self._of(goes, range(self._sources))),
+        domain += [crosses.eq(turns.accept), source.eq(self._of(goes, range(self._sources))),
                    crossing.flit.first.eq(self._of(goes, [front.first for front in self.fronts])),
                    crossing.flit.last.eq(self._of(goes, [front.last for front in self.fronts])),
                    crossing.channel.eq(self._of(goes, [front.channel for front in self.fronts]))]

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In
 
 from golden.config import Config
 from hw.cluster import COUNTERS
-from hw.lib.apart import flatten
+from hw.lib.black_box import flatten
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.register import WORD_BYTES, addresses

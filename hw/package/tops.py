@@ -50,7 +50,7 @@ class Top:
 
 def engine_verilog(config: Config, name: str = "top") -> str:
     """The engine, and the module of its clusters, which are all the same."""
-    return verilog_of(Engine(config=config, apart=True), name) + verilog_of(Cluster(config=config), CLUSTER)
+    return verilog_of(Engine(config=config, black_boxes=True), name) + verilog_of(Cluster(config=config), CLUSTER)
 
 
 def _router(config):
@@ -64,7 +64,7 @@ def _router(config):
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
                   page="engine.md", blocks=("icu", "ctu", "memsys", "control", "registers"),
-                  make=lambda config: Engine(config=config, apart=True), text=engine_verilog),
+                  make=lambda config: Engine(config=config, black_boxes=True), text=engine_verilog),
     "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
                    blocks=("icu", "ctu", "memsys"), make=lambda config: Cluster(config=config)),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",

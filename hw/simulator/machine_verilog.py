@@ -43,7 +43,7 @@ def _exported(name: str, config: Config, export: Callable[[Config], str]) -> str
 
 def top_verilog(config: Config) -> str:
     """The engine without the module of its clusters, which is a black box in it."""
-    return _exported("top", config, lambda config: verilog_of(Engine(config=config, apart=True), "top"))
+    return _exported("top", config, lambda config: verilog_of(Engine(config=config, black_boxes=True), "top"))
 
 
 def cluster_verilog(config: Config) -> str:

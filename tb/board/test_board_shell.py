@@ -67,7 +67,8 @@ def with_an_error(program):
 def test_hits_come_out_of_the_serial_line():
     view = board_view(BOARD, scene="cornell", pixels=PIXELS, cell=0.25)
     expected = NaiveFixed(view.geometry, BOARD).cast(view.record)
-    shell = BoardShell(config=BOARD, program=with_an_error(record(view.image, BOARD)), divisor=DIVISOR, apart=True)
+    shell = BoardShell(config=BOARD, program=with_an_error(record(view.image, BOARD)), divisor=DIVISOR,
+                       black_boxes=True)
     result = (BUILD / "vectors" / "board.bin").resolve()
     result.parent.mkdir(parents=True, exist_ok=True)
     simulate(verilog_of(shell, "top") + verilog_of(Cluster(config=BOARD), CLUSTER), "tb.board.test_board_shell",

@@ -9,7 +9,7 @@ from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.lib.apart import Apart
+from hw.lib.black_box import BlackBox
 from hw.report import UNITS, make_unit
 from tb.docs.payloads import payloads
 from tb.docs.reference import PRESET, Reference
@@ -38,16 +38,16 @@ def makers(config: Config) -> list[Callable]:
              for block, names in UNITS.items() for unit in names]
     alone = config.replace({"noc.columns": 1, "noc.rows": 1})
     program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
-    return [lambda: Engine(config=config, apart=True), *units,
-            lambda: BoardShell(config=alone, program=program, divisor=16, apart=True)]
+    return [lambda: Engine(config=config, black_boxes=True), *units,
+            lambda: BoardShell(config=alone, program=program, divisor=16, black_boxes=True)]
 
 
 class Contents:
     """All of it."""
 
     def __init__(self):
-        classes = [cls for cls in component_classes().values() if cls is not Apart]
-        found = structures(makers(PRESETS[PRESET]), stands_for={Apart: Cluster})
+        classes = [cls for cls in component_classes().values() if cls is not BlackBox]
+        found = structures(makers(PRESETS[PRESET]), stands_for={BlackBox: Cluster})
         self._reference = Reference(classes, found)
 
     def navigation(self) -> list:

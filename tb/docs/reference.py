@@ -27,6 +27,8 @@ ROOT = Path(__file__).parents[2]
 UP = "@UP@"
 # Longer lists of fields are cut down to what is outermost.
 LONG = 12
+# Sections of a docstring that define things.
+SECTIONS = ("Parameters", "Members", "Raises", "Errors", "Returns")
 
 
 class Reference:
@@ -188,12 +190,13 @@ def markdown(text: str, link=lambda name: f"`{name}`") -> str:
             in_code = True
             head = line.rstrip().removesuffix("::")
             result.append(_inline(head + ":", link) if head.strip() else "")
-        elif section in ("Parameters", "Members", "Errors", "Returns") and line and not line.startswith(" "):
+        elif section in SECTIONS and line and not line.startswith(" "):
             # A term; whoever defines nothing writes sentences.
             is_term = below.startswith("    ")
-            result += ["", ", ".join(f"`{term}`" for term in line.split(", ")), ""] if is_term else [
-                _inline(line, link)]
-        elif section in ("Parameters", "Members", "Errors", "Returns") and line.startswith("    "):
+            names, colon, shape = line.partition(" : ")
+            result += ["", ", ".join(f"`{name}`" for name in names.split(", ")) + colon + _inline(shape, link),
+                       ""] if is_term else [_inline(line, link)]
+        elif section in SECTIONS and line.startswith("    "):
             first = not lines[number - 1].startswith(" ")
             if first and result[-1] == "":
                 result.pop()

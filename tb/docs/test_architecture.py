@@ -8,7 +8,7 @@ import pytest
 from golden.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.lib.apart import Apart
+from hw.lib.black_box import BlackBox
 from tb.docs.structure import structures
 
 PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
@@ -26,8 +26,8 @@ def tables(text):
 def blocks():
     """Of each component its submodules that are not of the library, those of several of a kind by the first one."""
     config = PRESETS["tiny"]
-    found = structures([lambda: Engine(config=config, apart=True), lambda: Cluster(config=config)],
-                       stands_for={Apart: Cluster})
+    found = structures([lambda: Engine(config=config, black_boxes=True), lambda: Cluster(config=config)],
+                       stands_for={BlackBox: Cluster})
     return {cls.__name__: {(block.name, block.cls.__name__) for block in structure.blocks
                            if not block.cls.__module__.startswith("hw.lib")} for cls, structure in found.items()}
 

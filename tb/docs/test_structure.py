@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.lib.apart import Apart
+from hw.lib.black_box import BlackBox
 from hw.lib.skid_buffer import SkidBuffer
 from tb.docs.structure import SELF, Block, Link, Store, structures
 
@@ -68,7 +68,7 @@ def test_streams_of_the_cluster():
 
 
 def test_streams_of_the_engine():
-    found = edges(Engine, lambda: Engine(config=CONFIG, apart=True), stands_for={Apart: Cluster})
+    found = edges(Engine, lambda: Engine(config=CONFIG, black_boxes=True), stands_for={BlackBox: Cluster})
     assert {(SELF, "registers"), ("registers", "control"), ("port", SELF), ("port", "interface"), ("port", "preload"),
             ("cluster_0", "bus"), ("bus", "cluster_1"), ("cluster_1", "network"), ("network", "cluster_0"),
             ("write", "port")} <= found

@@ -85,14 +85,14 @@ class ArbiterFair(wiring.Component):
 class _LowestFirst(RoundRobin):
     def elaborate(self, platform):
         m = Module()
-        m.d.comb += self.first.eq(self.asks & ~(self.asks - 1))
+        m.d.comb += self.grant.eq(self.eligible & ~(self.eligible - 1))
         return m
 
 
 class _AllFirst(RoundRobin):
     def elaborate(self, platform):
         m = Module()
-        m.d.comb += self.first.eq(self.asks)
+        m.d.comb += self.grant.eq(self.eligible)
         return m
 
 

@@ -119,7 +119,7 @@ class _LastAlways(InputQueue):
 class _LowestFirst(RoundRobin):
     def elaborate(self, platform):
         m = Module()
-        m.d.comb += self.first.eq(self.asks & ~(self.asks - 1))
+        m.d.comb += self.grant.eq(self.eligible & ~(self.eligible - 1))
         return m
 
 

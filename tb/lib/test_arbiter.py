@@ -110,9 +110,9 @@ def test_in_the_simulator(policy, order, simulator):
              latency=arbiter.latency)
 
 
-@pytest.mark.parametrize("count", [0, "2"])
-def test_init_wrong_count(count):
-    with pytest.raises(ValueError, match=f"^Count must be at least 1, not {count!r}$"):
+@pytest.mark.parametrize(("count", "error"), [(0, ValueError), ("2", TypeError)])
+def test_init_wrong_count(count, error):
+    with pytest.raises(error, match=f"^Count must be at least 1, not {count!r}$"):
         Arbiter(SHAPE, count=count)
 
 

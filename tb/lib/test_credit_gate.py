@@ -47,7 +47,7 @@ def test_in_the_simulator(simulator):
                        lambda config: Vectors(items=ITEMS, expected={"o": ITEMS}), simulator=simulator)
 
 
-@pytest.mark.parametrize("credits", [0, 1.5])
-def test_init_wrong_credits(credits):
-    with pytest.raises(ValueError, match=f"^Credits must be at least 1, not {credits!r}$"):
+@pytest.mark.parametrize(("credits", "error"), [(0, ValueError), (1.5, TypeError)])
+def test_init_wrong_credits(credits, error):
+    with pytest.raises(error, match=f"^Credits must be at least 1, not {credits!r}$"):
         CreditGate(SHAPE, credits=credits)

@@ -48,9 +48,9 @@ def test_shape_is_kept():
     assert Join({"a": SHAPE, "b": 3}).o.payload.shape() == StructLayout({"a": SHAPE, "b": 3})
 
 
-@pytest.mark.parametrize("count", [0, 1.0])
-def test_init_wrong_count(count):
-    with pytest.raises(ValueError, match=f"^Count must be at least 1, not {count!r}$"):
+@pytest.mark.parametrize(("count", "error"), [(0, ValueError), (1.0, TypeError)])
+def test_init_wrong_count(count, error):
+    with pytest.raises(error, match=f"^Count must be at least 1, not {count!r}$"):
         Fork(SHAPE, count=count)
 
 

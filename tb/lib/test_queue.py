@@ -20,7 +20,7 @@ def test_in_the_simulator(simulator):
     check_in_simulator("queue", lambda config: Queue(SHAPE, depth=5), vectors, simulator=simulator)
 
 
-@pytest.mark.parametrize("depth", [0, -1, 2.0])
-def test_init_wrong_depth(depth):
-    with pytest.raises(ValueError, match=f"^Depth must be at least 1, not {depth!r}$"):
+@pytest.mark.parametrize(("depth", "error"), [(0, ValueError), (-1, ValueError), (2.0, TypeError)])
+def test_init_wrong_depth(depth, error):
+    with pytest.raises(error, match=f"^Depth must be at least 1, not {depth!r}$"):
         Queue(SHAPE, depth=depth)

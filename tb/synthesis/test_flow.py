@@ -8,7 +8,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.shared_port import write_in_place_of
+from hw.lib.shared_port import share_port
 from hw.lib.skid_buffer import SkidBuffer
 from hw.synthesis import flow
 from hw.synthesis.flow import synthesise, synthesise_between_registers
@@ -29,7 +29,7 @@ class TwoReaders(wiring.Component):
         reads = [memory.read_port() for _ in range(2)]
         for asked, found, read in zip(self.asked, self.found, reads, strict=True):
             m.d.comb += [read.addr.eq(asked), found.eq(read.data)]
-        write_in_place_of(reads[1], m, memory.write_port(), enable=self.enable, address=self.address, data=self.data)
+        share_port(reads[1], m, memory.write_port(), enable=self.enable, address=self.address, data=self.data)
         return m
 
 

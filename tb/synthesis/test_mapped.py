@@ -15,7 +15,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
-from hw.lib.shared_port import write_in_place_of
+from hw.lib.shared_port import share_port
 from tb.icu.test_screening import make, vectors
 from tb.lib.block_bench import check_in_simulator
 from tb.lib.clocking import start
@@ -75,7 +75,7 @@ class Cells(wiring.Component):
         readers = [shared.read_port() for _ in range(2)]
         for reader, found in zip(readers, (self.o_first, self.o_second), strict=True):
             m.d.comb += [reader.addr.eq(self.wanted), found.eq(reader.data)]
-        write_in_place_of(readers[1], m, shared.write_port(), enable=self.enable[0], address=self.write, data=self.data)
+        share_port(readers[1], m, shared.write_port(), enable=self.enable[0], address=self.write, data=self.data)
         # With registers behind it, and never read where it is written.
         m.submodules.apart = apart = Memory(shape=18, depth=1024, init=first(4), attrs={"no_rw_check": 1})
         write, read = apart.write_port(), apart.read_port()

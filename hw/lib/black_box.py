@@ -1,4 +1,4 @@
-"""Apart: a component that is exported on its own, and placed by its name."""
+"""Black box: stands for a component that is a separately built module."""
 
 from collections.abc import Iterator, Mapping
 
@@ -6,21 +6,21 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal, Valu
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-__all__ = ["Apart", "flatten"]
+__all__ = ["BlackBox", "flatten"]
 
 
 def flatten(component: wiring.Component) -> Iterator[tuple[str, wiring.Member, Value]]:
-    """Names, members and values, without such as have no bits and such as are always the same."""
+    """Names, members and values of all ports, except for those that have no bits or are constant."""
     for path, member, value in component.signature.flatten(component):
         value = Value.cast(value)
         if len(value) and not isinstance(value, Const):
             yield "__".join(map(str, path)), member, value
 
 
-class Apart(wiring.Component):
-    """Has the interface of a component; inside there is an instance of the module of that name.
+class BlackBox(wiring.Component):
+    """The interface of a component around an instance of a Verilog module of a given name.
 
-    Many of them share one module, so that it is made, and compiled, once.
+    All instances share the module, which is generated and compiled once.
 
     Parameters
     ----------
@@ -28,6 +28,10 @@ class Apart(wiring.Component):
         Of the component.
     name
         Of its module.
+
+    Members
+    -------
+    Those of the component.
     """
 
     def __init__(self, members: Mapping, *, name: str):

@@ -1,42 +1,52 @@
-"""Phases: an item stays for several cycles, so that few operators can work for all of it."""
+"""Time multiplexer: repeats an item with a phase number, so that few operators work on all of its parts."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["Phases"]
+from hw.lib.validate import check_integer
+
+__all__ = ["PHASES", "TimeMultiplexer"]
+
+# Phases of an item: the parts of a quadrilateral (vertices, edges, rows of a matrix with the origin) are four.
+PHASES = 4
 
 
-class Phases(wiring.Component):
-    """Shows each item ``count`` times, every ``interval`` cycles, with the number of the time.
+class TimeMultiplexer(wiring.Component):
+    """Gives each item ``count`` times, every ``interval`` cycles, with phase 0, 1, ... ``count`` - 1.
 
     Parameters
     ----------
     shape
         Of an item.
     count
-        Phases, at least 2.
+        Number of phases, at least 2.
     interval
-        Cycles from a phase to the next one, at least 1.
+        Cycles per phase, at least 1.
 
     Members
     -------
-    i
-        Items, at least ``count`` intervals apart. Always ready.
-    o
-        ``phase`` and ``item``, which stays until the next item comes. Always ready.
+    i : In, stream of the item's shape, always ready
+        Items, at least ``count`` intervals apart.
+    o : Out, stream of ``phase``, ``item``, always ready
+        The item of a phase; it stays until the next item.
 
     Timing
     ------
-    Latency: ``1`` cycle to phase 0; the phases follow each other without gaps. One item per ``count`` intervals.
+    Latency: ``1`` cycle to phase 0; phases follow each other without gaps. One item per ``count`` intervals.
+
+    Raises
+    ------
+    TypeError
+        Count or interval are no integers.
+    ValueError
+        Count or interval are out of range.
     """
 
-    def __init__(self, shape, *, count: int = 4, interval: int = 1):
-        if count < 2:
-            raise ValueError(f"Count must be at least 2, not {count!r}")
-        if interval < 1:
-            raise ValueError(f"Interval must be at least 1, not {interval!r}")
+    def __init__(self, shape, *, count: int = PHASES, interval: int = 1):
+        check_integer("Count", count, minimum=2)
+        check_integer("Interval", interval, minimum=1)
         self._count, self._interval = count, interval
         super().__init__({
             "i": In(stream.Signature(shape, always_ready=True)),

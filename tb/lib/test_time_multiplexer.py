@@ -7,14 +7,14 @@ from amaranth.lib.data import StructLayout
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.lib.phases import Phases
+from hw.lib.time_multiplexer import TimeMultiplexer
 from tb.lib.block_bench import Vectors, check_block
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
 ITEMS = [{"number": k, "inverted": ~k & 255} for k in range(60)]
 COUNTS = (2, 3, 4, 5)
-BENCHES = {count: ScheduleBench(Phases(SHAPE, count=count), ["i"], ["o"]) for count in COUNTS}
+BENCHES = {count: ScheduleBench(TimeMultiplexer(SHAPE, count=count), ["i"], ["o"]) for count in COUNTS}
 
 
 def phases(items, count):
@@ -23,7 +23,7 @@ def phases(items, count):
 
 @pytest.mark.parametrize("count", COUNTS)
 def test_each_item_is_shown_in_every_phase(count):
-    check_block(lambda config: Phases(SHAPE, count=count),
+    check_block(lambda config: TimeMultiplexer(SHAPE, count=count),
                 lambda config: Vectors(items=ITEMS, expected={"o": phases(ITEMS, count)}), interval=count,
                 variants=[{}])
 
@@ -45,7 +45,7 @@ def test_phases_follow_each_other_without_gaps():
 
 
 def test_phases_some_cycles_apart():
-    bench = ScheduleBench(Phases(SHAPE, count=3, interval=4), ["i"], ["o"])
+    bench = ScheduleBench(TimeMultiplexer(SHAPE, count=3, interval=4), ["i"], ["o"])
     came = bench.run(Schedule(items={"i": [(11 + 5 * (number == 3), item) for number, item in enumerate(ITEMS[:5])]},
                               stalls={}))
     assert came == {"o": phases(ITEMS[:5], 3)}
@@ -54,9 +54,9 @@ def test_phases_some_cycles_apart():
 
 def test_init_wrong_interval():
     with pytest.raises(ValueError, match=r"^Interval must be at least 1, not 0$"):
-        Phases(SHAPE, count=2, interval=0)
+        TimeMultiplexer(SHAPE, count=2, interval=0)
 
 
 def test_init_wrong_count():
     with pytest.raises(ValueError, match=r"^Count must be at least 2, not 1$"):
-        Phases(SHAPE, count=1)
+        TimeMultiplexer(SHAPE, count=1)
