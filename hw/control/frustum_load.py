@@ -136,8 +136,8 @@ class FrustumLoad(wiring.Component):
         targets += [("clusters", "subshells", [self.subshells]), ("cell_grid", "shape", list(numbers.cells))]
         for name in ("is_screen", "source", "columns", "rows", "column_bits", "row_bits", "longest_direction"):
             targets.append(("frustum", name, [numbers[name]]))
-        for name in ("origin", "place"):
-            targets.append(("frustum", name, list(numbers[name])))
+        for field, name in (("origin", "origin"), ("grid_origin", "place")):
+            targets.append(("frustum", field, list(numbers[name])))
         for name in ("matrix", "to_global"):
             targets.append(("frustum", name, [entry for line in numbers[name] for entry in line]))
         for region, field, elements in targets:

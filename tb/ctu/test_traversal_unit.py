@@ -20,8 +20,8 @@ from tb.lib.stream import Monitor, Source
 MODULE = "tb.ctu.test_traversal_unit"
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "error")
-SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8, "ctu.shell_bits": 3,
-         "ctu.subshell_bits": 6, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
+SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
+         "ctu.shell_bits": 3, "ctu.subshell_bits": 6, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
 
 
 # A cluster's list need not be the first one of the table.

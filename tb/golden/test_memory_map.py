@@ -1,7 +1,5 @@
 """The memory image: nothing is lost on the way to bytes and back, and what is broken is refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,7 +18,6 @@ from golden.memory_map import (
     VERSION,
     MemoryImage,
     from_bytes,
-    layout_tables,
     machine_image,
     pack_beats,
     unpack_beats,
@@ -29,7 +26,6 @@ from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.golden.schedule.scenes import CONFIG, Case, case
 
-PAGE = Path(__file__).parents[2] / "docs" / "memory-map.md"
 WEIGHTS = Hemisphere(128, 32).polar_weights
 
 
@@ -179,7 +175,13 @@ def test_regions_are_aligned_and_apart(image):
         assert offsets[region.name] % ALIGNMENT == 0
         assert offsets[region.name] >= end
         end = offsets[region.name] + image[region.name].nbytes
-    assert end <= len(image.to_bytes())
+    assert end <= image.size == len(image.to_bytes())
+
+
+def test_offsets_are_those_of_the_region_table_and_need_no_bytes(image, monkeypatch):
+    table = np.frombuffer(image.to_bytes(), dtype=ENTRY.dtype, count=len(REGIONS), offset=HEADER.dtype.itemsize)
+    monkeypatch.delattr(MemoryImage, "to_bytes")
+    assert image.offsets == dict(zip((region.name for region in REGIONS), table["offset"].tolist(), strict=True))
 
 
 def test_a_patch_is_read_without_crossing_a_page():
@@ -206,10 +208,6 @@ def test_beats_hold_three_coordinates_of_24_bits():
     assert np.array_equal(unpack_beats(low, high), vertices)
 
 
-def test_the_page_shows_the_layout():
-    assert layout_tables() in PAGE.read_text()
-
-
 def broken(image, region, field, value, row=0):
     """The bytes of an image with one field changed."""
     copy = image[region].copy()
@@ -231,11 +229,49 @@ def broken(image, region, field, value, row=0):
     ("shells", "rows", 99999, "shells must point into the .* records of grid_rows"),
     ("shells", "first_column", 99999, "shells must point into the .* records of grid_columns"),
     ("cell_grid", "shape", 2, "cells must be as many as cell_grid.shape says"),
+    ("shells", "rows", 1 << 12, "must"),
+    ("shells", "first_ray", 1, r"shells.first_ray must be the number of grid rays of the shells before"),
     ("frustum", "columns", 7, "must"),
 ])
 def test_tables_that_point_outside_are_refused(image, region, field, value, message):
     with pytest.raises(InputError, match=f"memory image: .*{message}"):
         from_bytes(broken(image, region, field, value))
+
+
+def grown(image, **records):
+    """The image with other records of some regions."""
+    return MemoryImage({**image.regions, **records})
+
+
+def test_a_grid_that_the_machine_cannot_number_is_refused(image):
+    grid = image["cell_grid"].copy()
+    grid["shape"] = 1024, 1, 1
+    large = grown(image, cell_grid=grid, cells=np.resize(image["cells"], 1024), near_cells=image["near_cells"][:0])
+    with pytest.raises(InputError, match=r"cell_grid\.shape must be below 1024, not \[1024, 1, 1\]"):
+        from_bytes(large.to_bytes())
+    grid["shape"] = 1023, 1, 1
+    from_bytes(grown(large, cell_grid=grid, cells=np.resize(image["cells"], 1023)).to_bytes())
+
+
+@pytest.mark.parametrize(("rows", "columns", "message"), [
+    (4095, 256, None), (4095, 257, "grid rays must be at most 1048576, not 1052415"),
+    (4096, 1, "shells.rows must be below 4096"), (1, 4096, "shells.columns must be below 4096")])
+def test_grid_rays_that_the_machine_cannot_number_are_refused(image, rows, columns, message):
+    shells = image["shells"][:1].copy()
+    shells["rows"], shells["columns"] = rows, columns
+    large = grown(image, shells=shells, grid_rows=np.resize(image["grid_rows"], 4096),
+                  grid_columns=np.resize(image["grid_columns"], 4096)).to_bytes()
+    if message is None:
+        from_bytes(large)
+    else:
+        with pytest.raises(InputError, match=f"memory image: {message}"):
+            from_bytes(large)
+
+
+def test_an_image_of_a_grid_that_the_machine_cannot_number_is_not_made(scene, plan, monkeypatch):
+    monkeypatch.setattr("golden.memory_map.check.GRID_SIDE_BITS", 3)
+    with pytest.raises(InputError, match=r"shells\.rows must be below 8"):
+        machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan)
 
 
 def test_what_is_no_image_is_refused(image):

@@ -1,0 +1,30 @@
+"""The memory map: every byte that passes between host and machine.
+
+An image is a header, a table of regions, and the regions, each an array of equal records. `REGIONS` is the layout;
+`MemoryImage.to_bytes` and `from_bytes` follow it, and docs/memory-map.md shows it. Fields are as wide as the largest
+configuration needs, so one layout serves all configurations.
+
+Integers are little-endian; signed ones are two's complement.
+"""
+
+from golden.memory_map.beats import BEATS, COORDINATE_BITS, pack_beats, unpack_beats
+from golden.memory_map.builder import machine_image
+from golden.memory_map.image import MemoryImage, from_bytes
+from golden.memory_map.layout import (
+    ALIGNMENT,
+    ENTRY,
+    GRID_RAY_BITS,
+    GRID_SHAPE_BITS,
+    GRID_SIDE_BITS,
+    HEADER,
+    MAGIC,
+    NONE,
+    REGIONS,
+    VERSION,
+    Field,
+    Region,
+)
+
+__all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS",
+           "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "Field", "MemoryImage", "Region", "from_bytes",
+           "machine_image", "pack_beats", "unpack_beats"]
