@@ -148,11 +148,13 @@ class Engine(wiring.Component):
         held = self._add_submodule("held", SkidBuffer(load.o_word.payload.shape()))
         wiring.connect(m, load.o_word, held.i)
         wiring.connect(m, held.o, words.i)
-        loads = Signal()
-        m.d.sync += loads.eq(held.o.valid | sum(cluster.loads for cluster in clusters).any())
+        # Registers, as clusters are far away. A word is in one of the terms in each cycle until all have stored it.
+        was_held, was_loading = Signal(), Signal()
+        m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(sum(cluster.loads for cluster in clusters).any())]
         m.d.comb += [
+            load.stored.eq(~(held.o.valid | was_held | was_loading)),
             load.i.valid.eq(control.loading), load.i.payload.image.eq(registers.image),
-            load.i.payload.regions.eq(registers.regions), load.loads.eq(loads), control.loads.eq(load.busy)]
+            load.i.payload.regions.eq(registers.regions), control.loads.eq(load.busy)]
         scene, takes = interface.scene, Signal()
         places = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
         with m.If(control.loading):

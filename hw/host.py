@@ -31,7 +31,9 @@ LIVES = {
     "frustum": ("frustum", "columns", "rows", "near_cells", "shells", "grid_rows", "grid_columns"),
 }
 GRID_RAYS = 1 << 20
-# Cycles between two looks at the status.
+# Errors of a command that has changed nothing.
+_REFUSED = (ErrorCode.COMMAND, ErrorCode.NOT_LOADED)
+# Cycles between two reads of the status.
 POLL = 100
 
 
@@ -188,19 +190,23 @@ class Host:
         """
         if check:
             check_image(image, self._config)
-        await self.place(image.to_bytes(), base=base)
-        self._loaded = image, self._base if base is None else base
-        if "scene" in lives:
-            self._scene = self._loaded
-        used = [(at, at + len(one.to_bytes())) for one, at in (self._loaded, self._scene or self._loaded)]
+        data, at = image.to_bytes(), self._base if base is None else base
+        if at + len(data) > 1 << self._config.memory.address_bits:
+            raise InputError(f"host: The image must end at {1 << self._config.memory.address_bits:#x} "
+                             f"(memory.address_bits) at most, not {at + len(data):#x}")
+        await self.place(data, base=base)
+        loaded = image, at
+        scene = loaded if "scene" in lives else self._scene
+        used = [(first, first + len(one.to_bytes())) for one, first in (loaded, scene or loaded)]
         policy = policy or CachePolicy[self._config.memsys.cache_policy.upper()]
         regions = sum(1 << _NUMBER[name] for life in lives for name in LIVES[life])
         for name, value in (
-                ("image", self._loaded[1]), ("regions", regions), ("policy", policy.value),
+                ("image", at), ("regions", regions), ("policy", policy.value),
                 ("read_base", min(first for first, _ in used)), ("read_limit", max(end for _, end in used))):
             await self.write(name, value)
         await self.command("load")
         await self.finish("loads", timeout=timeout)
+        self._loaded, self._scene = loaded, scene
 
     async def place(self, data: bytes, *, base: int | None = None) -> None:
         """Put the bytes of an image into main memory."""
@@ -211,9 +217,17 @@ class Host:
         await self.write("command", register("command").pack(**{name: 1}))
 
     async def start(self) -> None:
-        """Begin to cast what has been loaded."""
-        self._present, self._earlier = self._loaded, self._present
+        """Begin to cast what has been loaded.
+
+        Raises
+        ------
+        EngineError
+            The machine refuses the command. The present and the earlier frustum stay what they were.
+        """
         await self.command("cast")
+        if (await self.status())["failed"] and ErrorCode(await self.read("error")) in _REFUSED:
+            raise await self._error()
+        self._present, self._earlier = self._loaded, self._present
 
     async def finish(self, what: str, *, timeout: int) -> None:
         """Wait until one of the busy bits of ``status`` is 0.
@@ -221,7 +235,7 @@ class Host:
         Errors
         ------
         EngineError
-            Something went wrong; it is forgotten by then.
+            Something went wrong; the error is cleared by then.
         EngineTimeoutError
             It takes longer.
         """
@@ -235,10 +249,14 @@ class Host:
             await self._port.wait(POLL)
             waited += POLL
         if status["failed"]:
-            error = EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
-                                await self.read("error_address"))
-            await self.command("clear")
-            raise error
+            raise await self._error()
+
+    async def _error(self) -> EngineError:
+        """The machine's error, which is cleared."""
+        error = EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
+                            await self.read("error_address"))
+        await self.command("clear")
+        return error
 
     async def cast(self, *, timeout: int = 1 << 26) -> int:
         """Cast what has been loaded, and return the cycles that it took."""
@@ -256,8 +274,18 @@ class Host:
             See the register ``results``.
         total
             What the weights of all rays add up to.
+
+        Raises
+        ------
+        InputError
+            There is no such frustum.
+        EngineError, EngineTimeoutError
+            The machine has not written them.
         """
-        image, base = self._earlier if earlier else self._present
+        frustum = self._earlier if earlier else self._present
+        if frustum is None:
+            raise InputError("host: A frustum must have been cast before its results are written")
+        image, base = frustum
         offsets = image.offsets
         for name, value in (("total", total), ("write_base", base + offsets["hits"]),
                             ("write_limit", base + len(image.to_bytes()))):
@@ -283,4 +311,5 @@ class Host:
     async def stop(self, *, timeout: int = 1 << 20) -> None:
         """End whatever goes on. Everything must be loaded again."""
         await self.command("stop")
+        self._scene = self._loaded = self._present = self._earlier = None
         await self.finish("stops", timeout=timeout)

@@ -17,15 +17,13 @@ from hw.registers.error_code import NETWORK, ErrorCode
 
 __all__ = ["EngineControl"]
 
-# Cycles that a stop takes at least: longer than any way through the units.
-STOPS = 64
-
 
 class EngineControl(wiring.Component):
     """Takes a command if it can be obeyed, keeps the first error, and ends what takes too long.
 
-    A load or a cast begins when nothing is under way. Results of the frustum before the present one may be written
-    while that one is cast. A stop holds all units in reset until main memory owes nothing.
+    A load or a cast begins when nothing is in flight. Results of the frustum before the present one may be written
+    while that one is cast. A stop holds all units in reset until main memory has no outstanding transaction: resets are
+    synchronous, so one cycle is enough for all else.
 
     Parameters
     ----------
@@ -105,7 +103,7 @@ class EngineControl(wiring.Component):
         # How long what is under way has taken.
         cycles, late = Signal(32), Signal()
         m.d.sync += [cycles.eq(Mux(idle | begins | self.stops, 0, cycles + 1)),
-                     late.eq(~self.stops & (cycles >= self.watchdog))]
+                     late.eq(~self.stops & (self.watchdog != 0) & (cycles >= self.watchdog))]
 
         # Errors: of clusters one after the other.
         turn, fault, network = Signal(self._cluster), Signal.like(self.clusters[0]), Signal(NetworkFault)
@@ -145,13 +143,10 @@ class EngineControl(wiring.Component):
         # What cannot go on ends in a reset.
         m.d.comb += ends.eq(bits["stop"] | late | (fault.code == ErrorCode.PATH_TIMEOUT)
                             | (network != NetworkFault.NONE))
-        left = Signal(range(STOPS + 1))
         with m.If(self.stops):
-            m.d.sync += left.eq(Mux(left == 0, 0, left - 1))
-            with m.If((left == 0) & ~self.memory_busy):
-                m.d.sync += self.stops.eq(0)
+            m.d.sync += self.stops.eq(self.memory_busy)
         with m.Elif(ends):
-            m.d.sync += [self.stops.eq(1), left.eq(STOPS)]
+            m.d.sync += self.stops.eq(1)
         with m.If(self.stops):
             m.d.sync += [loaded.eq(0), present.eq(0), earlier.eq(0), self.loading.eq(0), self.casting.eq(0),
                          self.writing.eq(0)]

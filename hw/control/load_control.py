@@ -19,8 +19,8 @@ __all__ = ["ALL", "OWN", "LoadControl"]
 # for its patches.
 OWN = sum(1 << RegionNumber[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
 ALL = sum(1 << k for k, region in enumerate(REGIONS) if region.life != "result" and region.name != "residents")
-# Cycles from the last word of a command until it is with all clusters, or they say that it is not.
-ARRIVES = 7
+# Of the register.
+IMAGE_BITS = 64
 
 
 class LoadControl(wiring.Component):
@@ -34,15 +34,16 @@ class LoadControl(wiring.Component):
     Members
     -------
     i
-        ``image`` (a multiple of 64, or there is none) and ``regions``. Taken when the last ones have been loaded.
+        ``image`` (an address that is a multiple of 64, or there is none) and ``regions``. Taken when the last ones
+        have been loaded.
     busy
         Tables are being read.
     o_command, i_done, i_word
         `PreloadDma`'s ``i``, ``o_done`` and ``o``.
     o_word
         `ControlFormats.load_word`.
-    loads
-        A cluster has words that are not stored yet.
+    stored
+        All words of ``o_word`` are in the tables of the clusters. 0 from the cycle after a transfer on, until they are.
     o_over
         `MemoryFormats.fault`, one for each load. Always ready. With a fault nothing of the rest has been read.
 
@@ -59,27 +60,27 @@ class LoadControl(wiring.Component):
         self._cluster = path.cluster
         word = dict(iter(control.load_word))
         super().__init__({
-            "i": In(stream.Signature(StructLayout({"image": address, "regions": len(REGIONS)}))), "busy": Out(1),
+            "i": In(stream.Signature(StructLayout({"image": IMAGE_BITS, "regions": len(REGIONS)}))), "busy": Out(1),
             "o_command": Out(stream.Signature(StructLayout({"image": address, "cluster": 16,
                                                             "regions": len(REGIONS)}))),
             "i_done": In(stream.Signature(memory.fault)),
             "i_word": In(stream.Signature(StructLayout({name: field.shape for name, field in word.items()
                                                         if name not in ("cluster", "is_all")}))),
-            "o_word": Out(stream.Signature(control.load_word)), "loads": In(1),
+            "o_word": Out(stream.Signature(control.load_word)), "stored": In(1),
             "o_over": Out(stream.Signature(memory.fault, always_ready=True))})
 
     def elaborate(self, platform):
         m = Module()
         given, is_all, cluster = Signal.like(self.i.payload), Signal(), Signal(self._cluster)
-        regions, wait, command = Signal.like(given.regions), Signal(range(ARRIVES + 1)), self.o_command.payload
+        regions, command = Signal.like(given.regions), self.o_command.payload
         m.d.comb += [
             regions.eq(Mux(is_all, given.regions & ~OWN, given.regions & OWN)), command.image.eq(given.image),
             command.cluster.eq(cluster), command.regions.eq(regions),
             self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
             *(self.o_word.payload[name].eq(self.i_word.payload[name]) for name in self.i_word.payload.shape().members),
             self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
-        fault, crooked = Signal.like(self.i_done.payload), Signal()
-        m.d.comb += crooked.eq(given.image[:ALIGNMENT.bit_length() - 1] != 0)
+        fault, wrong = Signal.like(self.i_done.payload), Signal()
+        m.d.comb += wrong.eq((given.image[:ALIGNMENT.bit_length() - 1] != 0) | given.image[len(command.image):].any())
         m.d.comb += [self.o_over.payload.eq(fault), self.busy.eq(1)]
         with m.FSM():
             with m.State("Wait"):
@@ -88,22 +89,19 @@ class LoadControl(wiring.Component):
                 with m.If(self.i.valid):
                     m.next = "Command"
             with m.State("Command"):
-                m.d.comb += self.o_command.valid.eq(~crooked)
-                with m.If(crooked):
+                m.d.comb += self.o_command.valid.eq(~wrong)
+                with m.If(wrong):
                     m.d.sync += [fault.code.eq(Fault.IMAGE), fault.address.eq(given.image)]
                     m.next = "Next"
                 with m.Elif(self.o_command.ready):
                     m.next = "Read"
             with m.State("Read"):
                 m.d.comb += self.i_done.ready.eq(1)
-                m.d.sync += wait.eq(0)
                 with m.If(self.i_done.valid):
                     m.d.sync += fault.eq(self.i_done.payload)
-                    m.next = "Arrive"
-            with m.State("Arrive"):
-                m.d.sync += wait.eq(Mux(self.loads | self.o_word.valid, 0, wait + 1))
-                with m.If(wait == ARRIVES):
-                    m.next = "Next"
+                    m.next = "Store"
+            with m.State("Store"), m.If(self.stored):
+                m.next = "Next"
             with m.State("Next"):
                 m.d.sync += is_all.eq(0)
                 with m.If(~is_all):

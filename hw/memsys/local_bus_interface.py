@@ -86,13 +86,17 @@ class LocalBusInterface(wiring.Component):
         m.submodules.asked = asked = Queue(formats.cell_key, depth=requests)
         m.submodules.further = further = Queue(formats.cell_key, depth=requests)
         wiring.connect(m, wiring.flipped(self.i_cell), gate.i)
-        key = Signal(formats.cell_key)
+        # Further parts come before other cells, but an offer of a cell stays until it is taken.
+        key, is_further, offers_cell = Signal(formats.cell_key), Signal(), Signal()
         m.d.comb += [
-            key.cell.eq(Mux(further.o.valid, further.o.payload.cell, gate.o.payload)),
-            key.part.eq(Mux(further.o.valid, further.o.payload.part, 0)),
+            is_further.eq(further.o.valid & ~offers_cell),
+            key.cell.eq(Mux(is_further, further.o.payload.cell, gate.o.payload)),
+            key.part.eq(Mux(is_further, further.o.payload.part, 0)),
             out.valid.eq(further.o.valid | gate.o.valid), out.payload.kind.eq(RequestKind.CELL),
-            out.payload.key.eq(key), further.o.ready.eq(out.ready), gate.o.ready.eq(out.ready & ~further.o.valid),
+            out.payload.key.eq(key), further.o.ready.eq(out.ready & is_further),
+            gate.o.ready.eq(out.ready & ~is_further),
             asked.i.valid.eq(out.valid & out.ready), asked.i.payload.eq(key)]
+        m.d.sync += offers_cell.eq(out.valid & ~out.ready & ~is_further)
 
         place = StructLayout({"item": formats.cell_beat, "ends": 1, "error": 1})
         m.submodules.ids = room = Queue(place, depth=ids * requests)

@@ -7,6 +7,9 @@ from hw.memsys.fault import fault_layout
 
 __all__ = ["MemoryFormats"]
 
+# Of a window's bounds, whatever the width of an address.
+WINDOW_BITS = 64
+
 
 class MemoryFormats:
     """All layouts of one configuration.
@@ -24,7 +27,7 @@ class MemoryFormats:
     low_bits, beat_bits, burst_bits, slot_bits
         Bits of a byte's place in its beat, of a beat's number, of its place in a burst, and of a burst under way.
     fault, window
-        See `hw.memsys.fault`; ``base`` <= address < ``limit``.
+        See `hw.memsys.fault`; ``base`` <= address < ``limit``, of 64 bits as in the registers.
     write_data, written
         ``data`` and ``strobe``, a bit per byte; ``tag`` and ``error``.
     """
@@ -36,7 +39,7 @@ class MemoryFormats:
         self.burst_bits = memory.burst_beats.bit_length() - 1
         self.slot_bits = max(1, memory.outstanding.bit_length() - 1)
         self.fault = fault_layout(memory.address_bits)
-        self.window = StructLayout({"base": memory.address_bits, "limit": memory.address_bits})
+        self.window = StructLayout({"base": WINDOW_BITS, "limit": WINDOW_BITS})
         self.write_data = StructLayout({"data": memory.data_bits, "strobe": memory.beat_bytes})
 
     def request(self, tag) -> StructLayout:

@@ -50,13 +50,16 @@ class WindowCheck(wiring.Component):
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         address, length, going = (pipeline.input(self.i.payload[name]) for name in ("address", "length", "tag"))
         base, limit = pipeline.constant(self.window.base), pipeline.constant(self.window.limit)
-        # One bit more than an address has: past its end is past every limit.
-        last, crooked, below = pipeline.register(
+        top = config.memory.address_bits
+        # One bit more than an address has: past its end is past every limit, and a limit past it is none.
+        last, misaligned, below = pipeline.register(
             lambda address, length, base: (address[low:] + length, address[:low].any(), address < base),
             address, length, base)
         bad = pipeline.register(
-            lambda last, limit, crooked, below: (Cat(Const(-1, low), last) >= limit) | crooked | below,
-            last, limit, crooked, below)
+            lambda last, limit, misaligned, below: (
+                last[-1] | misaligned | below
+                | ~limit[top:].any() & (Cat(Const(-1, low), last[:formats.beat_bits]) >= limit[:top])),
+            last, limit, misaligned, below)
         first = pipeline.combine(lambda address: address[low:], address)
         for name, value in (("first", first), ("tag", going), ("bad", bad)):
             pipeline.output(self.o.payload[name], value)

@@ -57,7 +57,7 @@ ENGINE_REGISTERS = (
         _flag("earlier", "those of the frustum before the present one, which may be under way"))),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
              "when cells are loaded, which also empties them.", reset=1),
-    Register(name="watchdog", access=Access.WRITE, about="Cycles that a command may take.", reset=1 << 26),
+    Register(name="watchdog", access=Access.WRITE, about="Cycles that a command may take; 0: no limit.", reset=1 << 26),
     Register(name="cycles", access=Access.READ, about="Of the present frustum, or the last one."),
     Register(name="flits", access=Access.READ, about="That the network's routers have sent since it was reset."),
     Register(name="flit_stalls", access=Access.READ, about="Cycles, over all ports of routers, in which flits waited."),

@@ -35,7 +35,7 @@ def load(regions, faults=(), *, image=64, seed=1):
     commands, words, overs = [], [], []
 
     async def bench(ctx):
-        state, left, record, pending = "idle", 0, 0, 0
+        state, left, record, pending, stored = "idle", 0, 0, 0, 0
         ctx.set(dut.i.payload, {"image": image, "regions": regions})
         ctx.set(dut.i.valid, 1)
         for cycle in range(4000):
@@ -46,7 +46,8 @@ def load(regions, faults=(), *, image=64, seed=1):
             ctx.set(dut.i_done.payload.code, dict(faults).get(len(commands) - 1, Fault.NONE))
             ctx.set(dut.o_word.ready, draw.random() < 0.6)
             pending = max(0, pending - 1)
-            ctx.set(dut.loads, pending > 0)
+            ctx.set(dut.stored, pending == 0)
+            stored = 0 if pending or state != "idle" else stored + 1
             if ctx.get(dut.o_command.valid) and ctx.get(dut.o_command.ready):
                 command = dut.o_command.payload
                 commands.append((ctx.get(command.image), ctx.get(command.cluster), ctx.get(command.regions)))
@@ -54,12 +55,13 @@ def load(regions, faults=(), *, image=64, seed=1):
             elif state == "words" and ctx.get(dut.i_word.valid) and ctx.get(dut.i_word.ready):
                 out = dut.o_word.payload
                 words.append((ctx.get(out.cluster), ctx.get(out.is_all), ctx.get(out.record)))
-                record, left, pending = record + 1, left - 1, draw.randrange(30)
+                record, left, pending = record + 1, left - 1, 1 + draw.randrange(30)
                 state = "words" if left else "done"
             elif state == "done" and ctx.get(dut.i_done.ready):
                 state = "idle"
             if ctx.get(dut.o_over.valid):
                 assert not pending, "a load ends when all words are stored"
+                assert stored <= 3, "and waits for nothing else"
                 overs.append(Fault(ctx.get(dut.o_over.payload.code)))
             taken = ctx.get(dut.i.ready)
             await ctx.tick()
@@ -93,8 +95,8 @@ def test_a_fault_ends_a_load(at):
     assert (len(commands), overs) == (at + 1, [Fault.POINTER])
 
 
-@pytest.mark.parametrize("image", [1, 32, 4096 + 8])
-def test_an_image_is_at_a_multiple_of_64(image):
+@pytest.mark.parametrize("image", [1, 32, 4096 + 8, 1 << CONFIG.memory.address_bits, 1 << 63])
+def test_an_image_is_at_an_address_that_is_a_multiple_of_64(image):
     assert load(ALL, image=image) == ([], [], [Fault.IMAGE])
 
 

@@ -27,6 +27,8 @@ class Registers(Port):
         self.set("version", VERSION)
         self.set("clusters", 2)
         self.looks, self.busy, self.waited = 0, 0, 0
+        # Commands that the machine refuses, with the error.
+        self.refuses = {}
 
     def set(self, name, value):
         """What a register holds."""
@@ -41,8 +43,14 @@ class Registers(Port):
 
     async def write(self, address, value):
         if address == PLACES["command"]:
-            self.commands.append(register("command").unpack(value))
+            self.commands.append(command := register("command").unpack(value))
             self.busy = self.looks
+            refused = next((self.refuses[name] for name, bit in command.items() if bit and name in self.refuses), None)
+            if refused is not None:
+                self.busy = 0
+                self.set("error", refused.value)
+            if refused is not None or command["clear"]:
+                self.set("status", register("status").pack(failed=int(not command["clear"])))
         else:
             self.values[address] = value
 
@@ -126,3 +134,58 @@ def test_clusters_are_their_nodes(frustum):
     clusters["processor"] = np.array([1, 0])
     with pytest.raises(InputError, match="Cluster k must be processor k"):
         check_image(MemoryImage({**frustum.image.regions, "clusters": clusters}), CONFIG)
+
+
+def test_a_refused_command_changes_nothing(port, frustum):
+    host, far = Host(port, CONFIG), 1 << 20
+    image = frustum.image
+    size = image.offsets["hits"]
+    port.memory = {at + image.offsets[name]: image[name].tobytes() for at in (0, far) for name in ("hits", "sums")}
+
+    async def bench():
+        await host.load(image)
+        await host.cast()
+        port.refuses = {"load": ErrorCode.COMMAND}
+        with pytest.raises(EngineError, match="COMMAND"):
+            await host.load(image, base=far)
+        port.refuses = {"cast": ErrorCode.NOT_LOADED}
+        with pytest.raises(EngineError, match="NOT_LOADED"):
+            await host.start()
+        port.refuses = {}
+        # The frustum that was cast is the one at 0 still, and there is none before it.
+        await host.results()
+        assert await host.read("write_base") == size
+        with pytest.raises(InputError, match="A frustum must have been cast"):
+            await host.results(earlier=True)
+        # A load of a frustum reads the scene from 0, where the load was accepted.
+        await host.load(image, lives=("frustum",), base=far)
+        assert await host.read("read_base") == 0
+        await host.cast()
+        await host.results()
+        assert await host.read("write_base") == far + size
+        await host.results(earlier=True)
+        assert await host.read("write_base") == size
+
+    asyncio.run(bench())
+
+
+def test_nothing_is_left_after_a_stop(port, frustum):
+    host = Host(port, CONFIG)
+
+    async def bench():
+        await host.load(frustum.image)
+        await host.cast()
+        await host.stop()
+        with pytest.raises(InputError, match="A frustum must have been cast"):
+            await host.results()
+
+    asyncio.run(bench())
+
+
+def test_an_image_ends_within_memory(port, frustum):
+    top = 1 << CONFIG.memory.address_bits
+    size = len(frustum.image.to_bytes())
+    asyncio.run(Host(port, CONFIG, base=top - size).load(frustum.image))
+    assert asyncio.run(Host(port, CONFIG).read("read_limit")) == top
+    with pytest.raises(InputError, match="must end at 0x"):
+        asyncio.run(Host(port, CONFIG, base=top - size + 64).load(frustum.image))
