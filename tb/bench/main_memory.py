@@ -1,6 +1,6 @@
 """How many reads have to be under way to hide main memory's latency.
 
-``python -m tb.bench.main_memory`` reads without a pause through the main memory port, in a simulator, and writes
+``python -m tb.bench.main_memory`` reads without a stall through the main memory port, in a simulator, and writes
 out/bench/main_memory.md: beats per cycle against the memory's latency and the bursts that may be under way, beside
 what these can give at most.
 """
@@ -54,7 +54,7 @@ def main(output: Path, simulator: str) -> None:
     lines = [
         "# Main memory: beats per cycle", "",
         f"{provenance('amaranth', 'cocotb')}; beats of 64 bits, bursts of {BURST_BEATS} of them (a patch), reads "
-        "without a pause from a memory that gives a beat per cycle after its latency.", "",
+        "without a stall from a memory that gives a beat per cycle after its latency.", "",
         head, "|---" * (len(LATENCIES) + 1) + "|",
         *(f"| {outstanding} | " + " | ".join(f"{by_latency[latency]:.3f}" for latency in LATENCIES) + " |"
           for outstanding, by_latency in found.items()), "",

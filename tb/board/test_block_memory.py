@@ -12,8 +12,8 @@ from hw.synthesis.flow import synthesise
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -48,9 +48,9 @@ class Bench:
         """What tests before have left is no longer there."""
         await self.write(0, bytes(self.data))
 
-    def pause(self, give, take):
+    def stall(self, give, take):
         for k, (name, channel) in enumerate(self.channels.items()):
-            channel.set_pause_generator(PAUSES[take if name in "br" else give](self.random.randrange(1 << 20) + k))
+            channel.set_pause_generator(STALLS[take if name in "br" else give](self.random.randrange(1 << 20) + k))
 
     def part(self, limit):
         """Address and size of some bytes."""
@@ -78,16 +78,16 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Writes and reads of each other's halves at once; both of everything."""
     await start(dut, cycles=200_000)
     bench, half = Bench(dut), SIZE // 2
     await RisingEdge(dut.clk)
     assert_known(dut, ("i_peek", "o_peek"))
     assert all(getattr(dut, f"axi__{name}").value.is_resolvable for name in ("arready", "awready", "rvalid", "bvalid"))
-    for give, take in MATRIX:
-        bench.pause(give, take)
-        bench.peeked.pauses = PAUSES[take](3)
+    for give, take in STALL_PAIRS:
+        bench.stall(give, take)
+        bench.peeked.stalls = STALLS[take](3)
         (address, size), (place, count) = bench.part(half), bench.part(half)
         task = cocotb.start_soon(bench.write(address, bench.random.randbytes(size)))
         await bench.read(half + place, count)
@@ -103,8 +103,8 @@ async def peeks_beside_reads(dut):
     await start(dut, cycles=50_000)
     bench = Bench(dut)
     await bench.fill()
-    bench.pause("random", "random")
-    bench.peeked.pauses = PAUSES["random"](4)
+    bench.stall("random", "random")
+    bench.peeked.stalls = STALLS["random"](4)
     for _ in range(6):
         task = cocotb.start_soon(bench.read(*bench.part(SIZE)))
         await bench.compare([bench.random.randrange(SIZE // bench.bytes) for _ in range(20)])
@@ -168,7 +168,7 @@ async def reset_in_flight(dut):
         await bench.read(*bench.part(SIZE))
 
 
-TESTS = "every_pair_of_pauses", "peeks_beside_reads", "beats_beyond_the_end", "one_beat_per_cycle", "reset_in_flight"
+TESTS = "every_pair_of_stalls", "peeks_beside_reads", "beats_beyond_the_end", "one_beat_per_cycle", "reset_in_flight"
 
 
 @pytest.mark.parametrize("data_bits", [64, pytest.param(128, marks=pytest.mark.nightly)])

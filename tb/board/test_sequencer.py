@@ -49,18 +49,18 @@ class Machine:
         for process in self._reads, self._writes, self._peeks, self._takes:
             self.simulator.add_testbench(process, background=True)
 
-    async def _pause(self, ctx):
+    async def _stall(self, ctx):
         for _ in range(self.random.choice((0, 0, 1, 3))):
             await ctx.tick()
 
     async def _reads(self, ctx):
         host, looks = self.component.host, 2
         while True:
-            await self._pause(ctx)
+            await self._stall(ctx)
             ctx.set(host.arready, 1)
             address = await _when(ctx, host.arvalid, host.araddr)
             ctx.set(host.arready, 0)
-            await self._pause(ctx)
+            await self._stall(ctx)
             value = self.values.get(address, 0)
             if address == PLACES["status"]:
                 looks -= 1
@@ -81,13 +81,13 @@ class Machine:
             self.random.shuffle(order)
             found = {}
             for name, value in order:
-                await self._pause(ctx)
+                await self._stall(ctx)
                 ready, valid = getattr(host, f"{name}ready"), getattr(host, f"{name}valid")
                 ctx.set(ready, 1)
                 found[name] = await _when(ctx, valid, value)
                 ctx.set(ready, 0)
             self.writes.append((found["aw"], found["w"]))
-            await self._pause(ctx)
+            await self._stall(ctx)
             ctx.set(host.bresp, 0 if found["aw"] < 0x100 else 2)
             ctx.set(host.bvalid, 1)
             await _when(ctx, host.bready)
@@ -96,11 +96,11 @@ class Machine:
     async def _peeks(self, ctx):
         component = self.component
         while True:
-            await self._pause(ctx)
+            await self._stall(ctx)
             ctx.set(component.o_peek.ready, 1)
             beat = await _when(ctx, component.o_peek.valid, component.o_peek.payload)
             ctx.set(component.o_peek.ready, 0)
-            await self._pause(ctx)
+            await self._stall(ctx)
             ctx.set(component.i_peek.payload, int.from_bytes(self.memory[8 * beat:8 * beat + 8], "little"))
             ctx.set(component.i_peek.valid, 1)
             await _when(ctx, component.i_peek.ready)
@@ -109,7 +109,7 @@ class Machine:
     async def _takes(self, ctx):
         component = self.component
         while True:
-            await self._pause(ctx)
+            await self._stall(ctx)
             ctx.set(component.o.ready, 1)
             value = await _when(ctx, component.o.valid, component.o.payload)
             self.sent.append(value)

@@ -57,7 +57,7 @@ def given(request):
 
 
 def load(items):
-    """What comes out, stream by stream, and what stays; the taker of the tables pauses at random."""
+    """What comes out, stream by stream, and what stays; the taker of the tables stalls at random."""
     dut, found, numbers = FrustumLoad(config=CONFIG), {}, {}
     shape, draw = ControlFormats(CONFIG).load_word, random.Random(3)
     streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_near", "o_subshell")}

@@ -20,9 +20,9 @@ from tb.ctu.traversal_bench import Place
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import DEPTHS, config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -74,7 +74,7 @@ class Case:
 
 def run_case(component, case, *, source="none", sink="none", seed=1):
     """What comes out in Amaranth's simulator, and in which cycles: of the first transfer in, and of those out."""
-    pauses, stops = PAUSES[source](seed), PAUSES[sink](seed + 1)
+    stalls, stops = STALLS[source](seed), STALLS[sink](seed + 1)
     came, cycles, first = [], [], []
     wanted = len(case.items)
 
@@ -82,7 +82,7 @@ def run_case(component, case, *, source="none", sink="none", seed=1):
         for name, value in case.ports.items():
             ctx.set(getattr(component, name), value)
         for item in case.items:
-            while next(pauses):
+            while next(stalls):
                 ctx.set(component.i.valid, 0)
                 await ctx.tick()
             ctx.set(component.i.payload, item)
@@ -145,12 +145,12 @@ def test_cells_are_met_and_missed():
 class Bench:
     """The streams in a cocotb simulator."""
 
-    def __init__(self, dut, **pauses):
+    def __init__(self, dut, **stalls):
         self.dut, self.config = dut, config_of({})
         component = CellTraversal(config=self.config, tag=TAG)
         self._in, self._out = (getattr(component, name).payload.shape() for name in "io")
-        self.source = Source(dut, "i", pauses=pauses.get("source"))
-        self.sink = Sink(dut, "o", pauses=pauses.get("sink"))
+        self.source = Source(dut, "i", stalls=stalls.get("source"))
+        self.sink = Sink(dut, "o", stalls=stalls.get("sink"))
 
     async def prepare(self, case):
         formats = Formats(self.config)
@@ -173,11 +173,11 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """The cells are the same under each pair of pauses."""
+async def every_pair_of_stalls(dut):
+    """The cells are the same under each pair of stall patterns."""
     await start(dut, cycles=400_000)
-    for number, (source, sink) in enumerate(MATRIX):
-        bench = Bench(dut, source=PAUSES[source](number), sink=PAUSES[sink](number + 50))
+    for number, (source, sink) in enumerate(STALL_PAIRS):
+        bench = Bench(dut, source=STALLS[source](number), sink=STALLS[sink](number + 50))
         case = Case.drawn(bench.config, options()["seed"] * 100 + number)
         await bench.prepare(case)
         if number == 0:
@@ -220,7 +220,7 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def one_cell_per_cycle(dut):
-    """Without pauses a cell comes in every cycle."""
+    """Without stalls a cell comes in every cycle."""
     await start(dut, cycles=100_000)
     bench = Bench(dut)
     case = Case.long(bench.config)
@@ -270,5 +270,5 @@ def test_busy_at_small_cells():
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_simulators(simulator):
     simulate(CellTraversal(config=config_of({}), tag=TAG), MODULE,
-             ("every_pair_of_pauses", "rays_along_axes", "reset_in_flight", "one_cell_per_cycle"), simulator=simulator,
+             ("every_pair_of_stalls", "rays_along_axes", "reset_in_flight", "one_cell_per_cycle"), simulator=simulator,
              name=f"cell-traversal-{simulator}")

@@ -17,9 +17,9 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -61,7 +61,7 @@ def run(component, stages, *, source="none", sink="none", over=0, lead=15, stop_
     stop_at
         Stages after which the frustum is stopped.
     """
-    pauses, stops = PAUSES[source](seed), PAUSES[sink](seed + 1)
+    stalls, stops = STALLS[source](seed), STALLS[sink](seed + 1)
     came, cycles, first = [], [], []
 
     async def drive(ctx):
@@ -73,7 +73,7 @@ def run(component, stages, *, source="none", sink="none", over=0, lead=15, stop_
             await ctx.tick()
         ctx.set(component.i_table.valid, 0)
         for item in stages.items:
-            while next(pauses):
+            while next(stalls):
                 ctx.set(component.i.valid, 0)
                 await ctx.tick()
             ctx.set(component.i.payload, item)
@@ -201,9 +201,9 @@ class Bench:
                         for name in ("i", "i_table")}
         self._ports = {name: pack(component.signature.members[name].shape, value)
                        for name, value in stages.ports.items()}
-        self.source = Source(dut, "i", pauses=PAUSES[source](seed))
+        self.source = Source(dut, "i", stalls=STALLS[source](seed))
         self.table = Source(dut, "i_table")
-        self.sink = Sink(dut, "o", pauses=PAUSES[sink](seed + 50))
+        self.sink = Sink(dut, "o", stalls=STALLS[sink](seed + 50))
         dut.i_over__valid.value = 0
         self._over = cocotb.start_soon(self._end_stages(3 + 20 * (seed % 3)))
 
@@ -243,10 +243,10 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """The requests are the same under each pair of pauses, frustum after frustum."""
+async def every_pair_of_stalls(dut):
+    """The requests are the same under each pair of stall patterns, frustum after frustum."""
     await start(dut, cycles=600_000)
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         kind, sector, _ = RUNS[number % len(RUNS)]
         stages = WindowStages(kind, config_of({}), seed=options()["seed"] * 100 + number, sector=sector,
                               last_shell=3 + number % 3)
@@ -279,7 +279,7 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def a_group_per_cycle(dut):
-    """Without pauses the groups of a row follow each other without a gap."""
+    """Without stalls the groups of a row follow each other without a gap."""
     await start(dut, cycles=50_000)
     stages = WindowStages("hemisphere", config_of({}), seed=4, last_shell=8)
     stages.only(slice(0, 0))
@@ -300,5 +300,5 @@ async def a_group_per_cycle(dut):
 
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
-    simulate(make(config_of({})), MODULE, ("every_pair_of_pauses", "reset_in_flight", "a_group_per_cycle"),
+    simulate(make(config_of({})), MODULE, ("every_pair_of_stalls", "reset_in_flight", "a_group_per_cycle"),
              simulator=simulator, name=f"ct-ray-generator-{simulator}")

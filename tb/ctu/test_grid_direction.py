@@ -64,7 +64,7 @@ def vectors_at_halves(frustum, seed, config):
     sums = local @ record.to_global.T
     rounded = sums if record.is_screen else np.concatenate([products, sums], axis=1)
     nearest = np.unique(np.argsort(np.abs(rounded % one - one // 2), axis=0)[:RAYS // 4])
-    # Of both signs and of all numbers by turns; as many as the pauses' parts take.
+    # Of both signs and of all numbers by turns; as many as the part under stalls takes.
     nearest = random.permutation(nearest)[:len(nearest) & ~3]
     directions = global_directions(local[nearest], record).tolist()
     return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()},

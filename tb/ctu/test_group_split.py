@@ -10,7 +10,7 @@ from amaranth.sim import Simulator
 from golden.config import PRESETS
 from hw.ctu.group_split import GroupSplit
 from hw.formats import GRID_GROUP
-from tb.lib.pauses import PAUSES
+from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
 RAY = StructLayout({"ray": 12, "column": 10, "stage": 4})
@@ -20,12 +20,12 @@ GROUPS = 200
 def run(groups, *, source="none", sink="none"):
     """The rays with their cycles, the cycle of the first group, and how often one has left its place."""
     dut = GroupSplit(RAY)
-    pauses, stops = PAUSES[source](1), PAUSES[sink](2)
+    stalls, stops = STALLS[source](1), STALLS[sink](2)
     came, taken, left = [], [], 0
 
     async def drive(ctx):
         for first, count in groups:
-            while next(pauses):
+            while next(stalls):
                 ctx.set(dut.i.valid, 0)
                 await ctx.tick()
             ctx.set(dut.i.payload, {"first": first, "count": count})

@@ -14,9 +14,9 @@ from hw.ctu.ray_banks import RayBanks
 from tb.ctu.test_ray_memory import Bench, Watch, request
 from tb.lib.clocking import reset, start
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX
 from tb.lib.payload import unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS
 from tb.lib.stream import Monitor
 from tb.lib.timing import documented_latency
 
@@ -37,11 +37,11 @@ def shape(slots=SLOTS):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Each slot leaves once for each shell that was asked for, one copy at a time."""
     await start(dut, cycles=100_000)
     watch = None
-    for number, (requests, sink) in enumerate(MATRIX):
+    for number, (requests, sink) in enumerate(STALL_PAIRS):
         bench = Bench(dut, requests=requests, sink=sink, seed=number, passed=PASSED)
         dut.i_return__valid.value = 0
         await RisingEdge(dut.clk)
@@ -135,7 +135,7 @@ async def a_ray_per_cycle(dut):
         assert name == "mixed" or gaps == {1}, gaps
 
 
-ALL = ("every_pair_of_pauses", "one_after_the_other", "reset_in_flight", "latencies")
+ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "latencies")
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

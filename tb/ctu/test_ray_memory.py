@@ -14,9 +14,9 @@ from hw.ctu.ray_memory import RayMemory
 from tb.lib.clocking import reset, start
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -47,7 +47,7 @@ class Bench:
     Parameters
     ----------
     requests, sink
-        Names of pauses.
+        Names of stall patterns.
     returns
         Rays come back.
     slots, shape, passed
@@ -58,11 +58,11 @@ class Bench:
                  passed=("o_passed",), away=None):
         self.dut, self._edge, self._random = dut, RisingEdge(dut.clk), np.random.default_rng([seed, options()["seed"]])
         self.start, self.back = Source(dut, "i_start"), Source(dut, "i_return")
-        self.request = Source(dut, "i", pauses=PAUSES[requests](options()["seed"]))
+        self.request = Source(dut, "i", stalls=STALLS[requests](options()["seed"]))
         self.taken, self._passed = Monitor(dut, "i"), [Monitor(dut, name) for name in passed]
         self._slots, self._shape, self._time = slots, shape, away
         self.away, self.left, self.cycles = {}, [], []
-        self.sink = Sink(dut, "o", pauses=PAUSES[sink](options()["seed"] + 1))
+        self.sink = Sink(dut, "o", stalls=STALLS[sink](options()["seed"] + 1))
         self._tasks = [cocotb.start_soon(task()) for task in (self._follow, self._return)] if returns else []
 
     def stop(self):
@@ -164,11 +164,11 @@ class Watch:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Each slot leaves once for each shell that was asked for, one copy at a time."""
     await start(dut, cycles=100_000)
     watch = None
-    for number, (requests, sink) in enumerate(MATRIX):
+    for number, (requests, sink) in enumerate(STALL_PAIRS):
         bench = Bench(dut, requests=requests, sink=sink, seed=number)
         dut.i_return__valid.value = 0
         await RisingEdge(dut.clk)
@@ -276,7 +276,7 @@ async def a_return_to_one_request(dut):
     assert stuck.done()
 
 
-ALL = ("every_pair_of_pauses", "one_after_the_other", "reset_in_flight", "one_access_per_cycle",
+ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "one_access_per_cycle",
        "a_return_to_one_request")
 
 

@@ -20,9 +20,9 @@ from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import PAUSES
 from tb.lib.payload import unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_ray_traversal"
@@ -90,11 +90,11 @@ async def cells_of_golden(dut):
     await start(dut, cycles=options()["cycles"])
     given = options()
     config = config_of(given["changes"])
-    pauses = [("random", "bursts"), ("none", "none"), ("bursts", "random")]
+    stalls = [("random", "bursts"), ("none", "none"), ("bursts", "random")]
     port = SettlePort(dut)
     for number, (place, played) in enumerate(places(given["record"], config)):
         assert sum(rays.rows * rays.columns for rays in place.rays.values()) <= config.ctu.ray_slots
-        source, sink = pauses[number % len(pauses)]
+        source, sink = stalls[number % len(stalls)]
         around = Surroundings(dut, place, source=source, sink=sink, stalls=0.2, seed=number, port=port)
         await ClockCycles(dut.clk, 3)
         assert_known(dut, STREAMS)
@@ -149,8 +149,8 @@ async def free_running(dut):
         record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
         one = record.sectors[seed % len(record.sectors)]
         place = Place(record.shelling, record.record, one.sector, config)
-        pauses = list(PAUSES)
-        around = Surroundings(dut, place, source=pauses[seed % 4], sink=pauses[seed // 4 % 4], seed=seed,
+        stalls = list(STALLS)
+        around = Surroundings(dut, place, source=stalls[seed % 4], sink=stalls[seed // 4 % 4], seed=seed,
                               port=port)
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
         stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]

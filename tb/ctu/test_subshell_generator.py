@@ -20,10 +20,10 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -141,7 +141,7 @@ async def played(dut, source, sink, entries, given, number=0):
     """Some of the lists, one after the other, and what must come of them."""
     given = given[number % 3::3]
     await Source(dut, "i_load").send(bits("i_load", {"place": place, **entry}) for place, entry in enumerate(entries))
-    starts, taken = Source(dut, "i", pauses=source), Sink(dut, "o", pauses=sink)
+    starts, taken = Source(dut, "i", stalls=source), Sink(dut, "o", stalls=sink)
     wanted = []
     for one in given:
         subshells, error = expected(entries, one)
@@ -156,11 +156,11 @@ async def played(dut, source, sink, entries, given, number=0):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """Under each pair of pauses lists come as they are."""
+async def every_pair_of_stalls(dut):
+    """Under each pair of stall patterns lists come as they are."""
     await start(dut, cycles=100_000)
-    for number, (source, sink) in enumerate(MATRIX):
-        await played(dut, PAUSES[source](number), PAUSES[sink](number + 50), *lists(options()["seed"] + number), number)
+    for number, (source, sink) in enumerate(STALL_PAIRS):
+        await played(dut, STALLS[source](number), STALLS[sink](number + 50), *lists(options()["seed"] + number), number)
         if number == 0:
             assert_known(dut, ["i", "o"])
 
@@ -182,5 +182,5 @@ async def reset_in_flight(dut):
 
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
-    simulate(Listed(CONFIG), MODULE, ("every_pair_of_pauses", "reset_in_flight"), simulator=simulator,
+    simulate(Listed(CONFIG), MODULE, ("every_pair_of_stalls", "reset_in_flight"), simulator=simulator,
              name=f"subshell-generator-{simulator}")

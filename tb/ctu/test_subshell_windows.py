@@ -15,9 +15,9 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 
 MODULE = "tb.ctu.test_subshell_windows"
@@ -46,7 +46,7 @@ def check(came, given):
 
 def run(component, given, *, source="none", sink="none", seed=1):
     """What comes out in Amaranth's simulator, with the cycles, and the cycles of the patches' first vertices."""
-    pauses, stops = PAUSES[source](seed), PAUSES[sink](seed + 1)
+    stalls, stops = STALLS[source](seed), STALLS[sink](seed + 1)
     came, cycles, entered = [], [], []
 
     async def drive(ctx):
@@ -58,7 +58,7 @@ def run(component, given, *, source="none", sink="none", seed=1):
             await ctx.tick()
         ctx.set(component.i_table.valid, 0)
         for item in given.items:
-            while next(pauses):
+            while next(stalls):
                 await ctx.tick()
             ctx.set(component.i.payload, item)
             ctx.set(component.i.valid, 1)
@@ -136,9 +136,9 @@ class Bench:
         self._shapes = {name: getattr(component, name).payload.shape() for name in ("i", "i_table", "i_vertex", "o")}
         self._ports = {name: pack(component.signature.members[name].shape, value)
                        for name, value in given.ports.items()}
-        self.source, self.table = Source(dut, "i", pauses=PAUSES[source](seed)), Source(dut, "i_table")
-        self.asked, self.vertex = Sink(dut, "o_patch", pauses=PAUSES[source](seed + 20)), Source(dut, "i_vertex")
-        self.sink = Sink(dut, "o", pauses=PAUSES[sink](seed + 50))
+        self.source, self.table = Source(dut, "i", stalls=STALLS[source](seed)), Source(dut, "i_table")
+        self.asked, self.vertex = Sink(dut, "o_patch", stalls=STALLS[source](seed + 20)), Source(dut, "i_vertex")
+        self.sink = Sink(dut, "o", stalls=STALLS[sink](seed + 50))
         self._memory = cocotb.start_soon(self._answer())
 
     async def _answer(self):
@@ -173,10 +173,10 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """The windows are the same under each pair of pauses, frustum after frustum."""
+async def every_pair_of_stalls(dut):
+    """The windows are the same under each pair of stall patterns, frustum after frustum."""
     await start(dut, cycles=600_000)
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         given = SubshellPatches(("hemisphere", "screen")[number % 2], config_of({}), count=12,
                                 seed=options()["seed"] * 100 + number)
         bench = Bench(dut, given, source=source, sink=sink, seed=number)
@@ -222,7 +222,7 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def one_patch_every_four_intervals(dut):
-    """Without pauses patches are taken without a gap, and their windows come after the latency."""
+    """Without stalls patches are taken without a gap, and their windows come after the latency."""
     await start(dut, cycles=50_000)
     given = SubshellPatches("hemisphere", config_of({}), count=40, seed=3)
     bench = Bench(dut, given)
@@ -238,7 +238,7 @@ async def one_patch_every_four_intervals(dut):
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
     simulate(make(config_of({})), MODULE,
-             ("every_pair_of_pauses", "windows_at_borders", "reset_in_flight", "one_patch_every_four_intervals"),
+             ("every_pair_of_stalls", "windows_at_borders", "reset_in_flight", "one_patch_every_four_intervals"),
              simulator=simulator, name=f"subshell-windows-{simulator}")
 
 

@@ -16,7 +16,7 @@ from tb.ctu.grid_load import GridPlaces, grid_writes, grouped
 from tb.icu.frustum_load import frustum_payload, tiles
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.pauses import PAUSES
+from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
 RAYS, SHELLS = 240, (2, 3, 5, 8)
@@ -86,7 +86,7 @@ class Bench:
         self.case, self.dut = case, Survival(config=case.config, ray=StructLayout({
             "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
             "column": formats.grid_column_place}))
-        self._pauses, self._stops, self._stall = PAUSES[source](1), PAUSES[sink](2), stall
+        self._stalls, self._stops, self._stall = STALLS[source](1), STALLS[sink](2), stall
         self.lived, self.dropped, self.taken = {}, {}, {}
         self._cycle, self.sweeps, self.ready, self.holds = 0, 0, True, False
 
@@ -130,7 +130,7 @@ class Bench:
         """Groups, until all of their rays are decided; which of them go on, by number."""
         self.lived, self.dropped, self.taken = {}, {}, {}
         for item in items:
-            while next(self._pauses):
+            while next(self._stalls):
                 ctx.set(self.dut.i.valid, 0)
                 await ctx.tick()
             ctx.set(self.dut.i.payload, item)
@@ -188,7 +188,7 @@ class Bench:
             ctx.set(dut.o_tile.ready, int(self.ready))
 
 
-# Sections of the whole frustum and of a part of it, all depths of the pyramid, small tiles, and pauses.
+# Sections of the whole frustum and of a part of it, all depths of the pyramid, small tiles, and stalls.
 CASES = [
     ({"ctu.pyramid_levels": 2}, 11, {"screen": False, "whole": True}, {}),
     ({"ctu.pyramid_levels": 1}, 12, {"screen": True, "whole": True}, {"source": "random", "sink": "bursts"}),
@@ -197,8 +197,8 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "seed", "kind", "pauses"), CASES)
-def test_decisions_of_golden(changes, seed, kind, pauses):
+@pytest.mark.parametrize(("changes", "seed", "kind", "stalls"), CASES)
+def test_decisions_of_golden(changes, seed, kind, stalls):
     config = config_of(changes)
     case = Case(config, seed, **kind)
     # A screen's grid rays are few: each stands for many rays.
@@ -233,7 +233,7 @@ def test_decisions_of_golden(changes, seed, kind, pauses):
         again = await bench.send(ctx, case.items[::8])
         coverage.hit("begins live again", [came and not grown[ray] for ray, came in again.items()])
 
-    Bench(case, **pauses).run(test)
+    Bench(case, **stalls).run(test)
     coverage.check()
 
 

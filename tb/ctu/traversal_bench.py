@@ -17,8 +17,8 @@ from hw.ctu.stage_count import FIRST, stage_index_bits
 from hw.formats import Formats
 from tb.ctu.grid_load import GridPlaces, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
-from tb.lib.pauses import PAUSES
 from tb.lib.payload import pack, unpack
+from tb.lib.stall_patterns import STALLS
 from tb.lib.stream import Monitor, Sink, Source
 
 __all__ = ["Intersection", "Place", "SettlePort", "Surroundings"]
@@ -177,9 +177,9 @@ class Surroundings:
         self.port.stalls = stalls
         self._tasks = [] if port else [self.port]
         self._shape = place.formats.met_cell
-        self.request = Source(dut, "i", pauses=PAUSES[source](seed)) if asks else None
+        self.request = Source(dut, "i", stalls=STALLS[source](seed)) if asks else None
         self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
-        self.out = Sink(dut, "o", pauses=PAUSES[sink](seed + 1), seen=self._came)
+        self.out = Sink(dut, "o", stalls=STALLS[sink](seed + 1), seen=self._came)
         self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
         if asks:
             # Of a payload without bits Verilog makes a port that nobody drives.

@@ -27,7 +27,7 @@ class SkidBufferOrder(wiring.Component):
         inside = follow(m, dut.i.valid & dut.i.ready, dut.i.payload, dut.o.valid & dut.o.ready, dut.o.payload, room=2,
                         marks=self.marks)
         m.d.comb += [Assert(dut.o.valid == (inside != 0)), Assert(dut.i.ready == (inside != 2))]
-        # Without pauses there are none.
+        # Without stalls there are none.
         flows = Signal(range(4))
         with m.If(self.o.ready & self.i.valid):
             m.d.sync += flows.eq(flows + (flows != 3))

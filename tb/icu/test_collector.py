@@ -15,9 +15,9 @@ from hw.icu.collector import Collector
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -60,8 +60,8 @@ class Bench:
         seed = options()["seed"]
         self.dut, self._edge = dut, RisingEdge(dut.clk)
         self.table, self.read = Source(dut, "i_table"), Source(dut, "i_read")
-        self.hit = Source(dut, "i", pauses=PAUSES[hits](seed))
-        self.sum = Sink(dut, "o", pauses=PAUSES[sums](seed + 1))
+        self.hit = Source(dut, "i", stalls=STALLS[hits](seed))
+        self.sum = Sink(dut, "o", stalls=STALLS[sums](seed + 1))
 
     async def write_weights(self):
         """All rows, among writes of other tables to the same rows."""
@@ -83,14 +83,14 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Sums are golden's, and begin at 0 again when they have been read."""
     await start(dut, cycles=200_000)
     bench = Bench(dut)
     await RisingEdge(dut.clk)
     assert_known(dut, STREAMS)
     await bench.write_weights()
-    for number, (hits, sums) in enumerate(MATRIX):
+    for number, (hits, sums) in enumerate(STALL_PAIRS):
         bench.sum.stop()
         bench = Bench(dut, hits=hits, sums=sums)
         patch, row = hemisphere_rays(number + options()["seed"])
@@ -178,7 +178,7 @@ async def one_per_cycle(dut):
     assert bench.sum.cycles[0] - asked.cycles[0] == documented_latency(Collector, CONFIG)
 
 
-ALL = ("every_pair_of_pauses", "the_same_patch_after_every_number_of_cycles", "sums_are_asked_for_while_hits_come",
+ALL = ("every_pair_of_stalls", "the_same_patch_after_every_number_of_cycles", "sums_are_asked_for_while_hits_come",
        "reset_in_flight", "one_per_cycle")
 
 

@@ -21,8 +21,8 @@ from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor
 
 MODULE = "tb.icu.test_intersection_unit"
@@ -75,9 +75,9 @@ class Frusta:
         assert len(different) == 0, f"{len(different)} rays differ, the first is {different[0]}"
 
 
-def bench_of(dut, **pauses):
+def bench_of(dut, **stalls):
     given = options()
-    return CoveredBench(dut, config_of(given["changes"], given["preset"]), **pauses)
+    return CoveredBench(dut, config_of(given["changes"], given["preset"]), **stalls)
 
 
 @cocotb.test()
@@ -127,12 +127,12 @@ async def sections(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Vertices come and tokens and hits are taken in every regime."""
     await start(dut, cycles=400_000)
-    for number, (source, sink) in enumerate(MATRIX):
-        bench = bench_of(dut, vertex_pauses=PAUSES[source](number), done_pauses=PAUSES[sink](number + 50),
-                         hit_pauses=PAUSES[sink](number + 90))
+    for number, (source, sink) in enumerate(STALL_PAIRS):
+        bench = bench_of(dut, vertex_stalls=STALLS[source](number), done_stalls=STALLS[sink](number + 50),
+                         hit_stalls=STALLS[sink](number + 90))
         frusta = Frusta(dut, bench, scene="soup 7", rays=(32, 8), pixels=(20, 15), seed=number)
         record = frusta.records[number % len(frusta.records)]
         await frusta.check(record, np.arange(len(frusta.geometry)))
@@ -168,7 +168,7 @@ async def reset_in_flight(dut):
 async def read_out_beside_the_next_frustum(dut):
     """The other bank is read while the next frustum is cast, over more frusta than there are tags."""
     await start(dut, cycles=300_000)
-    bench = bench_of(dut, hit_pauses=PAUSES["random"](4))
+    bench = bench_of(dut, hit_stalls=STALLS["random"](4))
     frusta = Frusta(dut, bench, scene="soup 9", origins=5)
     order = np.arange(len(frusta.geometry))
     before = None
@@ -185,7 +185,7 @@ async def read_out_beside_the_next_frustum(dut):
 async def read_out_of_the_present_frustum(dut):
     """Patches that come meanwhile wait, the next frustum does not; before a second frustum there is no previous one."""
     await start(dut, cycles=100_000)
-    bench = bench_of(dut, hit_pauses=PAUSES["alternating"](4))
+    bench = bench_of(dut, hit_stalls=STALLS["alternating"](4))
     frusta = Frusta(dut, bench, scene="soup 9")
     record, following = frusta.records[:2]
     order = np.arange(len(frusta.geometry))
@@ -280,7 +280,7 @@ async def back_pressure_reaches_the_vertices(dut):
     """While no token is taken, tokens, windows and slots fill up, and then vertices wait; nothing is lost."""
     await start(dut, cycles=100_000)
     held = [True]
-    bench = bench_of(dut, done_pauses=iter(lambda: held[0], None))
+    bench = bench_of(dut, done_stalls=iter(lambda: held[0], None))
     slots = bench.config.icu.slots
     frusta = Frusta(dut, bench, scene="soup 4")
     record, count = frusta.records[0], len(frusta.geometry)
@@ -328,7 +328,7 @@ async def every_case_occurred(dut):
     COVERAGE.check()
 
 
-QUICK = ("orders", "hard_patches", "sections", "every_pair_of_pauses", "reset_in_flight",
+QUICK = ("orders", "hard_patches", "sections", "every_pair_of_stalls", "reset_in_flight",
          "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum", "rates", "codes_are_floors",
          "windows_of_one_ray", "back_pressure_reaches_the_vertices", "every_case_occurred")
 
@@ -359,7 +359,7 @@ def test_the_unit_in_icarus(simulator):
                                      {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3}],
                          ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles"])
 def test_other_widths_and_depths(changes, request):
-    run(request.node.callspec.id, ("orders", "every_pair_of_pauses"), changes=changes)
+    run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes)
 
 
 @pytest.mark.nightly

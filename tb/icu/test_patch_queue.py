@@ -43,11 +43,11 @@ def item(patch):
     return {"patch": patch, "surface": -patch, "vertex": [patch, 2 * patch, 3 * patch]}
 
 
-def run(vertex_pauses, free_pauses):
+def run(vertex_stalls, free_stalls):
     """Every vertex comes out once, with its slot and index; no slot is handed out twice."""
-    patches = len(vertex_pauses) // 4
-    vertices = [(idle, item(k // 4)) for k, idle in enumerate(vertex_pauses[:4 * patches])]
-    free = [(idle, 0) for idle in (*free_pauses, *[0] * patches)][:patches]
+    patches = len(vertex_stalls) // 4
+    vertices = [(idle, item(k // 4)) for k, idle in enumerate(vertex_stalls[:4 * patches])]
+    free = [(idle, 0) for idle in (*free_stalls, *[0] * patches)][:patches]
     came = BENCH.run(Schedule(items={"i": vertices, "i_free": free}, stalls={}))["o"]
     assert came == [{"slot": k // 4 % CONFIG.icu.slots, "index": k % 4, "item": vertices[k][1]}
                     for k in range(4 * patches)]
@@ -75,17 +75,17 @@ def test_vertices_wait_for_a_slot_and_a_patch_is_not_cut():
         assert entered[4 * (slots + k):4 * (slots + k + 1)] == list(range(freed[k] + 1, freed[k] + 5))
 
 
-PAUSES = st.lists(st.sampled_from((0, 0, 0, 0, 0, 1, 4)), min_size=1, max_size=9)
+IDLE = st.lists(st.sampled_from((0, 0, 0, 0, 0, 1, 4)), min_size=1, max_size=9)
 COVERAGE = Coverage(["all slots taken", "vertices wait", "slot comes back while another one is handed out",
                      "slot comes back while the queue waits", "vertex waits inside a patch"])
 
 
-def test_any_pauses():
+def test_any_stalls():
     @SETTINGS
-    @given(st.sampled_from((3, 18, 24)), PAUSES, st.sampled_from((0, 100, 200)), PAUSES)
-    def drawn(patches, vertex_pauses, before, free_pauses):
-        entered, freed = run(list(islice(cycle(vertex_pauses), 4 * patches)),
-                             [before, *islice(cycle(free_pauses), patches)])
+    @given(st.sampled_from((3, 18, 24)), IDLE, st.sampled_from((0, 100, 200)), IDLE)
+    def drawn(patches, vertex_stalls, before, free_stalls):
+        entered, freed = run(list(islice(cycle(vertex_stalls), 4 * patches)),
+                             [before, *islice(cycle(free_stalls), patches)])
         taken = [k - sum(back < at for back in freed) + 1 for k, at in enumerate(entered[::4])]
         waits = [b - a for a, b in zip(BENCH.cycles["i"], entered, strict=True)]
         COVERAGE.hit_all({

@@ -21,8 +21,8 @@ from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, turns_of
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
-from tb.lib.pauses import PAUSES
 from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.stall_patterns import STALLS
 
 COUNT = 84
 PARTS = ("planes", "turns", "factor", "exponents")
@@ -78,13 +78,13 @@ class Patches:
         window = Window(*(self.made[name] for name in WINDOW))
         self.window = section_clip(window, self.section, self.record)
 
-    def schedule(self, vertex_pauses="none", stalls=()):
+    def schedule(self, vertex_stalls="none", stalls=()):
         """Tables, then vertices."""
         tables = table_writes(self.record, self.config)
-        pauses = PAUSES[vertex_pauses](1)
+        pattern = STALLS[vertex_stalls](1)
         vertices = [{"patch": k, "surface": int(self.given["surface"][k]), "vertex": vertex}
                     for k in range(COUNT) for vertex in rows(self.given["vertices"][k])]
-        idle = [len(tables) + 2] + [next(pauses) * 3 for _ in vertices[1:]]
+        idle = [len(tables) + 2] + [next(pattern) * 3 for _ in vertices[1:]]
         return Schedule(stalls={"o": list(stalls)}, items={
             "i_table": [(0, write) for write in tables], "i": list(zip(idle, vertices, strict=True))})
 
@@ -175,6 +175,6 @@ def test_vertices_wait_while_all_slots_are_taken():
     assert before == 4 * patches.config.icu.slots + QUEUED, "as many as there are slots, and those that wait for one"
 
 
-def test_pauses_of_both_ends():
+def test_stalls_of_both_ends():
     patches = Patches("screen", config_of({}), whole=True)
-    run("default", patches, vertex_pauses="random", stalls=[k * k % 11 for k in range(COUNT)])
+    run("default", patches, vertex_stalls="random", stalls=[k * k % 11 for k in range(COUNT)])

@@ -20,10 +20,10 @@ from tb.icu.frustum_load import tiles
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -140,8 +140,8 @@ class Bench:
         self.dut, self.config = dut, config_of(options()["changes"])
         members = Banks(config=self.config).signature.members
         self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
-        self.start, self.update = Source(dut, "i_start"), Source(dut, "i_update", pauses=PAUSES[updates](seed))
-        self.command, self.hit = Source(dut, "i_read_out"), Sink(dut, "o_hit", pauses=PAUSES[hits](seed + 1))
+        self.start, self.update = Source(dut, "i_start"), Source(dut, "i_update", stalls=STALLS[updates](seed))
+        self.command, self.hit = Source(dut, "i_read_out"), Sink(dut, "o_hit", stalls=STALLS[hits](seed + 1))
         self.answer, self.delay = Monitor(dut, "o_update"), delay
         dut.i_payload__valid.value = 0
         self._edge = RisingEdge(dut.clk)
@@ -239,11 +239,11 @@ async def the_same_ray_after_every_number_of_cycles(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """A bank is read under back-pressure while the other one is updated."""
     await start(dut, cycles=200_000)
     before = None
-    for number, (updates, hits) in enumerate(MATRIX):
+    for number, (updates, hits) in enumerate(STALL_PAIRS):
         bench = Bench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
         frustum = random_frustum(bench.config, SECTIONS[number % 3], number + options()["seed"])
         reads = before and cocotb.start_soon(bench.hits_of(before, bank=int(dut.active.value)))
@@ -304,7 +304,7 @@ async def one_per_cycle(dut):
     assert bench.hit.cycles[0] - asked.cycles[0] == documented_latency(ReadOut, bench.config)
 
 
-ALL = ("every_section", "the_same_ray_after_every_number_of_cycles", "every_pair_of_pauses", "reset_in_flight",
+ALL = ("every_section", "the_same_ray_after_every_number_of_cycles", "every_pair_of_stalls", "reset_in_flight",
        "one_per_cycle")
 
 

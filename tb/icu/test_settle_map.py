@@ -166,7 +166,7 @@ def read_bench():
 @given(schedules({"i": st.tuples(st.integers(0, RAYS - 1), st.integers(1, 80)),
                   "i_read": st.integers(0, (RAYS >> 4) - 1)}, ["o_read"]))
 def test_cell_traversal_reads_in_order_and_what_is_there(drawn):
-    """Under any pauses: a read gives what is there when it was taken, or what was there up to some cycles before."""
+    """Under any stalls: a read gives what is there when it was taken, or what was there up to some cycles before."""
     config, bench = read_bench()
     first, lost = scale(config)
     best, writes = np.zeros(RAYS, dtype=np.int64), []

@@ -24,21 +24,21 @@ class UnitBench:
     ----------
     dut, config
         The unit, and its configuration.
-    vertex_pauses, done_pauses, hit_pauses
+    vertex_stalls, done_stalls, hit_stalls
         Of its busiest streams.
     """
 
-    def __init__(self, dut, config: Config, *, vertex_pauses=None, done_pauses=None, hit_pauses=None):
+    def __init__(self, dut, config: Config, *, vertex_stalls=None, done_stalls=None, hit_stalls=None):
         self.dut, self.config, self.formats = dut, config, Formats(config)
         signature = IntersectionUnit(config=config).signature
         self._shapes = {name: signature.members[name].signature.members["payload"].shape
                         for name in ("o_hit", "o_sum")}
         self.frustum, self.table = Source(dut, "i_frustum"), Source(dut, "i_table")
-        self.vertex = Source(dut, "i_vertex", pauses=vertex_pauses)
+        self.vertex = Source(dut, "i_vertex", stalls=vertex_stalls)
         self.read_out, self.sums = Source(dut, "i_read_out"), Source(dut, "i_sums")
         self.settle = Source(dut, "i_settle")
-        self.done = Sink(dut, "o_done", pauses=done_pauses)
-        self.hit = Sink(dut, "o_hit", pauses=hit_pauses)
+        self.done = Sink(dut, "o_done", stalls=done_stalls)
+        self.hit = Sink(dut, "o_hit", stalls=hit_stalls)
         self.sum, self.settled = Sink(dut, "o_sum"), Sink(dut, "o_settle")
         self._edge = RisingEdge(dut.clk)
 

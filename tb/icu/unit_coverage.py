@@ -33,8 +33,8 @@ COVERAGE = Coverage((*FRUSTA, *PATCHES, *WINDOWS, *HITS, *PLACES, *FLOW))
 class CoveredBench(UnitBench):
     """An intersection unit's streams, of which each frustum counts for `COVERAGE`."""
 
-    def __init__(self, dut, config, **pauses):
-        super().__init__(dut, config, **pauses)
+    def __init__(self, dut, config, **stalls):
+        super().__init__(dut, config, **stalls)
         self._begun, self._frustum = 0, None
 
     async def begin(self, record: FrustumRecord, section: Sector, weights=None) -> None:

@@ -1,7 +1,7 @@
 """The bench of a block with one input stream: vectors in, expected vectors out, in all regimes.
 
 `check_block` runs a block of any configuration in Amaranth's own simulator, which needs no build; `check_in_simulator`
-runs it in Verilator or Icarus under every pair of pauses, with a reset in flight, and counts cycles.
+runs it in Verilator or Icarus under every pair of stall patterns, with a reset in flight, and counts cycles.
 """
 
 import json
@@ -19,10 +19,10 @@ from golden.config import Config
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack
 from tb.lib.runner import BUILD, options, simulate
 from tb.lib.scoreboard import check
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -30,8 +30,8 @@ __all__ = ["VARIANTS", "Vectors", "check_block", "check_in_simulator"]
 
 # The widths at every depth of the pipelines.
 VARIANTS = [{**widths, "icu.product_registers": depth} for widths in CONFIGURATIONS.values() for depth in DEPTHS]
-# Items of a case under each pair of pauses: more of them show nothing more about pauses, and all come without pauses.
-PAUSED = 100
+# Items of a case under each pair of stall patterns: more of them find nothing more, and all come without stalls.
+STALLED = 100
 
 
 @dataclass(kw_only=True)
@@ -86,7 +86,7 @@ def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interva
 
 def check_in_simulator(name: str, make: Callable, *cases: Callable[[Config], Vectors], simulator: str,
                        interval: int = 1, text: Callable | None = None) -> None:
-    """The default configuration in another simulator: pauses, reset in flight, one item per ``interval`` cycles.
+    """The default configuration in another simulator: stalls, reset in flight, one item per ``interval`` cycles.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def check_in_simulator(name: str, make: Callable, *cases: Callable[[Config], Vec
         "interval": interval, "latency": component.latency,
         "cases": [_packed(component, vectors(config)) for vectors in cases]}))
     simulate(text(component) if text else component, "tb.lib.block_bench",
-             ("every_pair_of_pauses", "reset_in_flight", "one_item_per_interval"), simulator=simulator,
+             ("every_pair_of_stalls", "reset_in_flight", "one_item_per_interval"), simulator=simulator,
              name=f"{name}-{simulator}", vectors=str(path.resolve()))
 
 
@@ -178,14 +178,14 @@ def _run(component, given, interval, generator, items_per_result):
 class _Bench:
     """A block in the simulator, with one case of its vectors."""
 
-    def __init__(self, dut, given, source_pauses="none", sink_pauses="none"):
+    def __init__(self, dut, given, source_stalls="none", sink_stalls="none"):
         self.given = given
         seed = options()["seed"]
-        pauses = PAUSES[source_pauses](seed)
+        stalls = STALLS[source_stalls](seed)
         if given["interval"] > 1:
-            pauses = _spaced(pauses, given["interval"])
-        self.dut, self.source = dut, Source(dut, "i", pauses=pauses)
-        self.sinks = {name: Sink(dut, name, pauses=PAUSES[sink_pauses](seed + 1)) for name in given["expected"]}
+            stalls = _spaced(stalls, given["interval"])
+        self.dut, self.source = dut, Source(dut, "i", stalls=stalls)
+        self.sinks = {name: Sink(dut, name, stalls=STALLS[sink_stalls](seed + 1)) for name in given["expected"]}
 
     async def prepare(self):
         """Ports and tables."""
@@ -221,9 +221,9 @@ def _cycles(cases, rounds):
     return 5_000 + 16 * rounds * sum(given["interval"] * len(given["items"]) + given["latency"] for given in cases)
 
 
-def _paused(given):
-    """How many items of a case come under each pair of pauses, in whole groups of four."""
-    return min(len(given["items"]) // 4, PAUSED) & ~3
+def _stalled(given):
+    """How many items of a case come under each pair of stall patterns, in whole groups of four."""
+    return min(len(given["items"]) // 4, STALLED) & ~3
 
 
 def _first(got, expected):
@@ -231,26 +231,26 @@ def _first(got, expected):
     return next(different, min(len(got), len(expected)))
 
 
-def _spaced(pauses, interval):
+def _spaced(stalls, interval):
     while True:
-        yield next(pauses)
+        yield next(stalls)
         yield from [True] * (interval - 1)
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """All items come out right under each pair of pauses."""
+async def every_pair_of_stalls(dut):
+    """All items come out right under each pair of stall patterns."""
     cases = _cases()
-    await start(dut, cycles=_cycles(cases, len(MATRIX)))
+    await start(dut, cycles=_cycles(cases, len(STALL_PAIRS)))
     for number, given in enumerate(cases):
-        for pair, (source_pauses, sink_pauses) in enumerate(MATRIX):
-            bench = _Bench(dut, given, source_pauses, sink_pauses)
+        for pair, (source_stalls, sink_stalls) in enumerate(STALL_PAIRS):
+            bench = _Bench(dut, given, source_stalls, sink_stalls)
             if not pair:
                 await bench.prepare()
                 await RisingEdge(dut.clk)
             if not pair and not number:
                 assert_known(dut, ["i", *bench.sinks])
-            count = _paused(given)
+            count = _stalled(given)
             await bench.source.send(given["items"][:count])
             await bench.finish(count)
 
@@ -269,14 +269,14 @@ async def reset_in_flight(dut):
     await reset(dut)
     bench = _Bench(dut, given)
     await bench.prepare()
-    count = _paused(given)
+    count = _stalled(given)
     await bench.source.send(items[:count])
     await bench.finish(count)
 
 
 @cocotb.test()
 async def one_item_per_interval(dut):
-    """Without pauses items go in and out once per interval, after the latency."""
+    """Without stalls items go in and out once per interval, after the latency."""
     cases = _cases()
     await start(dut, cycles=_cycles(cases, 1))
     for given in cases:

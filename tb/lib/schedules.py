@@ -1,6 +1,6 @@
-"""Schedules that shrink: which items come with which pauses, drawn by Hypothesis.
+"""Schedules that shrink: which items come with which gaps and stalls, drawn by Hypothesis.
 
-A property over schedules fails with the smallest one that Hypothesis finds: few items, few pauses, small numbers::
+A property over schedules fails with the smallest one that Hypothesis finds: few items, short stalls, small numbers::
 
     @SETTINGS
     @given(schedules({"i": payloads(SHAPE)}, ["o"]))
@@ -26,8 +26,8 @@ WATCHDOG = 3000
 # The same examples in every run. A simulation takes longer than what Hypothesis thinks slow.
 SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=30,
                     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
-# No pause is the simplest one and the most frequent.
-_PAUSES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 5, 9))
+# None is the simplest one and the most frequent.
+_CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 5, 9))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,8 +76,8 @@ def schedules(items: dict[str, st.SearchStrategy], sinks: Iterable[str], *, most
         return st.one_of(st.lists(element, max_size=most), st.lists(element, min_size=most // 2, max_size=most))
 
     return st.builds(lambda items, stalls: Schedule(items=items, stalls=stalls),
-                     st.fixed_dictionaries({name: some(st.tuples(_PAUSES, of)) for name, of in items.items()}),
-                     st.fixed_dictionaries({name: some(_PAUSES) for name in sinks}))
+                     st.fixed_dictionaries({name: some(st.tuples(_CYCLES, of)) for name, of in items.items()}),
+                     st.fixed_dictionaries({name: some(_CYCLES) for name in sinks}))
 
 
 class ScheduleBench:

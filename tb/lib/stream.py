@@ -31,13 +31,13 @@ class Source(_Stream):
     ----------
     dut, name
         The component in the simulator, and the stream.
-    pauses
+    stalls
         Whether to give nothing, cycle by cycle; an item that is being given stays until it is taken.
     """
 
-    def __init__(self, dut, name: str, *, pauses: Iterator[bool] | None = None):
+    def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None):
         super().__init__(dut, name)
-        self.pauses = pauses or repeat(False)
+        self.stalls = stalls or repeat(False)
         self._random = random.Random(name)
         self._give_nothing()
 
@@ -48,9 +48,9 @@ class Source(_Stream):
 
     async def send(self, items: Iterable[int]) -> None:
         """Give all items, and return when the last one has been taken."""
-        edge, valid, ready, payload, pauses = self._edge, self.valid, self.ready, self.payload, self.pauses
+        edge, valid, ready, payload, stalls = self._edge, self.valid, self.ready, self.payload, self.stalls
         for item in items:
-            while next(pauses):
+            while next(stalls):
                 self._give_nothing()
                 await edge
             valid.value = 1
@@ -99,22 +99,22 @@ class Sink(Monitor):
 
     Parameters
     ----------
-    pauses
+    stalls
         Whether not to take, cycle by cycle.
     """
 
-    def __init__(self, dut, name: str, *, pauses: Iterator[bool] | None = None, **options):
+    def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
         super().__init__(dut, name, **options)
-        self.pauses = pauses or repeat(False)
+        self.stalls = stalls or repeat(False)
         self._taking = None
         if self.ready is not None:
             self.ready.value = 0
             self._taking = cocotb.start_soon(self._take())
 
     async def _take(self):
-        edge, ready, pauses = self._edge, self.ready, self.pauses
+        edge, ready, stalls = self._edge, self.ready, self.stalls
         while True:
-            ready.value = int(not next(pauses))
+            ready.value = int(not next(stalls))
             await edge
 
     def stop(self) -> None:

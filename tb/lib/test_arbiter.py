@@ -8,8 +8,8 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
 from tb.lib.clocking import reset, start
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 
 MODULE = "tb.lib.test_arbiter"
@@ -27,27 +27,27 @@ def split(came):
     return [[item >> 2 for item in came if item & 3 == k] for k in range(COUNT)]
 
 
-async def send_all(dut, count, pauses="none"):
-    """The same number of items of each source, with pauses of their own."""
+async def send_all(dut, count, stalls="none"):
+    """The same number of items of each source, with stalls of their own."""
     seed = options()["seed"]
-    tasks = [cocotb.start_soon(Source(dut, name, pauses=PAUSES[pauses](seed + k)).send(items_of(k, count)))
+    tasks = [cocotb.start_soon(Source(dut, name, stalls=STALLS[stalls](seed + k)).send(items_of(k, count)))
              for k, name in enumerate(INPUTS)]
     for task in tasks:
         await task
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Of each source all items come, in its order."""
     await start(dut, cycles=100_000)
-    for source_pauses, sink_pauses in MATRIX:
-        sink = Sink(dut, "o", pauses=PAUSES[sink_pauses](options()["seed"]))
-        await send_all(dut, 24, source_pauses)
+    for source_stalls, sink_stalls in STALL_PAIRS:
+        sink = Sink(dut, "o", stalls=STALLS[sink_stalls](options()["seed"]))
+        await send_all(dut, 24, source_stalls)
         while len(sink.items) < 24 * COUNT:
             await RisingEdge(dut.clk)
         await ClockCycles(dut.clk, 4)
         assert_known(dut, [*INPUTS, "o"])
-        assert split(sink.items) == [items_of(k, 24) for k in range(COUNT)], (source_pauses, sink_pauses)
+        assert split(sink.items) == [items_of(k, 24) for k in range(COUNT)], (source_stalls, sink_stalls)
         sink.stop()
 
 
@@ -105,7 +105,7 @@ async def who_came_first(dut):
                                                (ArbiterPolicy.LONGEST_WAITING, [0, 2, 1, 0])])
 def test_in_the_simulator(policy, order, simulator):
     arbiter = Arbiter(SHAPE, count=COUNT, policy=policy)
-    simulate(arbiter, MODULE, ("every_pair_of_pauses", "one_item_per_cycle", "reset_in_flight", "who_came_first"),
+    simulate(arbiter, MODULE, ("every_pair_of_stalls", "one_item_per_cycle", "reset_in_flight", "who_came_first"),
              simulator=simulator, name=f"arbiter-{policy.name.lower()}-{simulator}", order=order,
              latency=arbiter.latency)
 

@@ -115,8 +115,8 @@ def test_every_generation_begins_empty_and_keeps_what_it_is_given(bits, frusta):
     bench = Bench(bits)
 
     async def drive(ctx):
-        for pause, rows in frusta:
-            await ctx.tick().repeat(pause + 1)
+        for stall, rows in frusta:
+            await ctx.tick().repeat(stall + 1)
             await bench.begin(ctx)
             await bench.write(ctx, rows)
 

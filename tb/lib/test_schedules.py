@@ -67,13 +67,13 @@ def test_join():
     @SETTINGS
     @given(schedules({"i_a": st.tuples(payloads(SHAPE), payloads(3))}, ["o"]),
            st.lists(st.integers(0, 9), max_size=20))
-    def run(drawn, pauses):
-        """As many items of both inputs, with pauses of their own."""
+    def run(drawn, gaps):
+        """As many items of both inputs, with gaps of their own."""
         pairs = drawn.values("i_a")
-        pauses = [*pauses, *[0] * len(pairs)]
+        gaps = [*gaps, *[0] * len(pairs)]
         schedule = Schedule(stalls=drawn.stalls, items={
             "i_a": [(idle, a) for idle, (a, _) in drawn.items["i_a"]],
-            "i_b": [(idle, b) for idle, (_, b) in zip(pauses, pairs, strict=False)]})
+            "i_b": [(idle, b) for idle, (_, b) in zip(gaps, pairs, strict=False)]})
         assert bench.run(schedule) == {"o": [{"a": a, "b": b} for a, b in pairs]}
 
     run()

@@ -30,7 +30,7 @@ def test_each_item_is_shown_in_every_phase(count):
 
 @SETTINGS
 @given(st.sampled_from(COUNTS), st.lists(st.tuples(st.integers(0, 6), payloads(SHAPE)), max_size=12))
-def test_any_pauses(count, given_items):
+def test_any_stalls(count, given_items):
     # At least as many cycles apart as there are phases.
     items = [(idle + (count - 1 if number else 0), item) for number, (idle, item) in enumerate(given_items)]
     came = BENCHES[count].run(Schedule(items={"i": items}, stalls={}))

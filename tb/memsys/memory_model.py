@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from golden.config import Config
-from tb.lib.pauses import PAUSES
+from tb.lib.stall_patterns import STALLS
 
 __all__ = ["ERROR", "MemoryModel"]
 
@@ -32,8 +32,8 @@ class MemoryModel:
         Up to so many more, by chance.
     shuffles
         Beats of different ids come in any order; else in the order of the addresses.
-    pauses
-        By channel, ``ar``, ``aw``, ``w``, ``r`` and ``b``: the name of one of `PAUSES`.
+    stalls
+        By channel, ``ar``, ``aw``, ``w``, ``r`` and ``b``: the name of one of `STALLS`.
     fails
         Of an address, whether it is answered with an error.
 
@@ -48,14 +48,14 @@ class MemoryModel:
     """
 
     def __init__(self, config: Config, data: bytes, *, base: int = 0, latency: int = 1, spread: int = 0,
-                 shuffles: bool = False, pauses: dict[str, str] | None = None,
+                 shuffles: bool = False, stalls: dict[str, str] | None = None,
                  fails: Callable[[int], bool] = lambda address: False, seed: int = 1):
         memory = config.memory
         self._bytes, self._most = memory.beat_bytes, memory.burst_beats
         self.data, self.base = bytearray(data), base
         self._latency, self._spread, self._shuffles, self._fails = latency, spread, shuffles, fails
         self._random = random.Random(seed)
-        self._pauses = {channel: PAUSES[(pauses or {}).get(channel, "none")](seed + k)
+        self._stalls = {channel: STALLS[(stalls or {}).get(channel, "none")](seed + k)
                         for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}
         self.silent = set()
         self.reads, self.writes = [], []
@@ -116,7 +116,7 @@ class MemoryModel:
         return out
 
     def _moves(self, channel):
-        return int(not next(self._pauses[channel]) and channel not in self.silent)
+        return int(not next(self._stalls[channel]) and channel not in self.silent)
 
     def _due(self):
         return self._now + self._latency - 1 + self._random.randint(0, self._spread)

@@ -17,9 +17,9 @@ from hw.memsys.path_formats import PathFormats
 from tb.golden.schedule.scenes import case
 from tb.lib.clocking import reset
 from tb.lib.configurations import config_of
-from tb.lib.pauses import PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import options
+from tb.lib.stall_patterns import STALLS
 from tb.lib.stream import Sink, Source
 from tb.memsys.memory_path import Memory, Mesh, scene_image
 from tb.memsys.patch_words import load_of
@@ -59,7 +59,7 @@ class Bench:
     Parameters
     ----------
     source, sink
-        Pauses of the cells that come and of the vertices that are taken.
+        Stalls of the cells that come and of the vertices that are taken.
     given
         A `scene`, if not the run's.
     around
@@ -82,9 +82,9 @@ class Bench:
         self.edge = RisingEdge(dut.clk)
         self.image = image
         self.surround(**around)
-        self.sources = [Source(dut, f"i_cell__{k}", pauses=PAUSES[source](self.seed + k)) for k in range(self.clusters)]
+        self.sources = [Source(dut, f"i_cell__{k}", stalls=STALLS[source](self.seed + k)) for k in range(self.clusters)]
         self.starts = [Source(dut, f"i_start__{k}") for k in range(self.clusters)]
-        self.sinks = [Sink(dut, f"o_vertex__{k}", pauses=PAUSES[sink](self.seed + k + 5)) for k in range(self.clusters)]
+        self.sinks = [Sink(dut, f"o_vertex__{k}", stalls=STALLS[sink](self.seed + k + 5)) for k in range(self.clusters)]
 
     def surround(self, *, latency=30, delay=20, fails=()):
         """Memory, where some beats (region, offset) fail, and network."""

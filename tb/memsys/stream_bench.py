@@ -8,14 +8,14 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from tb.lib.clocking import reset, start
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack
 from tb.lib.runner import options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 
 __all__ = ["Streams", "check_streams"]
 
-CASES = ("every_pair_of_pauses", "reset_in_flight", "one_per_cycle")
+CASES = ("every_pair_of_stalls", "reset_in_flight", "one_per_cycle")
 
 
 @dataclass(kw_only=True)
@@ -68,9 +68,9 @@ class _Bench:
 
     def __init__(self, dut, source="none", sink="none"):
         self.given, self.dut, seed = options()["given"], dut, options()["seed"]
-        self.sources = {name: Source(dut, name, pauses=PAUSES[source](seed + k))
+        self.sources = {name: Source(dut, name, stalls=STALLS[source](seed + k))
                         for k, name in enumerate(self.given["inputs"])}
-        self.sinks = {name: Sink(dut, name, pauses=PAUSES[sink](seed + 10 + k))
+        self.sinks = {name: Sink(dut, name, stalls=STALLS[sink](seed + 10 + k))
                       for k, name in enumerate(self.given["expected"])}
         self.taken = {name: Monitor(dut, name) for name in self.given["inputs"]}
         self.tasks = []
@@ -117,11 +117,11 @@ class _Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """All comes out right under each pair of pauses."""
+async def every_pair_of_stalls(dut):
+    """All comes out right under each pair of stall patterns."""
     await start(dut, cycles=400_000)
     prepared = False
-    for source, sink in MATRIX:
+    for source, sink in STALL_PAIRS:
         bench = _Bench(dut, source, sink)
         if not prepared:
             await bench.prepare()
@@ -150,7 +150,7 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def one_per_cycle(dut):
-    """Without pauses the streams whose timing is known do not stop, after the latency."""
+    """Without stalls the streams whose timing is known do not stop, after the latency."""
     await start(dut, cycles=100_000)
     bench = _Bench(dut)
     await bench.prepare()

@@ -22,12 +22,12 @@ from hw.memsys.system_bus_interface import READERS, SystemBusInterface
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Sink, Source
 from tb.memsys.bus_scene import BusScene
-from tb.memsys.test_third_party_memory import Regions, attach, pause
+from tb.memsys.test_third_party_memory import Regions, attach, stall
 
 MODULE = "tb.memsys.test_bus_at_memory"
 BASE, LINES = 0x2000, 8
@@ -71,8 +71,8 @@ class Bench:
     def __init__(self, dut, *, source="none", sink="none"):
         self.dut, self.config, seed = dut, config_of(options()["changes"]), options()["seed"]
         self.formats, self.scene, self.seed = PathFormats(self.config), BusScene(self.config), seed
-        self.requests = Source(dut, "i_request", pauses=PAUSES[source](seed))
-        self.sinks = [Sink(dut, f"o_reply__{kind.value}", pauses=PAUSES[sink](seed + kind.value))
+        self.requests = Source(dut, "i_request", stalls=STALLS[source](seed))
+        self.sinks = [Sink(dut, f"o_reply__{kind.value}", stalls=STALLS[sink](seed + kind.value))
                       for kind in RequestKind]
         dut.scene.value = pack(self.formats.scene, self.scene.counts)
         self.bases = {name: BASE + offset for name, offset in self.scene.bases.items()}
@@ -114,16 +114,16 @@ class Bench:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Clusters ask and take, and memory gives, in every way; a policy after the other."""
     await start(dut, cycles=200_000)
     ram = attach(dut, Regions(BusScene(config_of(options()["changes"])).image, base=BASE))
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         bench = Bench(dut, source=source, sink=sink)
         if number == 0:
             await RisingEdge(dut.clk)
             assert_known(dut, ("i_request", "o_reply__0", "o_reply__1"))
-        pause(ram, ([*PAUSES][(number + number // 5) % 5], "random"), number)
+        stall(ram, ([*STALLS][(number + number // 5) % 5], "random"), number)
         await bench.ask(POLICIES[number % 3], bench.scene.requests(40, seed=number))
         assert bench.fault() == (Fault.NONE, 0)
         bench.stop()
@@ -139,7 +139,7 @@ async def a_target_that_raises(dut):
     cell_bits = PathFormats(config_of(options()["changes"])).cell_bits
     ram = attach(dut, Regions(scene.image, lambda address: any(
         first <= address < first + size for first, size in blocks), base=BASE))
-    pause(ram, ("none", "random"), 3)
+    stall(ram, ("none", "random"), 3)
     for policy in POLICIES:
         bench = Bench(dut)
         await bench.ask(policy, bench.scene.requests(60, seed=policy.value), lambda kind, key: (
@@ -160,7 +160,7 @@ async def reset_in_flight(dut):
     draw = random.Random(options()["seed"])
     for number in range(5):
         bench = Bench(dut, sink="random")
-        pause(ram, ("random",), number)
+        stall(ram, ("random",), number)
         task = cocotb.start_soon(bench.ask(CachePolicy.LRU, bench.scene.requests(60, seed=number)))
         await ClockCycles(dut.clk, draw.randrange(20, 250))
         task.cancel()
@@ -179,5 +179,5 @@ async def reset_in_flight(dut):
 def test_at_a_memory_of_others(simulator, bits):
     changes = {**SMALL, "memory.data_bits": bits}
     simulate(BusAtMemory(config=config_of(changes)), MODULE,
-             ("every_pair_of_pauses", "a_target_that_raises", "reset_in_flight"), simulator=simulator,
+             ("every_pair_of_stalls", "a_target_that_raises", "reset_in_flight"), simulator=simulator,
              name=f"bus_at_memory-{bits}-{simulator}", changes=changes)

@@ -15,9 +15,9 @@ from hw.memsys.cache_policy import CachePolicy
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -61,7 +61,7 @@ class Store:
         Which of the records that are due goes on is drawn for each beat.
     """
 
-    def __init__(self, bench, *, delay, shuffles, pauses="none"):
+    def __init__(self, bench, *, delay, shuffles, stalls="none"):
         self._bench, self._delay, self._shuffles = bench, delay, shuffles
         self._random, self._due = random.Random(bench.seed), []
         self.fetches = []
@@ -70,7 +70,7 @@ class Store:
         self._edge, self._valid, self._payload = RisingEdge(dut.clk), dut.i_fill__valid, dut.i_fill__payload
         self._valid.value = 0
         shape = bench.cache.signature.members["o_fetch"].signature.members["payload"].shape
-        self._fetch = Sink(dut, "o_fetch", pauses=PAUSES[pauses](bench.seed + 7),
+        self._fetch = Sink(dut, "o_fetch", stalls=STALLS[stalls](bench.seed + 7),
                            seen=lambda bits: self._ask(unpack(shape, bits)))
         self._fill = bench.cache.signature.members["i_fill"].signature.members["payload"].shape
         self._task = cocotb.start_soon(self._run())
@@ -151,11 +151,11 @@ class Bench:
         await self.invalidate(policy)
         golden = self.golden(policy)
         expected, hit = self.expected(keys, golden)
-        sink = Sink(self.dut, "o", pauses=PAUSES[sink](self.seed + 1))
+        sink = Sink(self.dut, "o", stalls=STALLS[sink](self.seed + 1))
         self.taken.items.clear()
         self.taken.cycles.clear()
         before = len(store.fetches)
-        await Source(self.dut, "i", pauses=PAUSES[source](self.seed)).send(self.requests(keys))
+        await Source(self.dut, "i", stalls=STALLS[source](self.seed)).send(self.requests(keys))
         await self.finish(sink, expected)
         assert store.fetches[before:] == [int(key) for key, held in zip(keys, hit, strict=True) if not held]
         assert (int(self.dut.hits.value), int(self.dut.misses.value)) == (golden.hits, golden.misses)
@@ -172,16 +172,16 @@ class Bench:
 
 @cocotb.test()
 async def access_by_access(dut):
-    """Hits, lines and records are golden's under every pair of pauses, all policies in turn."""
+    """Hits, lines and records are golden's under every pair of stall patterns, all policies in turn."""
     await start(dut, cycles=200_000)
     bench = Bench(dut)
     dut.i__valid.value = dut.i_invalidate__valid.value = dut.o__ready.value = 0
-    store = Store(bench, delay=lambda draw: draw.randrange(1, 12), shuffles=True, pauses="random")
+    store = Store(bench, delay=lambda draw: draw.randrange(1, 12), shuffles=True, stalls="random")
     await ClockCycles(dut.clk, 2)
     assert_known(dut, STREAMS)
     assert not int(dut.i__ready.value), "nothing is taken before the first invalidation"
     policies = [policy.name for policy in CachePolicy]
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         await bench.run(bench.keys(40, number), policies[number % len(policies)], source=source, sink=sink, store=store)
 
 
@@ -254,7 +254,7 @@ async def reset_in_flight(dut):
             store = Store(bench, delay=lambda draw: draw.randrange(1, 12), shuffles=True)
             await bench.invalidate(policy.name)
             sender = cocotb.start_soon(Source(dut, "i").send(bench.requests(bench.keys(60, wait))))
-            sink = Sink(dut, "o", pauses=PAUSES["alternating"](1))
+            sink = Sink(dut, "o", stalls=STALLS["alternating"](1))
             await ClockCycles(dut.clk, wait)
             sender.cancel()
             sink.stop()
@@ -277,11 +277,11 @@ async def invalidations_at_any_time(dut):
     bench = Bench(dut)
     draw = random.Random(bench.seed)
     Store(bench, delay=lambda draw: draw.randrange(1, 20), shuffles=True)
-    sink = Sink(dut, "o", pauses=PAUSES["random"](bench.seed))
+    sink = Sink(dut, "o", stalls=STALLS["random"](bench.seed))
     keys = bench.keys(300, 77)
     await bench.invalidate("LRU")
     policies, borders = ["LRU"], [0]
-    sender = cocotb.start_soon(Source(dut, "i", pauses=PAUSES["random"](bench.seed)).send(bench.requests(keys)))
+    sender = cocotb.start_soon(Source(dut, "i", stalls=STALLS["random"](bench.seed)).send(bench.requests(keys)))
     while len(bench.taken.items) < 250:
         await ClockCycles(dut.clk, draw.randrange(1, 120))
         policies.append(draw.choice(list(CachePolicy)).name)

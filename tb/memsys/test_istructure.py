@@ -15,9 +15,9 @@ from hw.memsys.istructure import IStructure
 from tb.lib.clocking import reset, start
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
@@ -56,10 +56,10 @@ class Bench:
         seed = options()["seed"]
         self.dut, self._edge = dut, RisingEdge(dut.clk)
         self.start = Source(dut, "i_start")
-        self.read, self.write = (Source(dut, name, pauses=PAUSES[accesses](seed + k))
+        self.read, self.write = (Source(dut, name, stalls=STALLS[accesses](seed + k))
                                  for k, name in enumerate(("i_read", "i_write")))
         self.taken = {name: Monitor(dut, name) for name in ("i_start", "i_read", "i_write")}
-        self.answer = Sink(dut, "o_read", pauses=PAUSES[sink](seed + 2))
+        self.answer = Sink(dut, "o_read", stalls=STALLS[sink](seed + 2))
         self.refused = Monitor(dut, "o_refused")
 
     def stop(self):
@@ -137,11 +137,11 @@ class Watch:
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """Versions under each pair of pauses are answered as golden says."""
+async def every_pair_of_stalls(dut):
+    """Versions under each pair of stall patterns are answered as golden says."""
     await start(dut, cycles=100_000)
     random, watch = np.random.default_rng(options()["seed"]), None
-    for accesses, sink in MATRIX:
+    for accesses, sink in STALL_PAIRS:
         bench = Bench(dut, accesses=accesses, sink=sink)
         await RisingEdge(dut.clk)
         watch = watch or Watch(dut)
@@ -306,7 +306,7 @@ async def versions(dut):
     assert not bench.refused.items
 
 
-ALL = ("every_pair_of_pauses", "one_after_the_other", "reset_in_flight", "one_access_per_cycle", "a_full_store",
+ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "one_access_per_cycle", "a_full_store",
        "versions")
 
 

@@ -16,16 +16,16 @@ from tb.lib.clocking import start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.memsys.joined_path import JoinedPath
 from tb.memsys.path_bench import BASE, COVERED, Bench, scene
 from tb.memsys.test_memory_path import ICARUS, SMALL
-from tb.memsys.test_third_party_memory import Regions, attach, pause
+from tb.memsys.test_third_party_memory import Regions, attach, stall
 
 MODULE = "tb.memsys.test_joined_path"
-# Pauses of the memory are no silence.
+# Stalls of the memory are no silence.
 JOINED = {**SMALL, "memory.timeout_bits": 12, "memory.outstanding": 8, "memory.burst_beats": 8,
           "memory.length_bits": 5}
 FOUR = {"noc.columns": 2, "noc.rows": 2, "memsys.reply_ids": 4, "memsys.bus_requests": 4, "memsys.cache_fetches": 4,
@@ -48,7 +48,7 @@ class JoinedBench(Bench):
     Parameters
     ----------
     memory
-        Pauses of its channels.
+        Stalls of its channels.
     """
 
     def surround(self, *, memory="none", ram=None):
@@ -58,7 +58,7 @@ class JoinedBench(Bench):
         if ram is None:
             ram = attach(self.dut, Regions(self.image, base=BASE))
         self.ram = ram
-        pause(ram, (memory, "random") if memory != "none" else ("none",), self.seed)
+        stall(ram, (memory, "random") if memory != "none" else ("none",), self.seed)
 
     def leave(self):
         """It stays: it may owe beats."""
@@ -93,13 +93,13 @@ async def whole_frusta(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Cells, the intersection unit and the memory wait in every way; a short frustum each."""
     await start(dut, cycles=options()["cycles"])
     bench = JoinedBench(dut)
     await bench.load()
-    for number, (source, sink) in enumerate(MATRIX):
-        bench = bench.again(source=source, sink=sink, memory=[*PAUSES][(number + number // 5) % 5])
+    for number, (source, sink) in enumerate(STALL_PAIRS):
+        bench = bench.again(source=source, sink=sink, memory=[*STALLS][(number + number // 5) % 5])
         await bench.frustum(options()["share"])
 
 
@@ -131,8 +131,8 @@ def test_a_frustum_of_two_clusters():
 
 @ICARUS
 @pytest.mark.nightly
-def test_pauses_and_resets():
-    run("pauses", ("whole_frusta", "every_pair_of_pauses", "reset_in_flight"),
+def test_stalls_and_resets():
+    run("stalls", ("whole_frusta", "every_pair_of_stalls", "reset_in_flight"),
         policies=[policy.name for policy in CachePolicy], cycles=200_000)
 
 

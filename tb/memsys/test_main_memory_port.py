@@ -17,10 +17,10 @@ from hw.memsys.read_engine import ReadEngine
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.memory_bench import ModelAtPort
@@ -53,9 +53,9 @@ class Bench:
         dut.write_window.value = pack(self.formats.window, dict(zip(("base", "limit"), WRITE, strict=True)))
         dut.clear.value = 0
         self.reads, self.writes, self.data = (
-            Source(dut, name, pauses=PAUSES[source](self.seed + k))
+            Source(dut, name, stalls=STALLS[source](self.seed + k))
             for k, name in enumerate(("i_read", "i_write", "i_write_data")))
-        self.replies, self.written = (Sink(dut, name, pauses=PAUSES[sink](self.seed + 7 + k))
+        self.replies, self.written = (Sink(dut, name, stalls=STALLS[sink](self.seed + 7 + k))
                                       for k, name in enumerate(("o_read", "o_written")))
         self._tasks = []
 
@@ -158,14 +158,14 @@ def memory(bench, **more):
 
 
 @cocotb.test()
-async def out_of_order_under_every_pair_of_pauses(dut):
-    """Beats of different bursts in any order, all channels with pauses of their own."""
+async def out_of_order_under_every_pair_of_stalls(dut):
+    """Beats of different bursts in any order, all channels with stalls of their own."""
     await start(dut, cycles=200_000)
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         bench = Bench(dut, source, sink)
-        names = [*PAUSES][:4]
-        pauses = {channel: names[(number + k) % 4] for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}
-        model = memory(bench, latency=3, spread=30, shuffles=True, pauses=pauses)
+        names = [*STALLS][:4]
+        stalls = {channel: names[(number + k) % 4] for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}
+        model = memory(bench, latency=3, spread=30, shuffles=True, stalls=stalls)
         port = ModelAtPort(dut, model)
         if not number:
             await RisingEdge(dut.clk)
@@ -417,7 +417,7 @@ async def rates(dut):
     Path(options()["rates"]).write_text(json.dumps(found))
 
 
-ALL = ("out_of_order_under_every_pair_of_pauses", "errors_from_memory", "outside_the_windows", "silence",
+ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "silence",
        "wrong_answers", "reset_in_flight", "latency")
 # Sixteen bursts of eight beats, and a slot each.
 MANY = {"memory.outstanding": 16}

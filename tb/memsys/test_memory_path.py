@@ -18,9 +18,9 @@ from tb.lib.clocking import start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS
 from tb.lib.stream import Monitor, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.memory_path import MemoryPath
@@ -35,7 +35,7 @@ SMALL = {"memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries
          "memsys.cache_ways": 2, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2, "memsys.filter_generation_bits": 2,
          "icu.patch_bits": 9, "noc.columns": CLUSTERS, "noc.rows": 1, "memory.timeout_bits": 10}
 CASES = ("whole_frusta", "what_is_malformed", "one_vertex_per_cycle")
-LONG = ("every_pair_of_pauses", "reset_in_flight")
+LONG = ("every_pair_of_stalls", "reset_in_flight")
 POLICIES = [policy.name for policy in CachePolicy]
 
 
@@ -55,12 +55,12 @@ async def whole_frusta(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Cells and the intersection unit wait in every way; a short frustum each."""
     await start(dut, cycles=40_000)
     bench = Bench(dut)
     await bench.load()
-    for number, (source, sink) in enumerate(MATRIX):
+    for number, (source, sink) in enumerate(STALL_PAIRS):
         bench = bench.again(source=source, sink=sink, latency=5 + number, delay=1 + 3 * number)
         await bench.frustum(options()["share"])
 
@@ -170,7 +170,7 @@ def test_frusta_and_faults():
 
 @ICARUS
 @pytest.mark.nightly
-def test_all_policies_and_pauses():
+def test_all_policies_and_stall_patterns():
     run("cornell", 0.25, SMALL, "icarus")
 
 

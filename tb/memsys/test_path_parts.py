@@ -31,21 +31,21 @@ def patch(number):
 
 
 MERGE = ScheduleBench(VertexMerge(config=CONFIG, count=3, patches=2), [f"i__{k}" for k in range(3)], ["o"])
-PAUSE = st.sampled_from((0, 0, 0, 1, 3))
-SOURCES = {f"i__{k}": st.lists(st.lists(PAUSE, min_size=4, max_size=4), max_size=4) for k in range(3)}
+GAP = st.sampled_from((0, 0, 0, 1, 3))
+SOURCES = {f"i__{k}": st.lists(st.lists(GAP, min_size=4, max_size=4), max_size=4) for k in range(3)}
 
 
 @FEW
-@given(st.fixed_dictionaries(SOURCES), st.lists(PAUSE, max_size=20))
-def test_patches_stay_whole_and_in_the_order_of_their_source(pauses, stalls):
-    items = {name: [(pause, vertex(16 * int(name[-1]) + number, index)) for number, four in enumerate(patches)
-                    for index, pause in enumerate(four)] for name, patches in pauses.items()}
+@given(st.fixed_dictionaries(SOURCES), st.lists(GAP, max_size=20))
+def test_patches_stay_whole_and_in_the_order_of_their_source(gaps, stalls):
+    items = {name: [(gap, vertex(16 * int(name[-1]) + number, index)) for number, four in enumerate(patches)
+                    for index, gap in enumerate(four)] for name, patches in gaps.items()}
     came = MERGE.run(Schedule(items=items, stalls={"o": stalls}))["o"]
     four = [came[k:k + 4] for k in range(0, len(came), 4)]
     assert all(group == patch(group[0]["patch"]) for group in four)
     for k in range(3):
         assert [group[0]["patch"] for group in four if group[0]["patch"] // 16 == k] == [
-            16 * k + number for number in range(len(pauses[f"i__{k}"]))]
+            16 * k + number for number in range(len(gaps[f"i__{k}"]))]
 
 
 def test_one_vertex_per_cycle_of_all_sources_and_the_longest_waiting_first():
@@ -109,7 +109,7 @@ def wait(cycles, items):
 
 
 @FEW
-@given(st.lists(PAUSE, max_size=30), st.lists(PAUSE, max_size=12), st.lists(PAUSE, max_size=30))
+@given(st.lists(GAP, max_size=30), st.lists(GAP, max_size=12), st.lists(GAP, max_size=30))
 def test_the_interface_asks_in_parts_and_gives_what_comes(requests, listed, vertices):
     """Cell 4 has three entries, in two parts; cell 9 has none; the reply of patch 6 is an error."""
     replies = [*wait(70, [cell_beat(11), cell_beat(12, more=1, last=1), *patch_beats(5)]),
@@ -140,7 +140,7 @@ def test_no_more_requests_than_there_is_room_for():
 
 SHARE = ScheduleBench(ReadShare(config=CONFIG, count=3), [*(f"i_request__{k}" for k in range(3)), "i_reply"],
                       ["o_request", *(f"o_reply__{k}" for k in range(3))])
-REQUESTS = st.lists(st.tuples(PAUSE, st.fixed_dictionaries({
+REQUESTS = st.lists(st.tuples(GAP, st.fixed_dictionaries({
     "address": st.integers(0, 99), "length": st.integers(0, 3)})), max_size=5)
 
 

@@ -24,10 +24,10 @@ from tb.golden.schedule.scenes import CONFIG, case
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Sink, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.memory_bench import ModelAtPort
@@ -96,7 +96,7 @@ class Bench:
         window = MemoryFormats(self.config).window
         dut.window.value = pack(window, {"base": BASE, "limit": BASE + len(self.data)})
         self.command = Source(dut, "i")
-        self.words, self.done = Sink(dut, "o", pauses=PAUSES[sink](seed)), Sink(dut, "o_done")
+        self.words, self.done = Sink(dut, "o", stalls=STALLS[sink](seed)), Sink(dut, "o_done")
 
     async def load(self, names, cluster=0, image=BASE):
         """The fault with which a command ends."""
@@ -146,11 +146,11 @@ async def the_whole_image(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Of what takes the words and of the memory."""
     await start(dut, cycles=200_000)
-    for number, (sink, memory) in enumerate(MATRIX):
-        bench = Bench(dut, sink=sink, latency=3, spread=9, shuffles=True, pauses={"ar": memory, "r": memory})
+    for number, (sink, memory) in enumerate(STALL_PAIRS):
+        bench = Bench(dut, sink=sink, latency=3, spread=9, shuffles=True, stalls={"ar": memory, "r": memory})
         cluster = number % options()["clusters"]
         names = (("shells", "subshells"), ("residents",), ("patches",))[number % 3]
         assert (await bench.load(names, cluster))[0] is Fault.NONE
@@ -293,7 +293,7 @@ async def a_word_per_cycle(dut):
     bench.stop()
 
 
-ALL = ("the_whole_image", "every_pair_of_pauses", "malformed_tables", "reset_in_flight", "a_word_per_cycle")
+ALL = ("the_whole_image", "every_pair_of_stalls", "malformed_tables", "reset_in_flight", "a_word_per_cycle")
 CLUSTERS = 2
 
 

@@ -1,4 +1,4 @@
-"""The port at a memory that others wrote: cocotbext-axi's, with its own pauses, and one whose target raises."""
+"""The port at a memory that others wrote: cocotbext-axi's, with its own stalls, and one whose target raises."""
 
 import random
 
@@ -10,12 +10,12 @@ from hw.memsys.fault import Fault
 from hw.memsys.main_memory_port import MainMemoryPort
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.memsys.test_main_memory_port import BASE, READ, SIZE, SMALL, TAG, WRITE, Bench, content
 
 MODULE = "tb.memsys.test_third_party_memory"
-# Its pauses are no silence.
+# Its stalls are no silence.
 CHANGES = {**SMALL, "memory.timeout_bits": 12}
 
 
@@ -38,7 +38,7 @@ class Regions:
 
 
 def attach(dut, target):
-    """A subordinate with this target, and the channels that can be paused, by name."""
+    """A subordinate with this target, and the channels that can be stalled, by name."""
     from cocotbext.axi import AxiBus, AxiSlave
 
     slave = AxiSlave(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, target=target)
@@ -50,21 +50,21 @@ def attach(dut, target):
             "r": read.r_channel}
 
 
-def pause(channels, names, seed):
+def stall(channels, names, seed):
     for k, channel in enumerate(channels.values()):
-        channel.set_pause_generator(PAUSES[names[k % len(names)]](seed + k))
+        channel.set_pause_generator(STALLS[names[k % len(names)]](seed + k))
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
-    """Requests of the clients against pauses of the memory."""
+async def every_pair_of_stalls(dut):
+    """Requests of the clients against stalls of the memory."""
     await start(dut, cycles=200_000)
     ram = Regions(content())
     channels = attach(dut, ram)
     await reset(dut)
-    for number, (clients, memory) in enumerate(MATRIX):
-        bench = Bench(dut, clients, [*PAUSES][number % 5])
-        pause(channels, (memory, "random"), number)
+    for number, (clients, memory) in enumerate(STALL_PAIRS):
+        bench = Bench(dut, clients, [*STALLS][number % 5])
+        stall(channels, (memory, "random"), number)
         after = await bench.exchange(ram, 4)
         assert ram.data == after
         assert bench.fault()[0] is Fault.NONE
@@ -82,7 +82,7 @@ async def a_target_that_raises(dut):
 
     channels = attach(dut, Regions(content(), failed))
     await reset(dut)
-    pause(channels, ("none", "random"), bench.seed)
+    stall(channels, ("none", "random"), bench.seed)
     # Of a word of which some bytes are written all of them fail: the target sees the first of these.
     before, requests = content(), [bench.request((READ[0], WRITE[0])) for _ in range(30)]
     task = bench.start(bench.reads, requests)
@@ -114,7 +114,7 @@ async def reset_in_flight(dut):
     generator = random.Random(options()["seed"])
     for _ in range(5):
         bench = Bench(dut, sink="random")
-        pause(channels, ("random",), generator.randrange(100))
+        stall(channels, ("random",), generator.randrange(100))
         task = cocotb.start_soon(bench.exchange(ram, 20))
         await ClockCycles(dut.clk, generator.randrange(10, 200))
         task.cancel()
@@ -129,5 +129,5 @@ async def reset_in_flight(dut):
 def test_third_party_memory(simulator):
     assert len(content()) == SIZE
     component = MainMemoryPort(config=config_of(CHANGES), tag=TAG)
-    simulate(component, MODULE, ("every_pair_of_pauses", "a_target_that_raises", "reset_in_flight"),
+    simulate(component, MODULE, ("every_pair_of_stalls", "a_target_that_raises", "reset_in_flight"),
              simulator=simulator, name=f"third_party_memory-{simulator}", changes=CHANGES)

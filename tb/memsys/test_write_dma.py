@@ -26,14 +26,14 @@ from tb.golden.schedule.scenes import CONFIG, case
 from tb.lib.clocking import PERIOD, reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
-from tb.memsys.test_third_party_memory import attach, pause
+from tb.memsys.test_third_party_memory import attach, stall
 
 MODULE = "tb.memsys.test_write_dma"
 STREAMS = ("i", "i_hit", "i_sum", "o_done")
@@ -87,7 +87,7 @@ class Bench:
         first, end = (BASE + self.image.offsets["hits"], BASE + len(self.data))
         dut.window.value = pack(window, {"base": first, "limit": end})
         self.command = Source(dut, "i")
-        self.sources = {name: Source(dut, name, pauses=PAUSES[source](self.seed + k))
+        self.sources = {name: Source(dut, name, stalls=STALLS[source](self.seed + k))
                         for k, name in enumerate(("i_hit", "i_sum"))}
         self.done = Sink(dut, "o_done")
         self.memory = self.port = None
@@ -177,12 +177,12 @@ async def a_whole_image(dut):
 
 
 @cocotb.test()
-async def every_pair_of_pauses(dut):
+async def every_pair_of_stalls(dut):
     """Sections of any size; of what gives hits and of the memory."""
     await start(dut, cycles=100_000)
     draw = np.random.default_rng(options()["seed"])
-    for number, (source, pauses) in enumerate(MATRIX):
-        bench = Bench(dut, source=source, latency=3, spread=9, pauses={"aw": pauses, "w": pauses, "b": "random"})
+    for number, (source, stalls) in enumerate(STALL_PAIRS):
+        bench = Bench(dut, source=source, latency=3, spread=9, stalls={"aw": stalls, "w": stalls, "b": "random"})
         hits = drawn_hits(bench.image, number)
         columns, rows = (np.sort(draw.choice(size + 1, 2, replace=False)) for size in (12, 4))
         column, row = draw.integers(0, COLUMNS - 11), draw.integers(0, ROWS - 3)
@@ -309,7 +309,7 @@ async def _first_cycle(dut):
 
 @cocotb.test()
 async def at_the_memory_of_others(dut):
-    """Of cocotbext-axi, with its own pauses."""
+    """Of cocotbext-axi, with its own stalls."""
     from cocotbext.axi import AddressSpace, MemoryRegion
 
     await start(dut, cycles=60_000)
@@ -319,7 +319,7 @@ async def at_the_memory_of_others(dut):
     await region.write(0, data)
     channels = attach(dut, space)
     await reset(dut)
-    pause(channels, ("random", "bursts"), options()["seed"])
+    stall(channels, ("random", "bursts"), options()["seed"])
     bench = Bench(dut, source="random", model=False)
     hits, sections = drawn_hits(bench.image, 9), [Sector(3, 30, 2, 6), Sector(40, 50, 8, 15)]
     for section in sections:
@@ -329,7 +329,7 @@ async def at_the_memory_of_others(dut):
     bench.stop()
 
 
-ALL = ("a_whole_image", "every_pair_of_pauses", "what_has_no_place", "errors_of_memory", "reset_in_flight",
+ALL = ("a_whole_image", "every_pair_of_stalls", "what_has_no_place", "errors_of_memory", "reset_in_flight",
        "a_word_per_cycle", "at_the_memory_of_others")
 
 

@@ -61,9 +61,9 @@ class Clusters:
             ask = Source(self.dut, f"i_request__{node}")
             items = [pack(self._shape["i_request"], {"node": to, "patch": patch}) for to, patch in self.requests[node]]
             self._tasks += [cocotb.start_soon(ask.send(items)), cocotb.start_soon(self._serve(node))]
-            self.sinks.append(Sink(self.dut, f"o_reply__{node}", pauses=self._pauses(node)))
+            self.sinks.append(Sink(self.dut, f"o_reply__{node}", stalls=self._stalls(node)))
 
-    def _pauses(self, node):
+    def _stalls(self, node):
         """Half of all cycles at random, now and then long ones, and while it is stopped."""
         generator = random.Random(node)
         while True:

@@ -12,8 +12,8 @@ from hw.registers.register import Access, Field, Register, addresses, register_t
 from hw.registers.registers import OKAY, SLVERR, Registers
 from tb.lib.clocking import reset, start
 from tb.lib.no_x import assert_known
-from tb.lib.pauses import MATRIX, PAUSES
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor
 from tb.lib.timing import documented_latency
 
@@ -67,13 +67,13 @@ class Bench:
                 await edge
             dut.i_answer__valid.value = 0
 
-    def pause(self, host, machine, seed):
+    def stall(self, host, machine, seed):
         """Who waits: what the manager gives, and what it takes."""
         write, read = self.master.write_if, self.master.read_if
         for k, channel in enumerate((write.aw_channel, write.w_channel, read.ar_channel)):
-            channel.set_pause_generator(PAUSES[host](seed + k))
+            channel.set_pause_generator(STALLS[host](seed + k))
         for k, channel in enumerate((write.b_channel, read.r_channel)):
-            channel.set_pause_generator(PAUSES[machine](seed + 7 + k))
+            channel.set_pause_generator(STALLS[machine](seed + 7 + k))
 
     async def read(self, address):
         reply = await self.master.read(address, 4)
@@ -127,15 +127,15 @@ async def exercise(bench, count):
 
 @cocotb.test()
 async def everything_at_random(dut):
-    """Registers, addresses without one, bytes of words, the window; every pair of pauses."""
+    """Registers, addresses without one, bytes of words, the window; every pair of stall patterns."""
     dut.said.value = dut.wide.value = 0
     await start(dut, cycles=60_000)
     bench = Bench(dut, seed=options()["seed"])
-    for number, (host, machine) in enumerate(MATRIX):
+    for number, (host, machine) in enumerate(STALL_PAIRS):
         await reset(dut)
         await RisingEdge(dut.clk)
         assert_known(dut, ["o_ask"])
-        bench.pause(host, machine, number)
+        bench.stall(host, machine, number)
         await exercise(bench, 25)
 
 

@@ -218,6 +218,6 @@ def test_what_is_missing_is_noticed(cells, simulator, there, missing):
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 def test_a_unit_in_the_simulator(simulator, tmp_path):
-    """As its description is tested: pauses, a reset in flight, one item in each cycle."""
+    """As its description is tested: stalls, a reset in flight, one item in each cycle."""
     check_in_simulator("screening-mapped", make, vectors, simulator=simulator,
                        text=lambda component: mapped_text(component, tmp_path))

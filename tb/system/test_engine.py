@@ -23,8 +23,8 @@ from hw.simulator.machine_verilog import engine_verilog
 from hw.simulator.register_error import RegisterError
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
-from tb.lib.pauses import PAUSES
 from tb.lib.runner import BUILD, options, simulate
+from tb.lib.stall_patterns import STALLS
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
 from tb.system.cocotb_port import CocotbPort
@@ -357,7 +357,7 @@ def third_party_memory(bench):
 
 @cocotb.test()
 async def third_parties(dut):
-    """Registers and memory are both driven by others, cocotbext-axi's manager and RAM, with pauses."""
+    """Registers and memory are both driven by others, cocotbext-axi's manager and RAM, with stalls."""
     bench = Bench(dut)
     ram = third_party_memory(bench)
     await start(dut, cycles=options()["cycles"])
@@ -365,9 +365,9 @@ async def third_parties(dut):
     channels = (master.write_if.aw_channel, master.write_if.w_channel, master.write_if.b_channel,
                 master.read_if.ar_channel, master.read_if.r_channel, write.aw_channel, write.w_channel,
                 write.b_channel, read.ar_channel, read.r_channel)
-    for number, regime in enumerate(PAUSES):
+    for number, regime in enumerate(STALLS):
         for k, channel in enumerate(channels):
-            channel.set_pause_generator(PAUSES[regime](10 * number + k))
+            channel.set_pause_generator(STALLS[regime](10 * number + k))
         await bench.check(bench.frusta[number % len(bench.frusta)])
 
 

@@ -1,10 +1,10 @@
-"""Pauses: in which cycles a source has nothing to give, or a sink does not take."""
+"""Stall patterns: in which cycles a source offers nothing, or a sink is not ready."""
 
 import random
 from collections.abc import Callable, Iterator
 from itertools import cycle, repeat
 
-__all__ = ["MATRIX", "PAUSES"]
+__all__ = ["STALLS", "STALL_PAIRS"]
 
 
 def _random(seed):
@@ -16,8 +16,8 @@ def _random(seed):
 def _bursts(seed):
     generator = random.Random(seed)
     while True:
-        pauses = generator.random() < 0.5
-        yield from repeat(pauses, generator.randint(1, 40))
+        stalled = generator.random() < 0.5
+        yield from repeat(stalled, generator.randint(1, 40))
 
 
 def _stop(seed):
@@ -25,13 +25,13 @@ def _stop(seed):
     yield from repeat(False)
 
 
-# From a seed to whether each cycle is a pause.
-PAUSES: dict[str, Callable[[int], Iterator[bool]]] = {
+# By name, from a seed to whether the stream stalls in each cycle.
+STALLS: dict[str, Callable[[int], Iterator[bool]]] = {
     "none": lambda seed: repeat(False),
     "alternating": lambda seed: cycle([False, True]),
     "random": _random,
     "bursts": _bursts,
     "stop": _stop,
 }
-# All pairs of pauses of a source and of a sink.
-MATRIX = [(source, sink) for source in PAUSES for sink in PAUSES]
+# All pairs of patterns, one for the source and one for the sink.
+STALL_PAIRS = [(source, sink) for source in STALLS for sink in STALLS]
