@@ -8,13 +8,13 @@ def items():
     return collected("tb/formal/test_queue.py", "tb/formal/test_join.py")
 
 
-def test_proofs_are_listed_with_their_twins(items):
+def test_proofs_are_listed_with_their_negative_controls(items):
     text = report_of(items)
     assert "### queue" in text
     assert "Order and count" in text
     assert "| holds | order and count: 1, 2, 3, 4, 5 |" in text
     assert "| can be reached | reaches full |" in text
-    assert "| must fail | broken twin: takes what it has no room for, gives an item twice" in text
+    assert "| must fail | negative control: is ready when full, delivers an item twice" in text
     assert "another depth is noticed" in text
 
 

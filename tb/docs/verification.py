@@ -1,4 +1,4 @@
-"""The verification report: tests, proofs with their twins, and cases that must occur, collected from the code."""
+"""The verification report: tests, proofs with negative controls, and functional coverage, collected from the code."""
 
 import ast
 import contextlib
@@ -66,8 +66,8 @@ def report_of(items: list[pytest.Function]) -> str:
         *_tests(items), "", "## Proofs", "",
         "What holds for all inputs; what must be reachable, so that nothing is proved of nothing; and the faults for "
         "each of which a proof must fail.", "",
-        *proofs([item for item in items if _path(item).startswith(FORMAL)]), "## Cases that must occur", "",
-        "A bench fails in which one of its cases never came.", "", *_cases(), "", "## Mutants", "", *_mutants(), ""])
+        *proofs([item for item in items if _path(item).startswith(FORMAL)]), "## Functional coverage", "",
+        "A testbench fails if one of its cases never occurs.", "", *_cases(), "", "## Mutants", "", *_mutants(), ""])
 
 
 def _tests(items) -> list[str]:

@@ -1,1 +1,1 @@
-"""Proofs: properties of components for all inputs, each with a broken twin that must fail."""
+"""Proofs: properties of components for all inputs, each with a negative control that must fail."""

@@ -6,7 +6,7 @@ from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
 
 __all__ = ["ReadyBlind", "StreamRules", "add_rules", "streams_of"]
 

@@ -4,10 +4,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from hw.memsys.deferred_store import DeferredStore
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
-from tb.formal.twin import Twin
 
 ENGINE = "abc bmc3"
 
@@ -71,9 +71,9 @@ class ReleasedOnce(wiring.Component):
 def make(depth, *, owners=2, faults=None):
     dut = DeferredStore(1, depth=depth, tag=1)
     if faults:
-        twin = Twin(dut, faults)
-        twin.chain = dut.chain
-        dut = twin
+        control = NegativeControl(dut, faults)
+        control.chain = dut.chain
+        dut = control
     return ReleasedOnce(dut, depth=depth, owners=owners)
 
 
@@ -105,7 +105,7 @@ def test_reaches_the_bound():
 
 @pytest.mark.parametrize("fault", [
     pytest.param(fault, marks=[] if fault == "forgets who comes" else pytest.mark.nightly) for fault in FAULTS])
-def test_broken_twin(fault):
+def test_negative_control(fault):
     proof = prove(make(2, faults=FAULTS[fault]), mode="bmc", depth=12, engine=ENGINE)
     assert not proof
     assert proof.trace

@@ -4,10 +4,10 @@ from amaranth.lib import wiring
 from amaranth.lib.data import StructLayout
 
 from hw.lib.fork import Fork
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
-from tb.formal.twin import Twin
 
 SHAPE = StructLayout({"a": 1, "b": 2})
 COUNT = 3
@@ -61,5 +61,5 @@ def test_reaches_different_cycles():
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    assert not prove(ForkOnce(Twin(Fork(SHAPE, count=COUNT), FAULTS[fault])), mode="bmc", depth=6)
+def test_negative_control(fault):
+    assert not prove(ForkOnce(NegativeControl(Fork(SHAPE, count=COUNT), FAULTS[fault])), mode="bmc", depth=6)

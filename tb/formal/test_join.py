@@ -3,9 +3,9 @@ from amaranth.hdl import Assert, Cover, Module
 from amaranth.lib import wiring
 
 from hw.lib.join import Join
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
-from tb.formal.twin import Twin
 
 
 class JoinTogether(wiring.Component):
@@ -46,5 +46,5 @@ def test_all_move_together():
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    assert not prove(JoinTogether(Twin(make(), FAULTS[fault])), mode="bmc", depth=3)
+def test_negative_control(fault):
+    assert not prove(JoinTogether(NegativeControl(make(), FAULTS[fault])), mode="bmc", depth=3)

@@ -9,7 +9,7 @@ from hw.lib.credit_gate import CreditGate
 from hw.memsys import local_bus_interface as module
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
 

@@ -10,10 +10,10 @@ from hw.memsys.fault import Fault
 from hw.memsys.read_engine import ReadEngine
 from hw.memsys.window_check import WindowCheck
 from hw.memsys.write_engine import WriteEngine
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import StreamRules, add_rules
-from tb.formal.twin import Twin
 
 CONFIG = PRESETS["tiny"].replace({"memory.address_bits": 16, "memory.outstanding": 2, "memory.burst_beats": 2,
                                   "memory.length_bits": 2, "memory.timeout_bits": 2})
@@ -155,9 +155,9 @@ FAULTS = {
 
 
 def bench(kind, faults=None, **more):
-    around, engine = BENCHES[kind]
+    bench, engine = BENCHES[kind]
     dut = engine(config=CONFIG, tag=TAG)
-    return around(Twin(dut, faults) if faults else dut, **more)
+    return bench(NegativeControl(dut, faults) if faults else dut, **more)
 
 
 @pytest.mark.parametrize("kind", BENCHES)
@@ -181,7 +181,7 @@ def test_one_that_waits_for_ever():
 
 
 @pytest.mark.parametrize(("kind", "fault"), [(kind, fault) for kind, faults in FAULTS.items() for fault in faults])
-def test_broken_twin(kind, fault):
+def test_negative_control(kind, fault):
     assert not prove(bench(kind, FAULTS[kind][fault]), mode="bmc", depth=14)
 
 
@@ -202,5 +202,5 @@ def test_bursts_are_the_request():
 
 def test_a_splitter_that_begins_again():
     faults = {"o__payload": lambda dut: dut.o.payload.as_value() ^ dut.o.payload.ends}
-    assert not prove(BurstsCover(Twin(BurstSplitter(config=CONFIG, tag=TAG), faults)), mode="bmc", depth=8,
+    assert not prove(BurstsCover(NegativeControl(BurstSplitter(config=CONFIG, tag=TAG), faults)), mode="bmc", depth=8,
                      engine=ENGINE)

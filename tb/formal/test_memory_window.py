@@ -4,10 +4,10 @@ from amaranth.lib import wiring
 
 from golden.config import PRESETS
 from hw.memsys.main_memory_port import MainMemoryPort
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
-from tb.formal.twin import Twin
 
 # Bursts of two beats, requests of up to four, pages of 4096 bytes among 65536.
 CONFIG = PRESETS["tiny"].replace({"memory.address_bits": 16, "memory.outstanding": 2, "memory.burst_beats": 2,
@@ -64,5 +64,5 @@ def test_reaches_the_ends_of_the_window():
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    assert not prove(MemoryWindow(Twin(make(), FAULTS[fault])), mode="bmc", depth=12, engine=ENGINE)
+def test_negative_control(fault):
+    assert not prove(MemoryWindow(NegativeControl(make(), FAULTS[fault])), mode="bmc", depth=12, engine=ENGINE)

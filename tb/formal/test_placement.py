@@ -6,10 +6,10 @@ from hw.lib.update_memory import UpdateMemory
 from hw.memsys import set_placement
 from hw.memsys.lfu_placement import LfuPlacement
 from hw.memsys.set_placement import SetPlacement
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
-from tb.formal.twin import Twin
 
 KEY = 3
 
@@ -201,6 +201,6 @@ FAULTS = {"a start that empties nothing": {"i_start__ready": lambda dut: 1},
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    twin = Twin(of_sets(direct=0), FAULTS[fault])
-    assert not prove(PlacementRule(twin, used_last(2, 2, 0)), mode="bmc", depth=16, engine="abc bmc3")
+def test_negative_control(fault):
+    control = NegativeControl(of_sets(direct=0), FAULTS[fault])
+    assert not prove(PlacementRule(control, used_last(2, 2, 0)), mode="bmc", depth=16, engine="abc bmc3")

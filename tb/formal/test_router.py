@@ -11,9 +11,9 @@ from hw.lib.round_robin import RoundRobin
 from hw.noc import router as module
 from hw.noc.input_queue import InputQueue
 from hw.noc.router import Router
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
-from tb.formal.twin import Twin
 
 DEPTH = 2
 # A node with one link, and one between two others: topology, nodes, which one, kinds of messages. All ports have links:
@@ -176,7 +176,7 @@ def test_places_too_many():
     {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}, {"o_credit__1": lambda dut: dut.o_credit[1][0:0]},
     {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[0].payload.flit.first}])
 def test_a_flit_or_a_place_that_is_lost(fault):
-    assert not bounded(RouterCredits(Twin(make("midst"), fault)), 12)
+    assert not bounded(RouterCredits(NegativeControl(make("midst"), fault)), 12)
 
 
 def test_packets_in_each_other(monkeypatch):

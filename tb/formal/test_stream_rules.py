@@ -11,9 +11,9 @@ from hw.lib.fork import Fork
 from hw.lib.join import Join
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import ReadyBlind, StreamRules
-from tb.formal.twin import Twin
 
 SMALL = {
     "queue": lambda: Queue(2, depth=3),
@@ -55,8 +55,8 @@ def test_reaches_a_wait(name):
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    assert not prove(StreamRules(Twin(Queue(2, depth=3), FAULTS[fault])), mode="bmc", depth=6)
+def test_negative_control(fault):
+    assert not prove(StreamRules(NegativeControl(Queue(2, depth=3), FAULTS[fault])), mode="bmc", depth=6)
 
 
 # Keeps the rules where as many credits come back as were taken: see test_credit_gate.py.
@@ -70,4 +70,4 @@ def test_offers_do_not_depend_on_ready(name):
 
 def test_one_that_waits_for_ready():
     waits = {"o__valid": lambda dut: dut.o.valid & dut.o.ready}
-    assert not prove(ReadyBlind(*(Twin(Queue(2, depth=3), waits) for _ in range(2))), mode="bmc", depth=6)
+    assert not prove(ReadyBlind(*(NegativeControl(Queue(2, depth=3), waits) for _ in range(2))), mode="bmc", depth=6)

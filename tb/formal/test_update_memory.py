@@ -5,9 +5,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In
 
 from hw.lib.update_memory import UpdateMemory
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
-from tb.formal.twin import Twin
 
 OPERAND = StructLayout({"key": 2, "hit": 1, "clear": 1})
 
@@ -107,7 +107,7 @@ def test_without_a_look_ahead(ahead):
     assert proof.trace
 
 
-def test_broken_twin():
-    twin = Twin(Same(make()), {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid})
-    twin.latency = 4
-    assert not prove(Nearest(twin, 3), mode="bmc", depth=14)
+def test_negative_control():
+    control = NegativeControl(Same(make()), {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid})
+    control.latency = 4
+    assert not prove(Nearest(control, 3), mode="bmc", depth=14)

@@ -4,10 +4,10 @@ from amaranth.lib import wiring
 
 from golden.config import PRESETS
 from hw.icu.ic_ray_generator import IcRayGenerator
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
+from tb.formal.negative_control import NegativeControl
 from tb.formal.prove import prove
 from tb.formal.stream_rules import add_rules
-from tb.formal.twin import Twin
 
 # The narrowest that there is: 64 rays in 4 tiles of 4 x 4, columns and rows up to 64.
 CONFIG = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots": 16, "icu.settle_bits": 4,
@@ -118,6 +118,6 @@ def test_no_ray_outside_the_section(section):
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_twin(fault):
-    twin = Twin(make(), FAULTS[fault])
-    assert not prove(WindowBounds(twin, SECTIONS[0]), mode="bmc", depth=20, engine=ENGINE)
+def test_negative_control(fault):
+    control = NegativeControl(make(), FAULTS[fault])
+    assert not prove(WindowBounds(control, SECTIONS[0]), mode="bmc", depth=20, engine=ENGINE)

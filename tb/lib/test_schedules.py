@@ -13,7 +13,7 @@ from hw.lib.fork import Fork
 from hw.lib.join import Join
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
-from tb.formal.twin import Twin
+from tb.formal.negative_control import NegativeControl
 from tb.lib.payload import pack, unpack
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
 from tb.lib.test_credit_gate import SHAPE as GATED_SHAPE
@@ -115,14 +115,14 @@ ZERO = {"number": 0, "inverted": 0}
 
 
 def test_a_full_queue_that_takes_shrinks_to_hardly_more_than_it_holds():
-    found = smallest(Twin(Queue(SHAPE, depth=3), {"i__ready": lambda dut: 1}))
+    found = smallest(NegativeControl(Queue(SHAPE, depth=3), {"i__ready": lambda dut: 1}))
     assert found.values("i") in ([ZERO] * 4, [ZERO] * 5)
     assert sum(idle for idle, _ in found.items["i"]) == 0
     assert 1 <= len(found.stalls["o"]) <= 2
 
 
 def test_one_wrong_bit_shrinks_to_the_number_that_shows_it():
-    found = smallest(Twin(Queue(SHAPE, depth=3), {
+    found = smallest(NegativeControl(Queue(SHAPE, depth=3), {
         "o__payload": lambda dut: Mux(dut.o.payload.number >= 11, 0, dut.o.payload.as_value())}))
     assert found.items["i"] == [(0, {"number": 11, "inverted": 0})]
     assert found.stalls["o"] == []
@@ -139,7 +139,7 @@ class Refuses(wiring.Component):
 
 
 def broken_queue(**faults):
-    return Twin(Queue(SHAPE, depth=3), faults)
+    return NegativeControl(Queue(SHAPE, depth=3), faults)
 
 
 @pytest.mark.parametrize(("component", "said"), [

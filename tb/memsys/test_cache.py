@@ -105,7 +105,7 @@ class Store:
 
 
 class Bench:
-    """A cache, its golden twin, and what has been asked and answered."""
+    """A cache, its golden control, and what has been asked and answered."""
 
     def __init__(self, dut):
         self.dut, self.seed, self.size = dut, options()["seed"], options()["size"]

@@ -1,16 +1,16 @@
-"""Broken twins: components with a fault, of which a proof must fail."""
+"""Negative controls: components with one known fault, for which a proof must fail."""
 
 from collections.abc import Callable
 
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
-from tb.formal.around import connect_ports
+from tb.formal.connect_ports import connect_ports
 
-__all__ = ["Twin"]
+__all__ = ["NegativeControl"]
 
 
-class Twin(wiring.Component):
+class NegativeControl(wiring.Component):
     """A component of which some outputs are wrong.
 
     Parameters
@@ -18,7 +18,11 @@ class Twin(wiring.Component):
     dut
         The component.
     faults
-        From the name of an output to what it is instead, see `connect_ports`.
+        From the name of an output to a function of the component, its wrong value; see `connect_ports`.
+
+    Members
+    -------
+    The component's.
     """
 
     def __init__(self, dut, faults: dict[str, Callable]):
