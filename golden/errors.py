@@ -1,10 +1,10 @@
-"""The one error that is the user's to mend."""
+"""The error that the user can correct."""
 
 __all__ = ["InputError"]
 
 
 class InputError(Exception):
-    """Something the user gave cannot be used: one line that says what is wrong and where.
+    """The user's input cannot be used: one line that names the fault and its position.
 
     The command line prints it as ``error: ...`` and exits with code 2; nothing is written.
     """

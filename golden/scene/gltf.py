@@ -1,9 +1,8 @@
 """Reader of glTF 2.0 and GLB files: geometry through trimesh; materials, camera and lights from the JSON part.
 
-trimesh rounds colours to 8 bits, drops the material extensions and takes every camera for a child of the world.
+trimesh rounds colours to 8 bits, drops the material extensions and makes every camera a child of the world.
 """
 
-import io
 import json
 import struct
 from dataclasses import dataclass, field
@@ -15,18 +14,22 @@ import trimesh
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, bounded_material, colour_materials
 from golden.scene.camera import Camera
+from golden.scene.gltf_tree import check_tree
 from golden.scene.material import Material
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import mean_colour
+from golden.scene.parser import load_with_trimesh, unreadable
 from golden.scene.scene import PointLight
 
 __all__ = ["EXACT", "gltf_material", "read_gltf", "split_glb"]
 
 MIRROR_ROUGHNESS = 0.25
-"""Roughness up to which a metal counts as a mirror; above, its reflection counts as diffuse."""
+"""Largest roughness of a metal that counts as a mirror; above it the reflection counts as diffuse."""
 
 EXACT = "radiosity_engine"
-"""Key in the extras of a material under which its exact shares stand if glTF's own model cannot express them."""
+"""Key in a material's extras of its exact shares, written where glTF's own model cannot express them."""
+
+EXACT_SHARES = ("diffuse", "specular", "transparent", "refraction_index", "emission")
 
 PACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 JSON_CHUNK = 0x4E4F534A
@@ -34,19 +37,21 @@ JSON_CHUNK = 0x4E4F534A
 
 @dataclass
 class View:
-    """What the nodes hold besides meshes."""
+    """Contents of the nodes besides meshes."""
 
     camera: Camera | None = None
     lights: list[PointLight] = field(default_factory=list)
 
 
 def split_glb(data: bytes) -> tuple[dict, bytes]:
-    """The JSON part of a GLB file and the chunks behind it.
+    """The JSON part of a GLB file and the chunks that follow it.
 
-    Errors
+    Raises
     ------
     ValueError
-        It is not GLB version 2, is cut short, or its JSON is broken.
+        The data is not GLB version 2, is incomplete, or its JSON part is malformed.
+    RecursionError
+        The JSON part nests too deeply.
     """
     if len(data) < 20 or data[:4] != b"glTF":
         raise ValueError("it does not start like one")
@@ -61,45 +66,47 @@ def split_glb(data: bytes) -> tuple[dict, bytes]:
 
 
 def _join_glb(tree: dict, rest: bytes) -> bytes:
+    """The GLB file of a JSON part and the chunks that follow it."""
     text = json.dumps(tree).encode("utf-8")
     text += b" " * (-len(text) % 4)
     return struct.pack("<4s4I", b"glTF", 2, 20 + len(text) + len(rest), len(text), JSON_CHUNK) + text + rest
 
 
-def gltf_material(said: dict, name: str, *, colour=None, emission_colour=None) -> Material:
+def gltf_material(source: dict, name: str, *, colour=None, emission_colour=None) -> Material:
     """The material of a glTF material object.
 
     base = ``baseColorFactor`` times ``colour`` (mean of texture and vertex colours). Metals reflect base as mirrors
-    with ``roughnessFactor`` up to 0.25, else diffusely; the rest reflects it diffusely but for the share that
-    ``KHR_materials_transmission`` lets through. With ``alphaMode`` BLEND the share 1 - alpha passes straight on. Light
-    is bent (``KHR_materials_ior``) only in bodies (``KHR_materials_volume`` with a thickness): all else is a thin
-    sheet. ``emissiveFactor`` times ``KHR_materials_emissive_strength`` is radiance.
+    with ``roughnessFactor`` up to 0.25, else diffusely. Dielectrics reflect base diffusely, less the share that
+    ``KHR_materials_transmission`` transmits. With ``alphaMode`` BLEND the share 1 - alpha is transmitted unrefracted.
+    Only bodies (``KHR_materials_volume`` with a thickness) refract (``KHR_materials_ior``); all else is a thin sheet.
+    ``emissiveFactor`` times ``KHR_materials_emissive_strength`` is radiance.
     """
-    exact = said.get("extras")
+    exact = source.get("extras")
     exact = exact.get(EXACT) if isinstance(exact, dict) else None
     if exact:
-        return bounded_material(name, **exact)
-    pbr, extensions = said.get("pbrMetallicRoughness", {}), said.get("extensions", {})
+        return bounded_material(name, **{share: exact[share] for share in EXACT_SHARES if share in exact})
+    pbr, extensions = source.get("pbrMetallicRoughness", {}), source.get("extensions", {})
     *base, alpha = pbr.get("baseColorFactor", (1, 1, 1, 1))
     base = np.clip(np.array(base, dtype=np.float64) * (1 if colour is None else colour), 0, 1)
     metallic = float(np.clip(pbr.get("metallicFactor", 1.0), 0, 1))
-    alpha = float(np.clip(alpha, 0, 1)) if said.get("alphaMode") == "BLEND" else 1.0
-    passed = float(np.clip(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0), 0, 1))
+    alpha = float(np.clip(alpha, 0, 1)) if source.get("alphaMode") == "BLEND" else 1.0
+    transmitted = float(np.clip(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0), 0, 1))
     mirror = pbr.get("roughnessFactor", 1.0) <= MIRROR_ROUGHNESS
     body = (1 - metallic) * base
-    transparent = alpha * passed * body + (1 - alpha)
+    transparent = alpha * transmitted * body + (1 - alpha)
     index = extensions.get("KHR_materials_ior", {}).get("ior", UNSPECIFIED.refraction_index)
     if transparent.any() and not extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0.0) > 0:
         index = 1.0
     strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
-    emission = strength * np.array(said.get("emissiveFactor", (0, 0, 0)), dtype=np.float64)
+    emission = strength * np.array(source.get("emissiveFactor", (0, 0, 0)), dtype=np.float64)
     return bounded_material(
-        name, diffuse=alpha * ((1 - passed) * body + (0 if mirror else metallic * base)),
+        name, diffuse=alpha * ((1 - transmitted) * body + (0 if mirror else metallic * base)),
         specular=alpha * metallic * base if mirror else np.zeros(3), transparent=transparent, refraction_index=index,
         emission=emission * (1 if emission_colour is None else emission_colour))
 
 
 def _local(node: dict) -> np.ndarray:
+    """4 x 4 matrix of a node relative to its parent."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     matrix = np.eye(4)
@@ -113,14 +120,14 @@ def _local(node: dict) -> np.ndarray:
 
 
 def _walk(tree: dict):
-    """Yields the nodes of the scene with their matrices, parents first."""
+    """Yields the nodes of the scene with their 4 x 4 world matrices, parents first."""
     nodes, scenes = tree.get("nodes", []), tree.get("scenes", [])
     roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else []
     waiting = [(root, np.eye(4), 0) for root in reversed(roots)]
     while waiting:
         number, above, depth = waiting.pop()
         if depth > len(nodes):
-            raise ValueError("its nodes form a circle")
+            raise InputError("its nodes form a cycle")
         node = nodes[number]
         matrix = above @ _local(node)
         yield node, matrix
@@ -128,10 +135,11 @@ def _walk(tree: dict):
 
 
 def _view(tree: dict) -> View:
+    """Camera and point lights of the scene; removes the cameras from the nodes."""
     view = View()
     lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     for node, matrix in _walk(tree):
-        number = node.pop("camera", None)  # trimesh would drop the node's children
+        number = node.pop("camera", None)  # with a camera, trimesh drops the node's children
         lens = None if number is None else tree["cameras"][number].get("perspective")
         if view.camera is None and lens is not None:
             eye, back = matrix[:3, 3], matrix[:3, 2]
@@ -146,21 +154,23 @@ def _view(tree: dict) -> View:
 
 
 def _label(tree: dict) -> list[dict]:
-    """Names every material by its number, to find it again behind trimesh; returns the materials as they were."""
+    """Names every material by its number, by which trimesh's materials are matched; returns the original materials."""
     materials = tree.get("materials", [])
     tree["materials"] = [{**material, "name": str(number)} for number, material in enumerate(materials)]
     for material in tree["materials"]:
-        material.pop("extensions", None)
+        for member in "extensions", "extras":
+            material.pop(member, None)
     return materials
 
 
-def _texture(material, name: str):
-    image = getattr(material, name, None)
-    return None if image is None else mean_colour(image)
+def _texture(material, name: str) -> np.ndarray | None:
+    """Linear mean of a texture of trimesh's material; InputError if it cannot be decoded."""
+    picture = getattr(material, name, None)
+    return None if picture is None else mean_colour(picture)
 
 
 def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
-    """F x 3 means of the linear colours at the corners, if there are colours at vertices."""
+    """F x 3 means of the linear colours at the corners; None if vertices have no colours."""
     visual = geometry.visual
     colours = visual.vertex_attributes.get("color") if visual.kind == "texture" else None
     if visual.kind == "vertex":
@@ -172,7 +182,7 @@ def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
     return (colours[:, :3].astype(np.float64) / scale)[faces].mean(axis=1)
 
 
-def _materials(geometry, said: list[dict], faces: np.ndarray) -> tuple[list[Material], np.ndarray, bool]:
+def _materials(geometry, sources: list[dict], faces: np.ndarray) -> tuple[list[Material], np.ndarray, bool]:
     """Materials of one mesh, F indices into them, and whether it is one-sided."""
     number = getattr(getattr(geometry.visual, "material", None), "name", None)
     colours = _vertex_colours(geometry, faces)
@@ -181,7 +191,7 @@ def _materials(geometry, said: list[dict], faces: np.ndarray) -> tuple[list[Mate
             return [UNSPECIFIED], np.zeros(len(faces), dtype=np.int64), False
         materials, index = colour_materials(colours)
         return list(materials), index, False
-    source = said[int(number)]
+    source = sources[int(number)]
     name = str(source.get("name", f"material {number}"))
     surface = {"colour": _texture(geometry.visual.material, "baseColorTexture"),
                "emission_colour": _texture(geometry.visual.material, "emissiveTexture")}
@@ -194,7 +204,8 @@ def _materials(geometry, said: list[dict], faces: np.ndarray) -> tuple[list[Mate
                           emission_colour=surface["emission_colour"]) for tint in tints], index, one_sided
 
 
-def _mesh(scene: trimesh.Scene, said: list[dict]) -> Mesh:
+def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
+    """All meshes of a scene in world coordinates, with the materials that ``sources`` state."""
     points, corners, indices, materials = [], [], [], {}
     offset = 0
     order = {node: position for position, node in enumerate(scene.graph.transforms.node_data)}
@@ -209,7 +220,7 @@ def _mesh(scene: trimesh.Scene, said: list[dict]) -> Mesh:
                              f"but {len(geometry.vertices)} vertices")
         if np.linalg.det(matrix[:3, :3]) < 0:  # glTF: a mirrored mesh keeps its front
             faces = faces[:, ::-1]
-        found, index, one_sided = _materials(geometry, said, faces)
+        found, index, one_sided = _materials(geometry, sources, faces)
         rows = np.array([materials.setdefault((material, one_sided), len(materials)) for material in found])
         vertices = np.asarray(geometry.vertices, dtype=np.float64)
         points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
@@ -226,24 +237,31 @@ def _mesh(scene: trimesh.Scene, said: list[dict]) -> Mesh:
 def read_gltf(path: Path) -> tuple[Mesh, View]:
     """The mesh of a .gltf or .glb file, with its first perspective camera and its point lights (candela taken as W/sr).
 
-    Transformed and instanced as the nodes say. Textures count with their mean colour. Faces are one-sided only if their
-    material says ``"doubleSided": false`` itself: files that leave it out are often made without a thought about sides.
+    The nodes transform and instance the meshes. Textures count with their mean colour. Faces are one-sided only if
+    their material states ``"doubleSided": false``: many exporters omit it without regard to sides.
 
-    Errors
+    Raises
     ------
-    InputError, ValueError, OSError and what trimesh raises
-        The file cannot be read or is not what it should be; messages lack the path.
+    InputError
+        The file is malformed, of another version, or compressed; the message lacks the path.
+    OSError
+        The file, or a buffer or texture that it names, cannot be read.
     """
     data = path.read_bytes()
     is_binary = path.suffix.lower() == ".glb"
-    tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8")), b"")
-    if not isinstance(tree, dict) or not str(tree.get("asset", {}).get("version", "")).startswith("2"):
-        raise ValueError("it is not of version 2")
+    kind = "glb" if is_binary else "gltf"
+    try:
+        tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8")), b"")
+    except (ValueError, RecursionError) as error:
+        raise unreadable(kind.upper(), error) from error
+    asset = tree.get("asset") if isinstance(tree, dict) else None
+    if not isinstance(asset, dict) or not str(asset.get("version", "")).startswith("2"):
+        raise unreadable(kind.upper(), "it is not of version 2")
+    check_tree(tree)
     packed = PACKED.intersection(tree.get("extensionsUsed", ()))
     if packed:
         raise InputError(f"its geometry is packed with {packed.pop()}, which cannot be read")
-    view, said = _view(tree), _label(tree)
+    view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
-    scene = trimesh.load_scene(io.BytesIO(blob), file_type="glb" if is_binary else "gltf", process=False,
-                               resolver=trimesh.resolvers.FilePathResolver(str(path)))
-    return _mesh(scene, said), view
+    scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))
+    return _mesh(scene, sources), view

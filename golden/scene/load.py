@@ -1,12 +1,10 @@
 """Scenes from files."""
 
-import io
 import logging
 import warnings
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED
@@ -14,6 +12,7 @@ from golden.scene.gltf import read_gltf
 from golden.scene.mesh import Mesh, mesh_scene
 from golden.scene.nff import read_nff
 from golden.scene.obj import read_obj
+from golden.scene.parser import load_with_trimesh, unreadable
 from golden.scene.ply import read_ply
 from golden.scene.scene import Scene
 
@@ -23,18 +22,19 @@ SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff")
 
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-# Its messages about files come as errors with a path from here.
+# Errors of a file carry its messages.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def _read_stl(path: Path) -> Mesh:
+    """The mesh of an STL file, binary or text; InputError if it is neither."""
     data = path.read_bytes()
     expected = 84 + 50 * int.from_bytes(data[80:84], "little")
-    if len(data) < 84 or len(data) != expected:  # not a binary one, then: a text
+    if len(data) < 84 or len(data) != expected:  # not binary, so it is text
         if b"\0" in data:
-            raise ValueError(f"it is {len(data)} bytes long and should be {expected}")
+            raise unreadable("STL", f"it is {len(data)} bytes long and should be {expected}")
         data = data.decode("latin-1").encode("utf-8")
-    scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
+    scene = load_with_trimesh(data, "stl")
     corners = [np.asarray(part.vertices, dtype=np.float64)[part.faces].reshape(-1, 3)
                for part in scene.geometry.values()]
     points = np.concatenate(corners) if corners else np.empty((0, 3))
@@ -44,6 +44,7 @@ def _read_stl(path: Path) -> Mesh:
 
 
 def _read(path: Path, up) -> Scene:
+    """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)
     if suffix == ".obj":
         return mesh_scene(read_obj(path), name=name, where=where, up=up or Y_UP)
@@ -58,21 +59,24 @@ def _read(path: Path, up) -> Scene:
 def load_scene(path, *, up=None) -> Scene:
     """The scene of a file: .obj (with .mtl), .ply, .stl, .gltf, .glb or .nff.
 
-    Coordinates stay as they are in the file. Quads that were cut into triangles are merged again, polygons cut into
-    quads and triangles (`golden.scene.mesh.mesh_scene`). What colours and factors become is said at `read_mtl`,
-    `gltf_material` and `read_ply`; STL has none. All patches are two-sided, whether meshes are closed or not (the
-    camera may be inside a closed room whose faces look outwards), but for glTF materials that say otherwise.
+    Coordinates stay as they are in the file, in its unit of length. Pairs of triangles that form a quad are merged,
+    polygons are cut into quads and triangles (`golden.scene.mesh.mesh_scene`). `read_mtl`, `gltf_material` and
+    `read_ply` describe the materials; STL has none. All patches are two-sided, whether meshes are closed or not: the
+    camera may be inside a closed room whose faces look outwards. Only glTF materials can state that a face is
+    one-sided.
 
     Parameters
     ----------
+    path
+        Path of the file; its suffix selects the reader.
     up
-        Direction for the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. Not for NFF,
-        which says it itself.
+        Up direction of the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. NFF files
+        state their own.
 
-    Errors
+    Raises
     ------
     InputError
-        One line with the path, and what is wrong where: no such file, a directory, an unknown suffix, broken content,
+        One line with the path, the fault and its position: no such file, a directory, an unknown suffix, bad content,
         or anything that `mesh_scene` refuses.
     """
     path = Path(path)
@@ -96,8 +100,3 @@ def load_scene(path, *, up=None) -> Scene:
         raise InputError(f"{path}: {error}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever a broken file makes the parsers stumble over
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{path}: not a readable {path.suffix[1:].upper()} file ({reason})") from error

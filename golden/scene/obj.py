@@ -1,7 +1,7 @@
 """Reader of Wavefront OBJ files: polygons with their materials.
 
-An own reader because polygons have to arrive whole: cutting a concave one into a fan, as loaders of triangles do,
-covers what lies outside of it.
+Polygons are read whole: loaders of triangles cut a polygon into a fan, and the fan of a concave polygon covers area
+outside of it.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ __all__ = ["read_obj"]
 
 
 class _Obj:
-    """The state while lines go by."""
+    """The state of the reader between lines."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -31,9 +31,11 @@ class _Obj:
         self.where = str(path)
 
     def error(self, what: str) -> InputError:
+        """An error at the current line."""
         return InputError(f"{self.where}: {what}")
 
     def vertex(self, words: list[str]) -> None:
+        """Reads a vertex."""
         try:
             point = [float(word) for word in words[:3]]
         except ValueError:
@@ -45,6 +47,7 @@ class _Obj:
         self.points.append(point)
 
     def face(self, words: list[str]) -> None:
+        """Reads a face."""
         count = len(self.points)
         if len(words) < 3:
             raise self.error(f"face {len(self.counts) + 1} has {len(words)} corners, three at least are needed")
@@ -61,11 +64,13 @@ class _Obj:
         self.material.append(self.numbers.setdefault(self.current, len(self.numbers)))
 
     def use(self, name: str) -> None:
+        """Sets the material of the faces that follow."""
         if name not in self.library:
             raise self.error(f"material {name!r} is in no material library of the file")
         self.current = name
 
     def libraries(self, line: str) -> None:
+        """Reads the material libraries of a line; a name may hold blanks."""
         names = line.split()[1:]
         whole = line.split(None, 1)[1].strip() if names else ""
         if (self.path.parent / whole).is_file():
@@ -74,8 +79,9 @@ class _Obj:
             path = self.path.parent / name.replace("\\", "/")
             try:
                 text = path.read_text(encoding="utf-8", errors="replace")
-            except OSError as error:
-                raise self.error(f"material library {name!r} cannot be read ({error.strerror})") from error
+            except (OSError, ValueError) as error:  # a ValueError for a name with a zero byte
+                reason = getattr(error, "strerror", None) or error
+                raise self.error(f"material library {name!r} cannot be read ({reason})") from error
             try:
                 self.library.update(read_mtl(text, where=name, folder=path.parent))
             except InputError as error:
@@ -85,14 +91,14 @@ class _Obj:
 def read_obj(path: Path) -> Mesh:
     """The mesh of an OBJ file.
 
-    Vertices, faces (also with negative numbers), ``mtllib`` and ``usemtl`` count; texture coordinates, normals, groups,
-    lines, points and free-form surfaces are passed over. Faces are two-sided: OBJ says nothing about sides.
+    Vertices, faces (also with negative numbers), ``mtllib`` and ``usemtl`` are read; texture coordinates, normals,
+    groups, lines, points and free-form surfaces are skipped. Faces are two-sided: OBJ does not define sides.
 
-    Errors
+    Raises
     ------
     InputError
         With path and line: a vertex or corner that is no number, a vertex that is not finite, a face at a vertex that
-        does not exist (yet), a material or library that does not exist.
+        is not defined before it, or a material or library that does not exist.
     OSError
         The file cannot be read.
     """

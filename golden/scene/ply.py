@@ -24,16 +24,29 @@ COLOURS = ("red", "green", "blue")
 
 @dataclass
 class _Element:
-    """``count`` rows of properties: name, type, and the type of the length if it is a list."""
+    """``count`` rows of properties: name, type, and the type of the length of a list.
+
+    ``columns``: by name, the values of all rows; of a list its lengths and its values, row after row.
+    """
 
     name: str
     count: int
     properties: list[tuple[str, str, str | None]] = field(default_factory=list)
     columns: dict = field(default_factory=dict)
 
+    def add(self, name: str, kind: str, length_kind: str | None) -> None:
+        """Adds a property; ValueError if there is one of that name."""
+        if any(name == known for known, _, _ in self.properties):
+            raise ValueError
+        self.properties.append((name, kind, length_kind))
+
+    def has_numbers(self, names: tuple[str, ...]) -> bool:
+        """Whether all of these properties are there and none is a list."""
+        return all(isinstance(self.columns.get(name), np.ndarray) for name in names)
+
 
 def _header(data: bytes, where: str) -> tuple[str, list[_Element], int]:
-    """Byte order ('' for text), elements, and where their rows begin."""
+    """Byte order ('' for text), elements, and the offset of their rows."""
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
         raise InputError(f"{where}: not a PLY file")
@@ -47,9 +60,9 @@ def _header(data: bytes, where: str) -> tuple[str, list[_Element], int]:
             elif words[:1] == ["element"]:
                 elements.append(_Element(words[1], int(words[2])))
             elif words[:2] == ["property", "list"]:
-                elements[-1].properties.append((words[4], TYPES[words[3]], TYPES[words[2]]))
+                elements[-1].add(words[4], TYPES[words[3]], TYPES[words[2]])
             elif words[:1] == ["property"]:
-                elements[-1].properties.append((words[2], TYPES[words[1]], None))
+                elements[-1].add(words[2], TYPES[words[1]], None)
         except (KeyError, IndexError, ValueError):
             raise InputError(f"{where}:{number}: {line.strip()!r} is not a PLY header line") from None
     if order is None or any(element.count < 0 for element in elements):
@@ -58,32 +71,37 @@ def _header(data: bytes, where: str) -> tuple[str, list[_Element], int]:
 
 
 class _Text:
-    """Rows of numbers in text: every value is a word."""
+    """Rows of numbers in text: every value is a word; ``position`` is the number of the next one."""
 
     def __init__(self, data: bytes):
         self._words = np.array(data.split())
         self.position = 0
 
+    @property
+    def left(self) -> int:
+        """Upper bound of the values to come."""
+        return len(self._words) - self.position
+
     def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
-        """``count`` rows of values of the given types."""
+        """``count`` rows of values of the given types; EOFError if there are fewer."""
         end = self.position + count * len(kinds)
         if end > len(self._words):
             raise EOFError
         table = self._words[self.position:end].reshape(count, len(kinds))
         self.position = end
-        with np.errstate(invalid="ignore"):  # what is no integer is no valid vertex number either
+        with np.errstate(invalid="ignore"):  # a word that is no integer becomes an invalid vertex number
             return [table[:, column].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
                     for column, kind in enumerate(kinds)]
 
     def peek(self, kind: str, skip: list[str]) -> int:
-        """The value that comes after ones of the types ``skip``."""
+        """The value after the next ones, which are of the types ``skip``."""
         if self.position + len(skip) >= len(self._words):
             raise EOFError
         return int(self._words[self.position + len(skip)])
 
 
 class _Binary:
-    """Rows of numbers in binary; ``position`` is where the next one starts."""
+    """Rows of numbers in binary; ``position`` is the offset of the next one."""
 
     def __init__(self, data: bytes, order: str):
         self._data, self._order, self.position = data, order, 0
@@ -91,8 +109,13 @@ class _Binary:
     def _dtype(self, kinds):
         return np.dtype([(f"f{column}", self._order + kind) for column, kind in enumerate(kinds)])
 
+    @property
+    def left(self) -> int:
+        """Upper bound of the values to come."""
+        return len(self._data) - self.position
+
     def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
-        """``count`` rows of values of the given types."""
+        """``count`` rows of values of the given types; EOFError if there are fewer."""
         dtype = self._dtype(kinds)
         end = self.position + count * dtype.itemsize
         if end > len(self._data):
@@ -102,7 +125,7 @@ class _Binary:
         return [table[name] for name in dtype.names]
 
     def peek(self, kind: str, skip: list[str]) -> int:
-        """The value that comes after ones of the types ``skip``."""
+        """The value after the next ones, which are of the types ``skip``."""
         offset = self.position + self._dtype(skip).itemsize
         item = np.dtype(self._order + kind)
         if offset + item.itemsize > len(self._data):
@@ -111,12 +134,18 @@ class _Binary:
 
 
 def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.ndarray]]:
-    """Reads rows with lists as long as the next row's, as many as there are (in doubling steps)."""
+    """Reads all rows up to the first whose lists have other lengths than the next row's, in doubling steps.
+
+    Returns
+    -------
+    tuple
+        The number of rows, the lengths of their lists, and a column of values per number of a row.
+    """
     kinds, lengths = [], []
     for _, kind, length_kind in element.properties:
         if length_kind:
             lengths.append((len(kinds), rows.peek(length_kind, kinds)))
-            if lengths[-1][1] < 0:
+            if not 0 <= lengths[-1][1] <= rows.left:
                 raise EOFError
             kinds += [length_kind] + [kind] * lengths[-1][1]
         else:
@@ -130,7 +159,7 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
         except EOFError:
             if count == 1:
                 raise
-            # The rows behind may be shorter ones.
+            # Later rows may be shorter.
             step = max(1, count // 2)
             left = min(left, step)
             continue
@@ -147,7 +176,7 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
 
 
 def _read_lists(rows, element: _Element) -> None:
-    """Fills the columns of an element with lists: (lengths, values of all rows one after the other)."""
+    """Fills the columns of an element."""
     parts: dict[str, list] = {name: [] for name, _, _ in element.properties}
     left = element.count
     while left:
@@ -173,9 +202,9 @@ def _read_lists(rows, element: _Element) -> None:
 
 
 def _colours(element: _Element) -> np.ndarray | None:
-    """N x 3 linear colours, if the element has any: integers are sRGB of their full range, floats are linear."""
+    """N x 3 linear colours, None if the element has none: integers are sRGB over their full range, floats linear."""
     kinds = {name: kind for name, kind, _ in element.properties}
-    if not all(name in element.columns for name in COLOURS):
+    if not element.has_numbers(COLOURS):
         return None
     colours = np.stack([element.columns[name] for name in COLOURS], axis=1).astype(np.float64)
     kind = kinds["red"]
@@ -187,10 +216,10 @@ def _colours(element: _Element) -> np.ndarray | None:
 def read_ply(path: Path) -> Mesh:
     """The mesh of a PLY file, text or binary.
 
-    A face's colour (or the mean of its corners') is its diffuse reflectance, as an 8-bit sRGB value; integers are taken
-    as sRGB, floats as linear. Faces are two-sided: PLY says nothing about sides.
+    The diffuse reflectance of a face is its colour, or the mean of its corners' colours, rounded to 8-bit sRGB.
+    Integers are sRGB, floats linear. Faces are two-sided: PLY does not define sides.
 
-    Errors
+    Raises
     ------
     InputError
         The file is no PLY file, ends too early, has no faces or no vertices, or a value is not a number.
@@ -205,20 +234,20 @@ def read_ply(path: Path) -> Mesh:
             _read_lists(rows, element)
         except EOFError:
             raise InputError(f"{where}: it ends within its {element.count} {element.name} rows") from None
-        except ValueError:
+        except (ValueError, OverflowError):
             raise InputError(f"{where}: a value in its {element.name} rows is not a number") from None
     named = {element.name: element for element in elements}
     vertex, face = named.get("vertex", _Element("vertex", 0)), named.get("face", _Element("face", 0))
     lists = next((face.columns[name] for name in CORNERS if name in face.columns), None)
     if not face.count or lists is None or not isinstance(lists, tuple):
         raise InputError(f"{where}: it has no faces")
-    if not all(name in vertex.columns for name in "xyz"):
+    if not vertex.has_numbers(("x", "y", "z")):
         raise InputError(f"{where}: its vertices have no x, y, z")
     counts, corners = lists[0].astype(np.int64), lists[1].astype(np.int64)
     points = np.stack([vertex.columns[name] for name in "xyz"], axis=1).astype(np.float64)
     colours = _colours(face)
     if colours is None and (at_vertices := _colours(vertex)) is not None and counts.all():
-        # Corners at vertices that do not exist are reported with the faces.
+        # `mesh_scene` refuses corners at vertices that do not exist.
         at_corners = at_vertices[np.clip(corners, 0, len(points) - 1)]
         colours = np.add.reduceat(at_corners, np.cumsum(counts) - counts, axis=0) / counts[:, None]
     if colours is None:

@@ -388,6 +388,16 @@ BAD = {
     "PLY negative corner": ("a.ply", ply(ELL, [(0, 1, -1)], kind="binary_big_endian"),
                             ": face 1 has a corner at vertex 0, but there are 6 vertices"),
     "PLY NaN": ("a.ply", ply([*ELL[:5], (0, 2, "nan")], [tuple(range(6))]), ": vertex 6 is not finite: 0 2 nan"),
+    "PLY with lists for coordinates": (
+        "a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property list uchar float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 1 0\n3 0 0 0\n", ": its vertices have no x, y, z"),
+    "PLY with a property twice": ("a.ply", ply(ELL, [tuple(range(6))]).replace(b"float y", b"float x"),
+                                  ":6: 'property float x' is not a PLY header line"),
+    "PLY with a long list": ("a.ply", ply(ELL, [tuple(range(6))]).replace(b"\n6 0 1", b"\n4000000000 0 1"),
+                             ": it ends within its 1 face rows"),
+    "library with a zero byte": ("a.obj", "mtllib a\0b.mtl\n" + SQUARE + "f 1 2 3\n",
+                                 ":1: material library 'a\\x00b.mtl' cannot be read (embedded null byte)"),
     "PLY face of two": ("a.ply", ply(ELL, [(0, 1)]), ": face 1 has 2 corners, three at least are needed"),
     "empty STL": ("a.stl", b"", ": it has no faces"),
     "STL of words": ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex x y z\n"
@@ -469,6 +479,74 @@ def test_an_up_that_is_none_is_refused(tmp_path, up):
     with pytest.raises(InputError) as error:
         load_scene(write(tmp_path, "a.obj", SQUARE + "f 1 2 3\n"), up=up)
     assert str(error.value) == f"scene: Up must be three finite values, not all zero, not {up!r}"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_fault_of_our_own_is_not_blamed_on_the_file(tmp_path, monkeypatch, name):
+    """It must reach the developer as it is: only parsers of other projects may raise anything for a bad file."""
+    path = write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS))
+
+    def broken(*arguments, **more):
+        return {}["a bug"]
+
+    monkeypatch.setattr("golden.scene.load.mesh_scene", broken)
+    with pytest.raises(KeyError, match="a bug"):
+        load_scene(path)
+
+
+@pytest.mark.parametrize(("name", "reader"), [
+    ("mesh.glb", "golden.scene.gltf._mesh"), ("binary.stl", "golden.scene.load.Mesh"),
+    ("quads.obj", "golden.scene.obj.Mesh"), ("text.ply", "golden.scene.ply.Mesh")])
+def test_a_fault_of_a_reader_is_not_blamed_on_the_file(tmp_path, monkeypatch, name, reader):
+    def broken(*arguments, **more):
+        raise TypeError("a bug")
+
+    path = write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS))
+    monkeypatch.setattr(reader, broken)
+    with pytest.raises(TypeError, match="a bug"):
+        load_scene(path)
+
+
+def test_what_a_parser_of_another_project_raises_is_the_files_fault(tmp_path, monkeypatch):
+    def stumbles(*arguments, **more):
+        raise AttributeError("'NoneType' object\nhas no attribute 'shape'")
+
+    path = write(tmp_path, "a.stl", FORMATS["binary.stl"](BOX, BOX_QUADS))
+    monkeypatch.setattr(trimesh, "load_scene", stumbles)
+    with pytest.raises(InputError) as error:
+        load_scene(path)
+    assert str(error.value) == f"{path}: not a readable STL file ('NoneType' object has no attribute 'shape')"
+
+
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"nodes": [{"mesh": 0, "children": [7]}]}, "nodes[0].children must be the index of one of 1 entries, not 7"),
+    ({"nodes": [{"mesh": 0, "children": [0]}]}, "its nodes form a cycle"),
+    ({"nodes": [3]}, "nodes[0] must be an object, not 3"),
+    ({"nodes": [{"mesh": 0, "camera": 0}]}, "nodes[0].camera must be the index of one of 0 entries, not 0"),
+    ({"nodes": [{"mesh": 0, "scale": [1, 2]}]}, "nodes[0].scale must be a list of 3 numbers, not [1, 2]"),
+    ({"nodes": [{"mesh": 0, "translation": [1, 2, None]}]}, "nodes[0].translation[2] must be a finite number"),
+    ({"nodes": [{"mesh": 0, "translation": [1, 2, 10**400]}]}, "nodes[0].translation[2] must be a finite number"),
+    ({"nodes": [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]},
+     "nodes[0].extensions.KHR_lights_punctual.light must be the index of one of 0 entries, not 0"),
+    ({"cameras": [{"perspective": {}}]}, "cameras[0].perspective.yfov is missing"),
+    ({"materials": [{"emissiveFactor": "red"}]}, "materials[0].emissiveFactor must be a list of 3 numbers, not 'red'"),
+    ({"materials": [{"pbrMetallicRoughness": {"metallicFactor": True}}]},
+     "materials[0].pbrMetallicRoughness.metallicFactor must be a finite number, not True"),
+    ({"materials": [{"extras": {"radiosity_engine": {"diffuse": 1}}}]},
+     "materials[0].extras.radiosity_engine.diffuse must be a list of 3 numbers, not 1"),
+    ({"scene": 2}, "scene must be the index of one of 1 entries, not 2"),
+    ({"scenes": {}}, "scenes must be a list, not {}"),
+    ({"extensionsUsed": [1]}, "extensionsUsed[0] must be a string, not 1"),
+    ({"asset": 2}, "not a readable GLB file (it is not of version 2)"),
+])
+def test_a_gltf_member_of_the_wrong_type_is_named(tmp_path, changes, message):
+    path = gltf(tmp_path, **changes)
+    assert refusal(path).startswith(f"{path}: {message}")
+
+
+@pytest.mark.parametrize("extras", [3, "words", ["radiosity_engine"], {"radiosity_engine": {"colour": 3}}])
+def test_extras_of_others_are_ignored(tmp_path, extras):
+    assert len(load_scene(gltf(tmp_path, materials=[{"extras": extras}]))) == 1
 
 
 @pytest.mark.parametrize("name", ["quads.obj", "little.ply", "text.ply", "binary.stl", "text.stl", "mesh.glb"])

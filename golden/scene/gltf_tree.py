@@ -1,0 +1,115 @@
+"""Checks of the JSON part of a glTF file: every member that the reader uses has the type that glTF 2.0 demands."""
+
+from collections.abc import Callable
+from numbers import Real
+
+from golden.errors import InputError
+
+__all__ = ["check_tree"]
+
+Check = Callable[[object, str], None]
+
+LARGEST = 1e30
+
+
+def check_tree(tree: dict) -> None:
+    """The members that `golden.scene.gltf` reads are of their types, and indices lie within their lists.
+
+    Raises
+    ------
+    InputError
+        Names the first member that is not, for example ``nodes[2].children``.
+    """
+    _TREE(tree, "")
+    nodes, cameras = (len(tree.get(name, ())) for name in ("nodes", "cameras"))
+    lights = len(tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", ()))
+    scenes = tree.get("scenes", [])
+    if scenes:
+        _check_index(tree.get("scene", 0), "scene", len(scenes))
+    for number, scene in enumerate(scenes):
+        _check_indices(scene.get("nodes", ()), f"scenes[{number}].nodes", nodes)
+    for number, node in enumerate(tree.get("nodes", ())):
+        path = f"nodes[{number}]"
+        _check_indices(node.get("children", ()), f"{path}.children", nodes)
+        if "camera" in node:
+            _check_index(node["camera"], f"{path}.camera", cameras)
+        light = node.get("extensions", {}).get("KHR_lights_punctual", {})
+        if "light" in light:
+            _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
+
+
+def _refuse(path, requirement, value):
+    raise InputError(f"{path or 'the file'} must be {requirement}, not {value!r:.60}")
+
+
+def _check_index(value, path, length):
+    if not 0 <= value < length:
+        _refuse(path, f"the index of one of {length} entries", value)
+
+
+def _check_indices(values, path, length):
+    for value in values:
+        _check_index(value, path, length)
+
+
+def _number(value, path):
+    if isinstance(value, bool) or not isinstance(value, Real) or not -LARGEST <= value <= LARGEST:
+        _refuse(path, "a finite number", value)
+
+
+def _whole(value, path):
+    if isinstance(value, bool) or not isinstance(value, int):
+        _refuse(path, "a whole number", value)
+
+
+def _text(value, path):
+    if not isinstance(value, str):
+        _refuse(path, "a string", value)
+
+
+def _list(element: Check, length: int | None = None) -> Check:
+    def check(value, path):
+        if not isinstance(value, list) or length not in (None, len(value)):
+            _refuse(path, "a list" if length is None else f"a list of {length} numbers", value)
+        for number, one in enumerate(value):
+            element(one, f"{path}[{number}]")
+    return check
+
+
+def _object(required: tuple[str, ...] = (), **members: Check) -> Check:
+    def check(value, path):
+        if not isinstance(value, dict):
+            _refuse(path, "an object", value)
+        for name in required:
+            if name not in value:
+                raise InputError(f"{path}.{name} is missing")
+        for name, member in members.items():
+            if name in value:
+                member(value[name], f"{path}.{name}" if path else name)
+    return check
+
+
+def _extras(value, path):
+    """Extras may hold anything; only our own member is read."""
+    if isinstance(value, dict):
+        _EXTRAS(value, path)
+
+
+_RGB = _list(_number, 3)
+_EXTRAS = _object(radiosity_engine=_object(diffuse=_RGB, specular=_RGB, transparent=_RGB, refraction_index=_number,
+                                           emission=_RGB))
+_MATERIAL = _object(
+    pbrMetallicRoughness=_object(baseColorFactor=_list(_number, 4), metallicFactor=_number, roughnessFactor=_number),
+    extensions=_object(
+        KHR_materials_transmission=_object(transmissionFactor=_number), KHR_materials_ior=_object(ior=_number),
+        KHR_materials_volume=_object(thicknessFactor=_number),
+        KHR_materials_emissive_strength=_object(emissiveStrength=_number)),
+    emissiveFactor=_RGB, name=_text, extras=_extras)
+_LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number)))
+_NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_list(_number, 3),
+                translation=_list(_number, 3), children=_list(_whole), camera=_whole,
+                extensions=_object(KHR_lights_punctual=_object(light=_whole)))
+_TREE = _object(
+    scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
+    cameras=_list(_object(perspective=_object(("yfov",), yfov=_number))), materials=_list(_MATERIAL),
+    extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text))
