@@ -80,8 +80,8 @@ def _clocks(records):
         if record.seeds and record.options != " ".join(OPTIONS):
             others.setdefault(record.options, []).append(f"`{record.unit}`")
     others = [f'{", ".join(units)} with `--nextpnr "{options}"`' for options, units in others.items()]
-    about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone with its ports between registers.",
-             FAMILIES["ecp5"].counted, "MHz: of several seeds of the placer least, median and best.",
+    about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone between registers.",
+             FAMILIES["ecp5"].counted, "MHz: Fmax after routing; of several seeds the least, the median and the best.",
              f"{'; '.join(dict.fromkeys(record.tools for record in records))}.",
              *([f"Other options of nextpnr: {'; '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]

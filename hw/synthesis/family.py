@@ -100,9 +100,8 @@ FAMILIES = {
                   "synth_ecp5 -abc9 -top top -run map_ffs:"),
         lut={"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}, ff=frozenset({"TRELLIS_FF"}), dsp={"MULT18X18D": 1},
         bram={"DP16KD": 1}, free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO", "SGSR", "DCCA"}),
-        counted="LUT: tables of 4 inputs, an adder of two bits takes 2 of them, a memory of 16 x 4 bits 6; DSP: "
-                "multipliers of 18 x 18 bits; block RAMs of 18 kbit. Registers at multipliers and block RAMs are "
-                "inside them."),
+        counted="LUT: of 4 inputs, 2 for a two-bit adder, 6 for a memory of 16 x 4 bits; DSP: blocks of 18 x 18 bits; "
+                "block RAMs of 18 kbit. FF: without the registers inside DSP blocks and block RAMs."),
     "xc7": Family(
         title="Xilinx 7 series", commands=_map("synth_xilinx -family xc7 -flatten -noiopad -noclkbuf -top top"),
         lut=_each(*(f"LUT{inputs}" for inputs in range(1, 7)), "SRL16E", "SRLC32E", "RAM32X1S", "RAM64X1S")
@@ -110,8 +109,8 @@ FAMILIES = {
         | _each("RAM32M", "RAM64M", "RAM128X1D", "RAM256X1S", takes=4),
         ff=frozenset({"FDRE", "FDSE", "FDCE", "FDPE"}), dsp={"DSP48E1": 1}, bram={"RAMB18E1": 1, "RAMB36E1": 2},
         free=frozenset({"CARRY4", "MUXF7", "MUXF8", "INV", "VCC", "GND"}),
-        counted="LUT: tables of 6 inputs, those that are shift registers or memories too, adders by theirs; DSP: "
-                "DSP48E1; block RAMs of 18 kbit, a RAMB36E1 is two. Registers at multipliers are inside them."),
+        counted="LUT: of 6 inputs, shift registers, memories and adders included; DSP: DSP48E1; block RAMs of 18 kbit, "
+                "a RAMB36E1 counts as two. FF: without the registers inside DSP blocks."),
     "gowin": Family(
         title="Gowin GW2A", commands=_map("synth_gowin -family gw2a -noiopads -top top"),
         lut=_each("LUT1", "LUT2", "LUT3", "LUT4", "ALU") | _each("RAM16SDP1", "RAM16SDP2", "RAM16SDP4", takes=6),
@@ -121,8 +120,8 @@ FAMILIES = {
         dsp={"MULT9X9": 0.5, "MULT18X18": 1, "MULT36X36": 4},
         bram=_each("SP", "SPX9", "SDPB", "SDPX9B", "DPB", "DPX9B", "pROM", "pROMX9"),
         free=frozenset({"MUX2_LUT5", "MUX2_LUT6", "MUX2_LUT7", "MUX2_LUT8", "VCC", "GND"}),
-        counted="LUT: tables of 4 inputs, an adder's bit takes 1 of them, a memory of 16 x 4 bits 6; DSP: multipliers "
-                "of 18 x 18 bits; block RAMs of 18 kbit. Registers at multipliers are beside them."),
+        counted="LUT: of 4 inputs, 1 for an adder's bit, 6 for a memory of 16 x 4 bits; DSP: blocks of 18 x 18 bits; "
+                "block RAMs of 18 kbit. FF: with the registers at DSP blocks."),
     "ice40": Family(
         title="iCE40 UltraPlus",
         # It has no distributed memories.
@@ -130,6 +129,6 @@ FAMILIES = {
         lut={"SB_LUT4": 1},
         ff=frozenset("SB_DFF" + kind for kind in ("", "E", "SR", "R", "SS", "S", "ESR", "ER", "ESS", "ES")),
         dsp={"SB_MAC16": 1}, bram={"SB_RAM40_4K": 1}, free=frozenset({"SB_CARRY", "VCC", "GND"}),
-        counted="LUT: tables of 4 inputs, with carries in their cells; DSP: SB_MAC16 of 16 x 16 bits; block RAMs of 4 "
-                "kbit. Distributed memories are registers, registers at multipliers are inside them."),
+        counted="LUT: of 4 inputs, with the carry in the same cell; DSP: SB_MAC16 of 16 x 16 bits; block RAMs of 4 kbit. "
+                "FF: with distributed memories, without the registers inside DSP blocks."),
 }
