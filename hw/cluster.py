@@ -10,11 +10,12 @@ from hw.control.cast_control import CastControl
 from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
 from hw.control.near_cells import NearCells
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import COUNTERS as TRAVERSAL_COUNTERS
 from hw.ctu.subshell_generator import ListError
 from hw.ctu.subshell_table import SubshellTable
 from hw.ctu.traversal_unit import TraversalUnit
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.intersection_unit import COUNTERS as INTERSECTION_COUNTERS
 from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.arbiter import Arbiter
@@ -42,7 +43,7 @@ _MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_ou
 
 def cluster_members(config: Config) -> dict:
     """What a cluster shows the engine."""
-    formats, path, control, node = Formats(config), PathFormats(config), ControlFormats(config), config.noc.node_bits
+    formats, path, control, node = IcuFormats(config), PathFormats(config), ControlFormats(config), config.noc.node_bits
     asked = stream.Signature(StructLayout({"node": node, "patch": formats.patch}))
     return {
         "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
@@ -109,7 +110,7 @@ class Cluster(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, CtuFormats(config)
         self._memory, self._intersection = MemorySystem(config=config), IntersectionUnit(config=config)
         self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
         super().__init__(cluster_members(config))

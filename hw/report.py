@@ -14,9 +14,9 @@ from golden.config import Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
 from hw.cluster import Cluster
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_banks import RayBanks
 from hw.ctu.survival import Survival
-from hw.formats import Formats
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
@@ -56,7 +56,7 @@ def _filter(config, bits, count):
 
 def _survival(config):
     """Of grid rays with nothing else than their stage."""
-    formats = Formats(config)
+    formats = CtuFormats(config)
     return Survival(config=config, ray=StructLayout({
         "stage": formats.stage, "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
         "column": formats.grid_column_place}))

@@ -3,7 +3,7 @@
 from amaranth.lib.data import StructLayout
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.memsys.image_layout import RECORD_WORDS, RegionNumber
 from hw.memsys.path_formats import PathFormats
 from hw.memsys.table_check import COUNT_BITS
@@ -28,7 +28,7 @@ class ControlFormats:
     """
 
     def __init__(self, config: Config):
-        path, formats = PathFormats(config), Formats(config)
+        path, formats = PathFormats(config), CtuFormats(config)
         self.load_word = StructLayout({
             "region": RegionNumber, "record": COUNT_BITS, "word": range(max(RECORD_WORDS)), "data": 64,
             "cluster": path.cluster, "is_all": 1})

@@ -8,7 +8,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.memory_map import REGIONS
 from hw.control.control_formats import ControlFormats
-from hw.formats import Formats, GridTableKind, TableKind
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.memsys.image_layout import RegionNumber
 
 __all__ = ["FrustumLoad"]
@@ -39,9 +40,9 @@ class FrustumLoad(wiring.Component):
     i
         `ControlFormats.load_word`: those of this cluster.
     o_table
-        `Formats.table_write`, of columns and rows of rays.
+        `IcuFormats.table_write`, of columns and rows of rays.
     o_grid
-        `Formats.grid_table_write`. Always ready.
+        `CtuFormats.grid_table_write`. Always ready.
     o_near
         ``place`` and ``cell`` of the cells of shell 1. Always ready.
     o_subshell
@@ -61,11 +62,12 @@ class FrustumLoad(wiring.Component):
     latency = 0
 
     def __init__(self, *, config: Config):
-        self._config, self._formats, control = config, Formats(config), ControlFormats(config)
+        self._config, self._formats, control = config, CtuFormats(config), ControlFormats(config)
         formats = self._formats
         near, subshells = config.ctu.near_cell_bits, config.ctu.subshell_bits
         super().__init__({
-            "i": In(stream.Signature(control.load_word)), "o_table": Out(stream.Signature(formats.table_write)),
+            "i": In(stream.Signature(control.load_word)),
+            "o_table": Out(stream.Signature(IcuFormats(config).table_write)),
             "o_grid": Out(stream.Signature(formats.grid_table_write, always_ready=True)),
             "o_near": Out(stream.Signature(StructLayout({"place": near, "cell": formats.cell}), always_ready=True)),
             "o_subshell": Out(stream.Signature(StructLayout({"place": subshells, "patch": 32, "shell": 32}),

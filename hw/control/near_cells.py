@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["NearCells"]
@@ -28,7 +28,7 @@ class NearCells(wiring.Component):
     i
         How many to send. Taken when the last ones have left.
     o
-        `Formats.near_cell`; of none an item that is no cell.
+        `CtuFormats.near_cell`; of none an item that is no cell.
 
     Timing
     ------
@@ -38,7 +38,7 @@ class NearCells(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._formats, self._bits = Formats(config), config.ctu.near_cell_bits
+        self._formats, self._bits = CtuFormats(config), config.ctu.near_cell_bits
         formats = self._formats
         super().__init__({
             "i_load": In(stream.Signature(StructLayout({"place": self._bits, "cell": formats.cell}),

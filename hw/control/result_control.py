@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.control.control_formats import ControlFormats
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
@@ -57,7 +57,7 @@ class ResultControl(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config, memory, control = config, MemoryFormats(config), ControlFormats(config)
-        formats, address = Formats(config), config.memory.address_bits
+        formats, address = IcuFormats(config), config.memory.address_bits
         self._command = StructLayout({
             "kind": ResultKind, "address": address, "count": COUNT_BITS, "columns": formats.count,
             "section": formats.section, "total": formats.weight_sum})

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 
 __all__ = ["SumMerge"]
 
@@ -43,7 +43,7 @@ class SumMerge(wiring.Component):
     def __init__(self, *, config: Config, count: int):
         if not isinstance(count, int) or count < 1:
             raise ValueError(f"Count must be at least 1, not {count!r}")
-        formats = Formats(config)
+        formats = IcuFormats(config)
         self._item = stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))
         super().__init__({"i": In(self._item).array(count), "o": Out(self._item)})
         self.latency = 1 + (count - 1).bit_length()

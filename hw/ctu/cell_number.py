@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["CellNumber"]
@@ -39,7 +39,7 @@ class CellNumber(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = CtuFormats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "index": ArrayLayout(formats.grid_index, 3)}))),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "cell": formats.cell}))),

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.ctu.cell_traversal import NEVER
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 
 __all__ = ["CellSteps"]
 
@@ -34,7 +34,7 @@ class CellSteps(wiring.Component):
     Members
     -------
     i
-        ``tag`` and ``walk`` (`Formats.walk`).
+        ``tag`` and ``walk`` (`CtuFormats.walk`).
     o
         ``tag``, ``index`` of a cell, ``is_cell``: it is one of the grid, ``last`` of the ray.
     shape
@@ -49,7 +49,7 @@ class CellSteps(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = self._formats = Formats(config)
+        formats = self._formats = CtuFormats(config)
         self._item = StructLayout({"tag": tag, "walk": formats.walk})
         super().__init__({
             "i": In(stream.Signature(self._item)),

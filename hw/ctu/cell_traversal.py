@@ -8,8 +8,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.ctu.cell_number import CellNumber
 from hw.ctu.cell_steps import CellSteps
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.traversal_start import TraversalStart
-from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
 from hw.lib.round_robin import RoundRobin
 from hw.lib.skid_buffer import SkidBuffer
@@ -61,7 +61,7 @@ class CellTraversal(wiring.Component):
     def __init__(self, *, config: Config, tag, pipelines: int = 1):
         if not isinstance(pipelines, int) or pipelines < 1:
             raise ValueError(f"Pipelines must be at least 1, not {pipelines!r}")
-        formats = Formats(config)
+        formats = CtuFormats(config)
         step = StructLayout({"tag": tag, "is_cell": 1, "last": 1})
         self._start = TraversalStart(config=config, tag=tag)
         self._steps = [CellSteps(config=config, tag=tag) for _ in range(pipelines)]

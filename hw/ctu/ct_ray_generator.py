@@ -5,9 +5,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.row_pieces import RowPieces
 from hw.ctu.stage_rows import StageRows
-from hw.formats import GRID_GROUP, Formats
 from hw.lib.queue import Queue
 
 __all__ = ["CtRayGenerator"]
@@ -29,15 +29,15 @@ class CtRayGenerator(wiring.Component):
     Members
     -------
     i
-        `Formats.subshell_window`.
+        `CtuFormats.subshell_window`.
     i_table
-        `Formats.grid_table_write`. Always ready; not while a frustum is under way.
+        `CtuFormats.grid_table_write`. Always ready; not while a frustum is under way.
     i_over
         A stage is over: no payload. Always ready.
     o
-        `Formats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and window
-        by row and column, up to `GRID_GROUP` of a row together, and then its ``last`` item; behind the last subshell's
-        a ``final`` item.
+        `CtuFormats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and
+        window by row and column, up to `GRID_GROUP` of a row together, and then its ``last`` item; behind the last
+        subshell's a ``final`` item.
     lead, stops
         How many stages more than one may be under way. No stage begins any more in this frustum.
     frustum, last_shell
@@ -53,7 +53,7 @@ class CtRayGenerator(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, formats = config, Formats(config)
+        self._config, formats = config, CtuFormats(config)
         self._formats = formats
         super().__init__({
             "i": In(stream.Signature(formats.subshell_window)),

@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.ray_direction import direction
 from hw.lib.fixed import round_shift, total
 from hw.lib.pipeline import Pipeline
@@ -29,7 +29,7 @@ class GridDirection(wiring.Component):
     i
         ``tag``, ``column`` and ``row`` (`Formats.direction_pair`), entries of the shell's tables.
     o
-        ``tag`` and ``direction`` (`Formats.grid_direction`, G).
+        ``tag`` and ``direction`` (`CtuFormats.grid_direction`, G).
     is_screen, to_global
         The frustum's; the same while rays are under way.
 
@@ -42,7 +42,7 @@ class GridDirection(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats, numbers = Formats(config), config.numbers
+        formats, numbers = CtuFormats(config), config.numbers
         pair = formats.direction_pair
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "column": pair, "row": pair}))),

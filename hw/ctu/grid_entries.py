@@ -7,8 +7,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.near_window import add_tables
-from hw.formats import Formats, GridTableKind
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["GridEntries"]
@@ -27,7 +27,7 @@ class GridEntries(wiring.Component):
     Members
     -------
     i_table
-        `Formats.grid_table_write`. Always ready.
+        `CtuFormats.grid_table_write`. Always ready.
     i
         ``tag``, ``shell``, ``row`` and ``column``, places in the tables.
     o
@@ -41,7 +41,7 @@ class GridEntries(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = CtuFormats(config)
         way = StructLayout({"begin": formats.begin, "length": formats.parameter})
         pair = StructLayout({"table": formats.direction_pair})
         super().__init__({

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from hw.formats import GRID_GROUP
+from hw.ctu.ctu_formats import GRID_GROUP
 from hw.lib.queue import Queue
 
 __all__ = ["GroupSplit"]

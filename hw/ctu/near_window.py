@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
-from hw.formats import Formats, GridTableKind
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.lib.pipeline import Pipeline
 from hw.lib.shared_port import share_port
 
@@ -34,7 +34,7 @@ class NearWindow(wiring.Component):
     Members
     -------
     i_table
-        `Formats.grid_table_write`. Always ready.
+        `CtuFormats.grid_table_write`. Always ready.
     i
         ``tag``, ``shell``, ``row``, ``column`` and ``last``, places in the tables: of the first and of the last one of
         neighbours, or twice the same column. Always ready.
@@ -51,7 +51,7 @@ class NearWindow(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = CtuFormats(config)
         super().__init__({
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i": In(stream.Signature(StructLayout({

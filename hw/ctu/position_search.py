@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 
 __all__ = ["PositionSearch"]
 
@@ -42,7 +42,7 @@ class PositionSearch(wiring.Component):
     Golden counterpart: `golden.ctu.sector`, which compares all positions.
     """
 
-    def __init__(self, *, formats: Formats, place):
+    def __init__(self, *, formats: CtuFormats, place):
         self._formats, self._place, bound = formats, place, formats.position_bound
         side = formats.grid_side
         found = StructLayout({"count": side, "least": bound, "most": bound})

@@ -7,12 +7,12 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.ctu.cell_traversal import CellTraversal
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_direction import GridDirection
 from hw.ctu.grid_entries import GridEntries
 from hw.ctu.ray_banks import RayBanks
 from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
 from hw.ctu.survival import Survival
-from hw.formats import Formats
 from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["COUNTERS", "RayTraversal"]
@@ -43,18 +43,18 @@ class RayTraversal(wiring.Component):
     Members
     -------
     i_frustum
-        `Formats.traversal_frustum`. Taken when the last one is over. The intersection unit has begun the frustum
+        `CtuFormats.traversal_frustum`. Taken when the last one is over. The intersection unit has begun the frustum
         before.
     i_table
-        `Formats.grid_table_write`. Always ready; not while a frustum is under way.
+        `CtuFormats.grid_table_write`. Always ready; not while a frustum is under way.
     i_near
-        `Formats.near_cell`, the cells of shell 1, first of all.
+        `CtuFormats.near_cell`, the cells of shell 1, first of all.
     i
-        `Formats.grid_request`, taken behind the near cells; with a lead of 0 when they are over.
+        `CtuFormats.grid_request`, taken behind the near cells; with a lead of 0 when they are over.
     o_over
         A stage of requests is over: no payload. Always ready.
     o
-        `Formats.met_cell`. The near cells' stage is the one before the first requests'.
+        `CtuFormats.met_cell`. The near cells' stage is the one before the first requests'.
     settled
         See `StageCount`.
     o_tile, i_word
@@ -77,7 +77,7 @@ class RayTraversal(wiring.Component):
     """
 
     def __init__(self, *, config: Config, pipelines: int = 1):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, CtuFormats(config)
         formats, ctu = self._formats, config.ctu
         place = {"shell": formats.shell, "row": formats.grid_row_place, "column": formats.grid_column_place}
         self._ray = StructLayout({"stage": formats.stage, "ray": formats.grid_number, **place})

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
-from hw.formats import Formats, GridTableKind
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["RowArcs"]
@@ -28,9 +28,10 @@ class RowArcs(wiring.Component):
     i
         A row's place in the table.
     i_table
-        `Formats.grid_table_write`, of which the borders of ROW are taken. Always ready; not while rows are under way.
+        `CtuFormats.grid_table_write`, of which the borders of ROW are taken. Always ready; not while rows are in
+        flight.
     o
-        `Formats.arcs`.
+        `CtuFormats.arcs`.
     frustum
         `Formats.frustum`, the same while rows are under way.
 
@@ -42,7 +43,7 @@ class RowArcs(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats = Formats(config)
+        formats = CtuFormats(config)
         super().__init__({
             "i": In(stream.Signature(formats.grid_row_place)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),

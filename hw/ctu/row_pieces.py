@@ -7,9 +7,9 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_arcs import RowArcs
-from hw.formats import Formats, GridTableKind
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 
@@ -37,11 +37,12 @@ class RowPieces(wiring.Component):
     Members
     -------
     i
-        `Formats.grid_stage`.
+        `CtuFormats.grid_stage`.
     i_table
-        `Formats.grid_table_write`, of which ROW and COLUMN are taken. Always ready; not while a frustum is under way.
+        `CtuFormats.grid_table_write`, of which ROW and COLUMN are taken. Always ready; not while a frustum is in
+        flight.
     o
-        `Formats.grid_piece`: those of each row in the order of their columns, and then the stage's ``last`` item.
+        `CtuFormats.grid_piece`: those of each row in the order of their columns, and then the stage's ``last`` item.
     frustum
         `Formats.frustum`, the same while a frustum is under way.
 
@@ -54,7 +55,7 @@ class RowPieces(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, formats = config, Formats(config)
+        self._config, formats = config, CtuFormats(config)
         self._formats = formats
         super().__init__({
             "i": In(stream.Signature(formats.grid_stage)),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import GRID_GROUP, Formats
+from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 
 __all__ = ["COUNT_BITS", "FIRST", "StageCount", "stage_index_bits"]
 
@@ -63,7 +63,7 @@ class StageCount(wiring.Component):
     """
 
     def __init__(self, *, config: Config, leaves: int):
-        self._leaves, formats = leaves, Formats(config)
+        self._leaves, formats = leaves, CtuFormats(config)
         self._bits = bits = stage_index_bits(config)
         ends = stream.Signature(StructLayout({"stage": formats.stage, "count": formats.grid_group}), always_ready=True)
         super().__init__({

@@ -8,8 +8,8 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
+from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
-from hw.formats import Formats, GridTableKind
 
 __all__ = ["StageRows"]
 
@@ -30,15 +30,15 @@ class StageRows(wiring.Component):
     Members
     -------
     i
-        `Formats.subshell_window`.
+        `CtuFormats.subshell_window`.
     i_table
-        `Formats.grid_table_write`, of which SHELL and the positions of ROW are taken. Always ready; not while a
+        `CtuFormats.grid_table_write`, of which SHELL and the positions of ROW are taken. Always ready; not while a
         frustum is under way.
     i_over
         A stage is over: no payload. Always ready.
     o
-        `Formats.grid_stage`: those of each subshell, in which ``rows`` may be 0; and behind the last one's a ``final``
-        item.
+        `CtuFormats.grid_stage`: those of each subshell, in which ``rows`` may be 0; and behind the last one's a
+        ``final`` item.
     lead, stops
         How many stages more than one may be under way. No stage begins any more in this frustum.
     frustum, last_shell
@@ -54,7 +54,7 @@ class StageRows(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats = self._formats = Formats(config)
+        formats = self._formats = CtuFormats(config)
         super().__init__({
             "i": In(stream.Signature(formats.subshell_window)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),

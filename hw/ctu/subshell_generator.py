@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.queue import Queue
 
 __all__ = ["ListError", "SubshellGenerator"]
@@ -47,7 +47,7 @@ class SubshellGenerator(wiring.Component):
         A place of the table, and the entry there: ``patch`` and ``shell`` as they are in memory
         (`golden.memory_map`, ``subshells``). Entries come in the order in which they are asked for.
     o
-        `Formats.subshell`.
+        `CtuFormats.subshell`.
     error
         `ListError` of the frustum, from the last subshell on.
 
@@ -61,7 +61,7 @@ class SubshellGenerator(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats = self._formats = Formats(config)
+        formats = self._formats = CtuFormats(config)
         self._bits, self._table = config.ctu.subshell_bits, config.ctu.subshells
         # As wide as in memory.
         word = 32

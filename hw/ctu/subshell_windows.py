@@ -6,9 +6,10 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.edge_planes import EdgePlanes
 from hw.icu.g2r_transform import G2rTransform
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.ipbb import Ipbb
 from hw.icu.sbb import Sbb
 from hw.icu.spherical_coordinates import SphericalCoordinates
@@ -46,14 +47,14 @@ class SubshellWindows(wiring.Component):
     Members
     -------
     i
-        `Formats.subshell`.
+        `CtuFormats.subshell`.
     o_patch, i_vertex
         A patch that is asked for, and four vertices of each (`Formats.patch_vertex`) in the order in which patches
         were.
     i_table
-        `Formats.table_write`, of which SLACK is taken. Always ready; not while a frustum is under way.
+        `IcuFormats.table_write`, of which SLACK is taken. Always ready; not while a frustum is under way.
     o
-        `Formats.subshell_window`, in the order of the subshells.
+        `CtuFormats.subshell_window`, in the order of the subshells.
     frustum
         `Formats.frustum`, the same while a frustum is under way.
 
@@ -74,20 +75,21 @@ class SubshellWindows(wiring.Component):
     def __init__(self, *, config: Config, interval: int = 16):
         if not isinstance(interval, int) or interval < 15:
             raise ValueError(f"Interval must be at least 15, not {interval!r}")
-        formats = self._formats = Formats(config)
+        formats, icu = CtuFormats(config), IcuFormats(config)
+        self._formats = formats
         self._interval = interval
         super().__init__({
             "i": In(stream.Signature(formats.subshell)), "o_patch": Out(stream.Signature(formats.patch)),
             "i_vertex": In(stream.Signature(formats.patch_vertex)),
-            "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
+            "i_table": In(stream.Signature(icu.table_write, always_ready=True)),
             "o": Out(stream.Signature(formats.subshell_window)), "frustum": In(formats.frustum)})
         self._transform, self._direction, self._coordinates, self._planes, self._sbb = (
             block(config=config, interval=interval)
             for block in (G2rTransform, VertexDirection, SphericalCoordinates, EdgePlanes, Sbb))
         self._ipbb = Ipbb(config=config, interval=4 * interval)
-        self._vertices = VertexGather(config=config, shape=formats.vertex_vector)
+        self._vertices = VertexGather(config=config, shape=icu.vertex_vector)
         self._seen = VertexGather(config=config, shape=StructLayout({
-            "first": formats.coordinate, "second": formats.coordinate, "front": 1}))
+            "first": icu.coordinate, "second": icu.coordinate, "front": 1}))
         planes = self._vertices.latency + self._planes.latency
         if self._coordinates.latency + self._seen.latency >= planes:
             raise ValueError(f"Interval must be so long that coordinates come before planes, not {interval!r}")

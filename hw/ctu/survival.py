@@ -6,12 +6,12 @@ from amaranth.lib.data import StructLayout, View
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.group_split import ROOM as SPLIT_ROOM
 from hw.ctu.group_split import GroupSplit
 from hw.ctu.near_window import NearWindow
 from hw.ctu.settle_sweep import SettleSweep
 from hw.ctu.square_scan import SquareScan, extent
-from hw.formats import Formats
 from hw.icu.section_clip import SectionClip
 from hw.lib.credit_gate import CreditGate
 from hw.lib.pipeline import Pipeline
@@ -54,7 +54,7 @@ class Survival(wiring.Component):
     i_start
         See `SettleSweep`; the sender sees to it that no grid ray is under way. No payload.
     i_table
-        `Formats.grid_table_write`. Always ready.
+        `CtuFormats.grid_table_write`. Always ready.
     i
         ``first``, a grid ray, and ``count`` of neighbours from it on, at least one.
     o
@@ -77,7 +77,7 @@ class Survival(wiring.Component):
     """
 
     def __init__(self, *, config: Config, ray: StructLayout):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, CtuFormats(config)
         formats = self._formats
         self._levels = config.ctu.pyramid_levels
         self._group = StructLayout({"first": ray, "count": formats.grid_group})

@@ -17,7 +17,7 @@ from golden.ctu.cell_traversal import (
     reciprocal_table,
 )
 from golden.ctu.grid_rays import FRACTION
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.fixed import magnitude, normalise, shift_right, small_product
 from hw.lib.pipeline import Pipeline
 
@@ -43,9 +43,9 @@ class TraversalStart(wiring.Component):
     Members
     -------
     i
-        ``tag``, ``direction`` (`Formats.grid_direction`, G), ``begin`` and ``length`` of its shell.
+        ``tag``, ``direction`` (`CtuFormats.grid_direction`, G), ``begin`` and ``length`` of its shell.
     o
-        ``tag`` and ``walk`` (`Formats.walk`).
+        ``tag`` and ``walk`` (`CtuFormats.walk`).
     origin, shape
         The frustum's origin in cells and the grid's cells along each axis; the same while rays are under way.
 
@@ -57,7 +57,7 @@ class TraversalStart(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = CtuFormats(config)
         self._registers = config.icu.product_registers
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, **formats.grid_ray.members}))),

@@ -7,10 +7,10 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.ctu.ct_ray_generator import CtRayGenerator
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import RayTraversal
 from hw.ctu.subshell_generator import SubshellGenerator
 from hw.ctu.subshell_windows import SubshellWindows
-from hw.formats import Formats
 
 __all__ = ["TraversalUnit"]
 
@@ -37,19 +37,19 @@ class TraversalUnit(wiring.Component):
     Members
     -------
     i_frustum
-        ``traversal`` (`Formats.traversal_frustum`), ``last_shell``, and ``subshells`` (`SubshellGenerator`, ``i``).
+        ``traversal`` (`CtuFormats.traversal_frustum`), ``last_shell``, and ``subshells`` (`SubshellGenerator`, ``i``).
         Taken when the last one is over. The intersection unit has begun the frustum before.
     i_table, i_slack
-        `Formats.grid_table_write`, and `Formats.table_write`, of which SLACK is taken. Always ready; not while a
+        `CtuFormats.grid_table_write`, and `IcuFormats.table_write`, of which SLACK is taken. Always ready; not while a
         frustum is under way.
     i_near
-        `Formats.near_cell`, the cells of shell 1.
+        `CtuFormats.near_cell`, the cells of shell 1.
     o_entry, i_entry
         See `SubshellGenerator`, ``o_read`` and ``i_read``.
     o_patch, i_vertex
         See `SubshellWindows`.
     o
-        `Formats.met_cell`.
+        `CtuFormats.met_cell`.
     settled, o_tile, i_word, counters
         See `RayTraversal`.
     error
@@ -64,7 +64,7 @@ class TraversalUnit(wiring.Component):
     """
 
     def __init__(self, *, config: Config, pipelines: int = 1):
-        self._config, formats = config, Formats(config)
+        self._config, formats = config, CtuFormats(config)
         self._back = RayTraversal(config=config, pipelines=pipelines)
         self._subshells = SubshellGenerator(config=config)
         self._windows = SubshellWindows(config=config) if config.ctu.subshells else None

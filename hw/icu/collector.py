@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import WEIGHT_BITS, Formats, TableKind
+from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
 
@@ -25,10 +25,10 @@ class Collector(wiring.Component):
     Members
     -------
     i
-        ``row`` of the frustum and ``hit`` (`Formats.hit`). Ready unless sums are being read.
+        ``row`` of the frustum and ``hit`` (`IcuFormats.hit`). Ready unless sums are being read.
     i_table
-        `Formats.table_write`, of which WEIGHT is taken. Always ready. The sender sees to it that no hit of the row that
-        is written comes in the same cycle.
+        `IcuFormats.table_write`, of which WEIGHT is taken. Always ready. The sender sees to it that no hit of the row
+        that is written comes in the same cycle.
     i_read
         Number of patches whose sums are sent, from patch 0 on; sums that are sent begin at 0 again.
     o
@@ -45,7 +45,7 @@ class Collector(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
         super().__init__({
             "i": In(stream.Signature(StructLayout({"row": formats.index, "hit": formats.hit}))),

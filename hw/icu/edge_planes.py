@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import split_limbs, total
 from hw.lib.pipeline import Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
@@ -37,9 +37,9 @@ class EdgePlanes(wiring.Component):
     i
         ``slot`` and ``directions``, V' of the four vertices; at least four intervals apart. Always ready.
     o_planes
-        ``slot`` and ``part``, `Formats.planes`. Always ready.
+        ``slot`` and ``part``, `IcuFormats.planes`. Always ready.
     o
-        ``slot``, ``turns`` (`Formats.turns`) and ``signs`` (`Formats.signs`). Always ready.
+        ``slot``, ``turns`` (`IcuFormats.turns`) and ``signs`` (`IcuFormats.signs`). Always ready.
 
     Timing
     ------
@@ -50,7 +50,7 @@ class EdgePlanes(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, registers = Formats(config), config.icu.product_registers
+        formats, registers = IcuFormats(config), config.icu.product_registers
 
         def items(**fields):
             return stream.Signature(StructLayout({"slot": formats.slot, **fields}), always_ready=True)

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import round_shift, split_limbs, total
 from hw.lib.pipeline import Pipeline
 
@@ -45,7 +45,7 @@ class G2rTransform(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, numbers = Formats(config), config.numbers
+        formats, numbers = IcuFormats(config), config.numbers
 
         def items(vertex):
             return stream.Signature(StructLayout({"slot": formats.slot, "index": 2, "vertex": vertex}),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.ray_issue import RayIssue
 from hw.icu.window_walk import WindowWalk
 from hw.lib.queue import Queue
@@ -31,11 +31,11 @@ class IcRayGenerator(wiring.Component):
     Members
     -------
     i
-        `Formats.patch_window`.
+        `IcuFormats.patch_window`.
     o_walk, i_walk
         To `SettleMap.i_walk` and from `SettleMap.o_walk`, with the step as tag.
     o
-        `Formats.issued`. Always ready.
+        `IcuFormats.issued`. Always ready.
     section, tiles_across
         Of the frustum; the same while windows are under way.
     visited
@@ -50,7 +50,7 @@ class IcRayGenerator(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
         step = formats.tile_step
         super().__init__({

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.inverse_distance import InverseDistance
 from hw.icu.patch_slots import PatchSlots
 from hw.icu.ray_direction import RayDirection
@@ -37,9 +37,9 @@ class IntersectionPipeline(wiring.Component):
     Members
     -------
     i
-        `Formats.issued`. Always ready.
+        `IcuFormats.issued`. Always ready.
     i_table
-        `Formats.table_write`. Always ready.
+        `IcuFormats.table_write`. Always ready.
     i_planes, i_turns, i_factor, i_exponents, i_patch
         Parts of `PatchSlots`. Always ready.
     o_update
@@ -65,7 +65,7 @@ class IntersectionPipeline(wiring.Component):
     """
 
     def __init__(self, *, config: Config, update_latency: int):
-        self._formats = formats = Formats(config)
+        self._formats = formats = IcuFormats(config)
 
         def items(layout):
             return stream.Signature(StructLayout(layout), always_ready=True)

@@ -6,9 +6,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats, TableKind
 from hw.icu.collector import Collector
 from hw.icu.ic_ray_generator import IcRayGenerator
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.intersection_pipeline import IntersectionPipeline
 from hw.icu.patch_setup import PatchSetup
 from hw.icu.ray_memory import BANKS, RayMemory
@@ -50,7 +50,7 @@ class IntersectionUnit(wiring.Component):
     i_frustum
         `Formats.frustum`. Taken when no patch is under way and its bank is not being read out.
     i_table
-        `Formats.table_write`. Taken while no patch is under way, weights while nothing is read out.
+        `IcuFormats.table_write`. Taken while no patch is under way, weights while nothing is read out.
     i_vertex
         `Formats.patch_vertex`, the four vertices of a patch one after the other. Taken when there is a frustum, none
         waits at ``i_frustum``, and the present one is not being read out or about to be.
@@ -60,8 +60,8 @@ class IntersectionUnit(wiring.Component):
         1: of the frustum before the present one, taken when there was one; 0: of the present one, taken when no patch
         is under way.
     o_hit
-        ``column``, ``row``, ``hit`` (`Formats.hit`), ``last``: the rays of the section, row by row. They also go to the
-        collector.
+        ``column``, ``row``, ``hit`` (`IcuFormats.hit`), ``last``: the rays of the section, row by row. They also go to
+        the collector.
     i_sums, o_sum
         See `Collector`; taken while nothing is read out.
     i_settle, o_settle
@@ -81,7 +81,7 @@ class IntersectionUnit(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
         self._setup = PatchSetup(config=config)
         self._memory = RayMemory(config=config, tag=0)

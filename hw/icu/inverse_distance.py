@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config, Numbers
 from golden.icu.inverse_distance import SMALLEST
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import normalise, small_product, split_limbs, total
 from hw.lib.pipeline import Pipeline, Staged
 
@@ -73,7 +73,7 @@ class InverseDistance(wiring.Component):
     Members
     -------
     i
-        ``tag``, ``direction``, ``mantissa`` (`Formats.mantissa_vector`) and ``exponent`` of the plane factor. Always
+        ``tag``, ``direction``, ``mantissa`` (`IcuFormats.mantissa_vector`) and ``exponent`` of the plane factor. Always
         ready.
     o
         ``tag`` and ``inverse``. Always ready.
@@ -87,7 +87,7 @@ class InverseDistance(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats, numbers = Formats(config), config.numbers
+        formats, numbers = IcuFormats(config), config.numbers
         super().__init__({
             "i": In(stream.Signature(StructLayout({
                 "tag": tag, "direction": formats.direction_vector, "mantissa": formats.mantissa_vector,

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.icu.inverse_distance import BOUND_BITS
 from golden.icu.settle_code import scale
-from hw.formats import Formats, TableKind
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.inverse_distance import encode, value_bits
 from hw.lib.fixed import extreme, magnitude, split_limbs
 from hw.lib.pipeline import Pipeline
@@ -33,10 +33,10 @@ class InverseDistanceBound(wiring.Component):
     Members
     -------
     i
-        ``slot``, ``factor`` (`Formats.factor`) and ``window`` (`Formats.window`, before it is clipped to the section);
-        at least four cycles apart. Always ready.
+        ``slot``, ``factor`` (`IcuFormats.factor`) and ``window`` (`Formats.window`, before it is clipped to the
+        section); at least four cycles apart. Always ready.
     i_table
-        `Formats.table_write`, of which COLUMN and ROW are taken. Always ready.
+        `IcuFormats.table_write`, of which COLUMN and ROW are taken. Always ready.
     o
         ``slot``, ``bound`` (`Formats.inverse`) and ``threshold``: rays with a settle code below it may still improve.
         Always ready.
@@ -52,7 +52,7 @@ class InverseDistanceBound(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats, numbers, icu = Formats(config), config.numbers, config.icu
+        formats, numbers, icu = IcuFormats(config), config.numbers, config.icu
         item_layout = StructLayout({"slot": formats.slot, "factor": formats.factor, "window": formats.window})
         super().__init__({
             "i": In(stream.Signature(item_layout, always_ready=True)),

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.cordic import linear_error
 from golden.icu.edge_planes import DIAGONAL, EDGES
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.pipeline import Pipeline
 
@@ -31,7 +31,7 @@ class Ipbb(wiring.Component):
     Members
     -------
     i
-        `Formats.seen`, quotients of a screen. Always ready.
+        `IcuFormats.seen`, quotients of a screen. Always ready.
     o
         ``slot`` and ``window`` (`Formats.window`). Always ready.
     frustum
@@ -46,7 +46,7 @@ class Ipbb(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, icu = Formats(config), config.icu
+        formats, icu = IcuFormats(config), config.icu
         super().__init__({
             "i": In(stream.Signature(formats.seen, always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "window": formats.window}),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.queue import Queue
 
 __all__ = ["PatchQueue"]
@@ -42,7 +42,7 @@ class PatchQueue(wiring.Component):
     """
 
     def __init__(self, *, config: Config, depth: int = 8):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         self._slots, self._depth = config.icu.slots, depth
         super().__init__({
             "i": In(stream.Signature(formats.patch_vertex)),

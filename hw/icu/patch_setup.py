@@ -6,9 +6,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
 from hw.icu.edge_planes import EdgePlanes
 from hw.icu.g2r_transform import G2rTransform
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.inverse_distance_bound import InverseDistanceBound
 from hw.icu.ipbb import Ipbb
 from hw.icu.patch_queue import PatchQueue
@@ -48,11 +48,11 @@ class PatchSetup(wiring.Component):
     i
         `Formats.patch_vertex`, the four vertices of a patch one after the other.
     i_table
-        `Formats.table_write`. Always ready.
+        `IcuFormats.table_write`. Always ready.
     o_planes, o_turns, o_factor, o_exponents, o_patch
         Parts for `PatchSlots`. Always ready.
     o
-        `Formats.patch_window`.
+        `IcuFormats.patch_window`.
     free, waiting
         See `PatchQueue`.
     frustum
@@ -68,7 +68,7 @@ class PatchSetup(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
 
         def part(shape):

@@ -7,14 +7,14 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["PatchSlots"]
 
 
 class PatchSlots(wiring.Component):
-    """One `Formats.slot_record` for each of ``icu.slots`` patches, written in parts, read whole.
+    """One `IcuFormats.slot_record` for each of ``icu.slots`` patches, written in parts, read whole.
 
     A part is written when the block that makes it has it, at the latest when the patch's window goes to the ray
     generator. Who hands out the slots sees to it that no slot is written again before its last ray has read it.
@@ -44,7 +44,7 @@ class PatchSlots(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         self._slots = config.icu.slots
         self._parts = {key: field.shape for key, field in formats.slot_record}
 

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.icu.plane_factor import GUARD, NEAREST_PLANE
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import normalise, split_limbs, total
 from hw.lib.pipeline import Pipeline
 from hw.lib.reciprocal import Reciprocal
@@ -36,7 +36,7 @@ class PlaneFactor(wiring.Component):
     i
         ``slot`` and ``vertices``, four of them in the R frame; at least four cycles apart. Always ready.
     o
-        ``slot`` and ``part``, `Formats.factor`. Always ready.
+        ``slot`` and ``part``, `IcuFormats.factor`. Always ready.
 
     Timing
     ------
@@ -47,7 +47,7 @@ class PlaneFactor(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         self._config = config
 
         def items(layout):

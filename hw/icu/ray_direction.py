@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats, TableKind
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.lib.fixed import round_shift
 from hw.lib.pipeline import Pipeline, Staged
 
@@ -49,7 +49,7 @@ class RayDirection(wiring.Component):
     i
         ``tag``, ``column`` and ``row`` of the frustum. Always ready.
     i_table
-        `Formats.table_write`, of which COLUMN and ROW are taken. Always ready.
+        `IcuFormats.table_write`, of which COLUMN and ROW are taken. Always ready.
     o
         ``tag`` and ``direction`` (`Formats.direction_vector`). Always ready.
     is_screen
@@ -63,7 +63,7 @@ class RayDirection(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "column": formats.index, "row": formats.index}),
                                      always_ready=True)),

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 
 __all__ = ["RayIssue"]
 
@@ -21,9 +21,9 @@ class RayIssue(wiring.Component):
     Members
     -------
     i
-        `Formats.tile_rays`.
+        `IcuFormats.tile_rays`.
     o
-        `Formats.issued`. Always ready.
+        `IcuFormats.issued`. Always ready.
     first_column, first_row
         Of the section; the same while rays are under way.
 
@@ -35,7 +35,7 @@ class RayIssue(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         super().__init__({"i": In(stream.Signature(self._formats.tile_rays)),
                           "o": Out(stream.Signature(self._formats.issued, always_ready=True)),
                           "first_column": In(self._formats.count), "first_row": In(self._formats.count)})

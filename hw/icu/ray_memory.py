@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
@@ -47,7 +47,7 @@ class RayMemory(wiring.Component):
     i_read
         ``bank`` and ``ray``, in a bank without updates.
     o_read
-        `Formats.hit`.
+        `IcuFormats.hit`.
 
     Timing
     ------
@@ -58,7 +58,7 @@ class RayMemory(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        self._config, self._formats, self._tag = config, Formats(config), tag
+        self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
         def items(layout, ready=True):

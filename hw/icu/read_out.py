@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 
@@ -28,7 +28,7 @@ class ReadOut(wiring.Component):
     o_ask
         ``bank`` and ``ray``, to `RayMemory.i_read`.
     i_hit
-        `Formats.hit`, the answers in order.
+        `IcuFormats.hit`, the answers in order.
     o
         ``column`` and ``row`` of the frustum, ``hit``, ``last`` of the section.
     busy, bank
@@ -42,7 +42,7 @@ class ReadOut(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, Formats(config)
+        self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
         self._place = StructLayout({"column": formats.index, "row": formats.index, "last": 1})
         super().__init__({

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.icu.edge_planes import DIAGONAL, EDGES
 from golden.icu.sbb import SAGITTA_BITS, sagitta_table, window_errors
-from hw.formats import Formats, TableKind
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.pipeline import Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
@@ -35,9 +35,9 @@ class Sbb(wiring.Component):
     Members
     -------
     i
-        `Formats.seen`, coordinates of a hemisphere; at least four intervals apart. Always ready.
+        `IcuFormats.seen`, coordinates of a hemisphere; at least four intervals apart. Always ready.
     i_table
-        `Formats.table_write`, of which SLACK is taken. Always ready.
+        `IcuFormats.table_write`, of which SLACK is taken. Always ready.
     o
         ``slot`` and ``window`` (`Formats.window`). Always ready.
     frustum
@@ -52,7 +52,7 @@ class Sbb(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, icu = Formats(config), config.icu
+        formats, icu = IcuFormats(config), config.icu
         super().__init__({
             "i": In(stream.Signature(formats.seen, always_ready=True)),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),

@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import split_limbs, total
 from hw.lib.pipeline import Pipeline
 
@@ -30,7 +30,7 @@ class Screening(wiring.Component):
     Members
     -------
     i
-        ``tag``, ``direction``, ``planes`` (`Formats.planes`) and ``turns`` (`Formats.turns`). Always ready.
+        ``tag``, ``direction``, ``planes`` (`IcuFormats.planes`) and ``turns`` (`IcuFormats.turns`). Always ready.
     o
         ``tag``, ``distances``, ``inside`` and ``orientation``, the one that held. Always ready.
 
@@ -43,7 +43,7 @@ class Screening(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({
                 "tag": tag, "direction": formats.direction_vector, "planes": formats.planes, "turns": formats.turns}),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
 
 __all__ = ["SectionClip"]
@@ -27,7 +27,7 @@ class SectionClip(wiring.Component):
     i
         ``slot`` and ``window`` (`Formats.window`). Always ready.
     o
-        ``slot`` and ``window`` (`Formats.section_window`). Always ready.
+        ``slot`` and ``window`` (`IcuFormats.section_window`). Always ready.
     frustum
         `Formats.frustum`, the same while patches are under way.
 
@@ -39,7 +39,7 @@ class SectionClip(wiring.Component):
     """
 
     def __init__(self, *, config: Config, slot=None):
-        formats = Formats(config)
+        formats = IcuFormats(config)
         slot = formats.slot if slot is None else slot
 
         def items(window):

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.icu.settle_code import scale
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -52,7 +52,7 @@ class SettleMap(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        self._config, self._formats, self._tag = config, Formats(config), tag
+        self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
         def items(layout):

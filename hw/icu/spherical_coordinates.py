@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.cordic import gain
 from golden.icu.sbb import GAIN_FRACTION
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.cordic import cordic
 from hw.lib.fixed import magnitude, normalise, round_shift, serial_product, shift_right, with_sign
 from hw.lib.pipeline import Pipeline
@@ -50,7 +50,7 @@ class SphericalCoordinates(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, icu, bits = Formats(config), config.icu, config.numbers.vertex_bits
+        formats, icu, bits = IcuFormats(config), config.icu, config.numbers.vertex_bits
         place = {"slot": formats.slot, "index": 2}
         super().__init__({
             "i": In(stream.Signature(StructLayout({**place, "direction": formats.vertex_vector}), always_ready=True)),

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.icu.edge_planes import EDGES
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import extreme, magnitude, normalise, shift_right, with_sign
 from hw.lib.pipeline import Pipeline
 
@@ -30,7 +30,7 @@ class UvAlignment(wiring.Component):
     i
         ``tag``, ``distances``, ``orientation`` and ``exponents`` of the four V'. Always ready.
     o
-        ``tag`` and ``distances`` (`Formats.aligned`). Always ready.
+        ``tag`` and ``distances`` (`IcuFormats.aligned`). Always ready.
 
     Timing
     ------
@@ -41,7 +41,7 @@ class UvAlignment(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats, numbers, icu = Formats(config), config.numbers, config.icu
+        formats, numbers, icu = IcuFormats(config), config.numbers, config.icu
         super().__init__({
             "i": In(stream.Signature(StructLayout({
                 "tag": tag, "distances": ArrayLayout(formats.edge_distance, 6), "orientation": formats.orientation,

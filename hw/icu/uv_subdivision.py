@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline
 
@@ -26,7 +26,7 @@ class UvSubdivision(wiring.Component):
     Members
     -------
     i
-        ``tag`` and ``distances`` (`Formats.aligned`), of a ray inside the patch. Always ready.
+        ``tag`` and ``distances`` (`IcuFormats.aligned`), of a ray inside the patch. Always ready.
     o
         ``tag``, ``u`` and ``v``. Always ready.
 
@@ -38,7 +38,7 @@ class UvSubdivision(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        formats, icu = Formats(config), config.icu
+        formats, icu = IcuFormats(config), config.icu
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "distances": formats.aligned}), always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "u": formats.uv, "v": formats.uv}),

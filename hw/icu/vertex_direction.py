@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import magnitude, normalise, with_sign
 from hw.lib.pipeline import Pipeline
 
@@ -41,7 +41,7 @@ class VertexDirection(wiring.Component):
     """
 
     def __init__(self, *, config: Config, interval: int = 1):
-        formats, numbers = Formats(config), config.numbers
+        formats, numbers = IcuFormats(config), config.numbers
         place = {"slot": formats.slot, "index": 2, "vertex": formats.vector_vector}
         super().__init__({
             "i": In(stream.Signature(StructLayout(place), always_ready=True)),

@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 
 __all__ = ["VertexGather"]
 
@@ -34,7 +34,7 @@ class VertexGather(wiring.Component):
     """
 
     def __init__(self, *, config: Config, shape):
-        slot = Formats(config).slot
+        slot = IcuFormats(config).slot
         super().__init__({
             "i": In(stream.Signature(StructLayout({"slot": slot, "index": 2, "item": shape}), always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"slot": slot, "items": ArrayLayout(shape, 4)}),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import small_product
 from hw.lib.pipeline import Pipeline
 from hw.lib.skid_buffer import SkidBuffer
@@ -27,9 +27,9 @@ class WindowWalk(wiring.Component):
     Members
     -------
     i
-        `Formats.patch_window`.
+        `IcuFormats.patch_window`.
     o
-        `Formats.tile_step`.
+        `IcuFormats.tile_step`.
     tiles_across
         Tiles in a row of tiles of the section; the same while windows are under way.
 
@@ -43,7 +43,7 @@ class WindowWalk(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config = config
-        formats = Formats(config)
+        formats = IcuFormats(config)
         side, index = config.icu.tile_bits, formats.index
         super().__init__({"i": In(stream.Signature(formats.patch_window)),
                           "o": Out(stream.Signature(formats.tile_step)),

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.table_check import COUNT_BITS
@@ -62,7 +62,7 @@ class WriteDma(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats, self._memory = config, Formats(config), MemoryFormats(config)
+        self._config, self._formats, self._memory = config, IcuFormats(config), MemoryFormats(config)
         formats, address = self._formats, config.memory.address_bits
         super().__init__({
             "i": In(stream.Signature(StructLayout({

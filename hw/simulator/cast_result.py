@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from golden.config import Config
 from golden.memory_map import MemoryImage
 from golden.noc.packing import reply_flits, request_flits
-from hw.formats import GRID_GROUP
+from hw.ctu.ctu_formats import GRID_GROUP
 
 __all__ = ["SHARED_COUNTERS", "CastResult"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from golden.config import Config
-from hw.formats import GRID_GROUP
+from hw.ctu.ctu_formats import GRID_GROUP
 
 __all__ = ["SAMPLED", "utilization"]
 

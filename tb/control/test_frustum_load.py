@@ -13,7 +13,8 @@ from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
+from hw.icu.icu_formats import IcuFormats
 from hw.memsys.image_layout import RegionNumber
 from tb.ctu.grid_load import unit_writes
 from tb.golden.schedule.scenes import Case, case
@@ -97,7 +98,8 @@ def load(items):
 def test_tables_and_numbers(given):
     made, weights, image, section = given
     found, numbers = load(list(words(image, CLUSTER)))
-    formats, record, config = Formats(CONFIG), made.record, CONFIG
+    record, config = made.record, CONFIG
+    table_write, grid_write = IcuFormats(CONFIG).table_write, CtuFormats(CONFIG).grid_table_write
 
     def ordered(items, shape):
         return sorted(pack(shape, item) for item in items)
@@ -106,10 +108,10 @@ def test_tables_and_numbers(given):
     if record.is_screen:
         # There is a word for it.
         tables += [{"kind": 2, "index": row, "data": 0} for row in range(record.rows)]
-    assert ordered(found["o_table"], formats.table_write) == ordered(tables, formats.table_write)
+    assert ordered(found["o_table"], table_write) == ordered(tables, table_write)
     unit = made.shelling.cluster(record, section).traversal
-    assert ordered(found["o_grid"], formats.grid_table_write) == ordered(unit_writes(unit, config),
-                                                                         formats.grid_table_write)
+    assert ordered(found["o_grid"], grid_write) == ordered(unit_writes(unit, config),
+                                                                         grid_write)
     near = image["near_cells"]["cell"].tolist()
     assert found["o_near"] == [{"place": place, "cell": cell} for place, cell in enumerate(near)]
     listed = image.subshells(CLUSTER).tolist()

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from golden.config import Config
 from golden.ctu.grid_rays import GridRays
 from golden.ctu.unit import CellTraversalUnit
-from hw.formats import GRID_GROUP, Formats, GridTableKind
+from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats, GridTableKind
 from tb.lib.payload import pack
 
 __all__ = ["GridPlaces", "grid_writes", "grouped", "unit_writes"]
@@ -33,7 +33,7 @@ class GridPlaces:
             row, column, ray = row + one.rows, column + one.columns, ray + one.rows * one.columns
 
     def request(self, rays: GridRays, number: int) -> dict:
-        """Of the ray ``number`` of a shell what a `Formats.grid_request` says."""
+        """Of the ray ``number`` of a shell what a `CtuFormats.grid_request` says."""
         row, column = divmod(number, rays.columns)
         return {"shell": rays.shell, "ray": self.first_ray[rays.shell] + number,
                 "row": self.first_row[rays.shell] + row, "column": self.first_column[rays.shell] + column, "count": 1}
@@ -54,7 +54,7 @@ def grouped(requests: Iterable[dict]) -> list[dict]:
 
 
 def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=None) -> list[dict]:
-    """The values of `Formats.grid_table_write`.
+    """The values of `CtuFormats.grid_table_write`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=N
     ways, thresholds
         By shell: where it begins and ends, and its threshold; 0 without.
     """
-    formats, places, writes = Formats(config), GridPlaces(rays), []
+    formats, places, writes = CtuFormats(config), GridPlaces(rays), []
 
     def write(kind, shape, index, **record):
         writes.append({"kind": kind.value, "index": index, "data": pack(shape, record)})

@@ -41,7 +41,7 @@ class SubshellPatches:
     items, ports, tables
         What `SubshellWindows` is given.
     windows
-        `Formats.subshell_window`, of those that have rays.
+        `CtuFormats.subshell_window`, of those that have rays.
     """
 
     def __init__(self, kind: str, config: Config, *, seed: int, count: int, size=None, at_borders: bool = False):

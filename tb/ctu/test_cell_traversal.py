@@ -15,7 +15,7 @@ from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.cell_traversal import CellTraversal
-from hw.formats import Formats
+from hw.ctu.ctu_formats import CtuFormats
 from tb.ctu.traversal_bench import Place
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import DEPTHS, config_of
@@ -153,7 +153,7 @@ class Bench:
         self.sink = Sink(dut, "o", stalls=stalls.get("sink"))
 
     async def prepare(self, case):
-        formats = Formats(self.config)
+        formats = CtuFormats(self.config)
         self.dut.origin.value = sum(pack(formats.place, value) << k * formats.place.width
                                     for k, value in enumerate(case.ports["origin"]))
         self.dut.shape.value = sum(value << k * formats.grid_count.width

@@ -11,7 +11,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.ct_ray_generator import CtRayGenerator
-from hw.formats import GRID_GROUP
+from hw.ctu.ctu_formats import GRID_GROUP
 from tb.ctu.window_stages import CASES, SECTORS, RecordStages, WindowStages
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of

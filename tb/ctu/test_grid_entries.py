@@ -3,8 +3,8 @@ import pytest
 
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_entries import GridEntries
-from hw.formats import Formats
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.runner import SIMULATORS
@@ -25,7 +25,7 @@ def screen_vectors(config):
 
 
 def of_record(frustum, config):
-    random, formats = np.random.default_rng(2), Formats(config)
+    random, formats = np.random.default_rng(2), CtuFormats(config)
     record = frustum(random, config)
     rays = [shells(record)(shell) for shell in SHELLS]
     # As far away, and as long, as tables can say.

@@ -8,8 +8,8 @@ from amaranth.lib.data import StructLayout
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
+from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.group_split import GroupSplit
-from hw.formats import GRID_GROUP
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 

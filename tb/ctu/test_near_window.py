@@ -8,8 +8,8 @@ from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.stimulus.ctu.grid_rays import draw_rays
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
+from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.near_window import NearWindow
-from hw.formats import GRID_GROUP, Formats
 from tb.ctu.grid_load import GridPlaces, grid_writes
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.configurations import CONFIGURATIONS
@@ -76,7 +76,7 @@ def neighbours(frustum, config):
 
 def far_neighbours(frustum, config):
     """The same in the widest frustum, of rays that are as far on either side, and reach as far, as tables can say."""
-    random, formats = np.random.default_rng(6), Formats(config)
+    random, formats = np.random.default_rng(6), CtuFormats(config)
     side = 1 << formats.index.width
     record = frustum(random, config, size=(side, side))
     rays_of, farthest, rays = shells(record), 1 << formats.position.width - 1, []

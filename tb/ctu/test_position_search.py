@@ -4,15 +4,15 @@ import numpy as np
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.position_search import PositionSearch
-from hw.formats import Formats
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
 ENTRIES, SEARCHES = 120, 80
 SPREAD = 900
 # Of the bounds.
-HIGHEST = (1 << Formats(CONFIG).position_bound.width - 1) - 1
+HIGHEST = (1 << CtuFormats(CONFIG).position_bound.width - 1) - 1
 
 
 def searches(random, positions):
@@ -29,7 +29,7 @@ def searches(random, positions):
 
 
 def test_counts_of_what_is_less():
-    formats, random = Formats(CONFIG), np.random.default_rng(1)
+    formats, random = CtuFormats(CONFIG), np.random.default_rng(1)
     search = PositionSearch(formats=formats, place=formats.grid_row_place)
     positions = np.sort(random.integers(-SPREAD, SPREAD, ENTRIES))
     positions[ENTRIES // 2:ENTRIES // 2 + 9] = positions[ENTRIES // 2]

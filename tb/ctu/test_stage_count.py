@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
+from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
-from hw.formats import GRID_GROUP
 from tb.lib.configurations import config_of
 from tb.lib.timing import documented_latency
 

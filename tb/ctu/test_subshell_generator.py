@@ -13,9 +13,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 from cocotb.triggers import ClockCycles, RisingEdge
 
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.subshell_generator import ListError, SubshellGenerator
 from hw.ctu.subshell_table import SubshellTable
-from hw.formats import Formats
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
@@ -43,7 +43,7 @@ class Listed(wiring.Component):
         self._generator, self._table = SubshellGenerator(config=config), SubshellTable(config=config)
         self.table_latency = self._table.latency
         assert self.table_latency == documented_latency(SubshellTable, config)
-        out = StructLayout({"subshell": Formats(config).subshell, "error": ListError})
+        out = StructLayout({"subshell": CtuFormats(config).subshell, "error": ListError})
         super().__init__({
             "i_load": In(self._table.i_load.signature.flip()), "i": In(self._generator.i.signature.flip()),
             "o": Out(stream.Signature(out))})

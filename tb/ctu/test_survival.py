@@ -10,8 +10,8 @@ from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.survival import survivors_by_code
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
+from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.survival import Survival
-from hw.formats import GRID_GROUP, Formats
 from tb.ctu.grid_load import GridPlaces, grid_writes, grouped
 from tb.icu.frustum_load import frustum_payload, tiles
 from tb.lib.configurations import config_of
@@ -82,7 +82,7 @@ class Bench:
     """Survival in Amaranth's simulator, with a settle map."""
 
     def __init__(self, case, *, source="none", sink="none", stall=0.0):
-        formats = Formats(case.config)
+        formats = CtuFormats(case.config)
         self.case, self.dut = case, Survival(config=case.config, ray=StructLayout({
             "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
             "column": formats.grid_column_place}))

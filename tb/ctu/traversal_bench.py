@@ -13,8 +13,8 @@ from golden.ctu.survival import survivors_by_code
 from golden.icu.ray_memory import RayMemory
 from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
+from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.stage_count import FIRST, stage_index_bits
-from hw.formats import Formats
 from tb.ctu.grid_load import GridPlaces, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.payload import pack, unpack
@@ -44,7 +44,7 @@ class Place:
         self.traversal = traversal = self.cluster.traversal
         self.rays = {shell: traversal.rays(shell) for shell in range(2, traversal.last_shell + 1)}
         self.places = GridPlaces(self.rays.values())
-        self.formats = formats = Formats(config)
+        self.formats = formats = CtuFormats(config)
         self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
         self.frustum = pack(formats.traversal_frustum, {
             "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),

@@ -35,7 +35,7 @@ class WindowStages:
     items, ports, tables
         What a `CtRayGenerator` is given.
     requests
-        `Formats.grid_request` in their order.
+        `CtuFormats.grid_request` in their order.
     rays
         By shell.
     """

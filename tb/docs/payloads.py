@@ -7,7 +7,9 @@ from amaranth.lib.data import Layout
 
 from golden.config import Config
 from hw.control.control_formats import ControlFormats
+from hw.ctu.ctu_formats import CtuFormats
 from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
 from tb.docs.structure import fields_of
@@ -15,7 +17,7 @@ from tb.docs.structure import fields_of
 __all__ = ["FORMATS", "layouts", "payloads"]
 
 # Classes that hold layouts.
-FORMATS = (Formats, PathFormats, MemoryFormats, ControlFormats)
+FORMATS = (Formats, IcuFormats, CtuFormats, PathFormats, MemoryFormats, ControlFormats)
 
 
 def layouts(formats: type, config: Config) -> Mapping[str, Layout]:
@@ -23,7 +25,8 @@ def layouts(formats: type, config: Config) -> Mapping[str, Layout]:
     made = formats(config)
     properties = {name for name, value in vars(formats).items() if isinstance(value, property)}
     values = {name: getattr(made, name) for name in sorted({*vars(made), *properties}) if not name.startswith("_")}
-    return {name: value for name, value in values.items() if isinstance(value, Layout)}
+    inherited = {name for base in formats.__bases__ if base is not object for name in layouts(base, config)}
+    return {name: value for name, value in values.items() if isinstance(value, Layout) and name not in inherited}
 
 
 def payloads(config: Config, preset: str) -> str:

@@ -6,7 +6,7 @@ from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.frustum import FrustumRecord
 from golden.icu.sbb import SphericalWindows
-from hw.formats import TableKind
+from hw.icu.icu_formats import TableKind
 
 __all__ = ["frustum_payload", "table_writes", "tiles"]
 
@@ -28,7 +28,7 @@ def frustum_payload(record: FrustumRecord, sector: Sector, config: Config) -> di
 
 
 def table_writes(record: FrustumRecord, config: Config, weights: np.ndarray | None = None) -> list[dict]:
-    """The values of `Formats.table_write`, in any order.
+    """The values of `IcuFormats.table_write`, in any order.
 
     Parameters
     ----------

@@ -10,8 +10,8 @@ from golden.frustum import Hemisphere
 from golden.icu.collector import collect
 from golden.stimulus import block
 from golden.stimulus.frusta import HEMISPHERE
-from hw.formats import WEIGHT_BITS, TableKind
 from hw.icu.collector import Collector
+from hw.icu.icu_formats import WEIGHT_BITS, TableKind
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known

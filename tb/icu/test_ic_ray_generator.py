@@ -10,8 +10,8 @@ from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import ray_address, walk_cycles, window_rays
 from golden.stimulus.frusta import random_hemisphere
 from golden.stimulus.icu.section_clip import draw_windows
-from hw.formats import Formats
 from hw.icu.ic_ray_generator import IcRayGenerator
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.settle_map import SettleMap
 from tb.icu.frustum_load import tiles
 from tb.icu.vectors import section_window_of
@@ -34,7 +34,7 @@ class Generator(wiring.Component):
     def __init__(self, config):
         super().__init__({})
         self.rays = IcRayGenerator(config=config)
-        self.map = SettleMap(config=config, tag=Formats(config).tile_step)
+        self.map = SettleMap(config=config, tag=IcuFormats(config).tile_step)
 
     def elaborate(self, platform):
         m = Module()
@@ -105,7 +105,7 @@ class Walk:
         """Rays that were issued, rays visited, and cycles from the first beat to the last."""
         config, issued, visited, cycles = self.config, [], [], []
         top = Generator(config)
-        shape = Formats(config).patch_window
+        shape = IcuFormats(config).patch_window
         simulator = Simulator(top)
         simulator.add_clock(1e-8)
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from amaranth.hdl import Shape
 
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.patch_slots import PatchSlots
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
@@ -14,7 +14,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({"icu.slots": 16})
-PARTS = {name: field.shape for name, field in Formats(CONFIG).slot_record}
+PARTS = {name: field.shape for name, field in IcuFormats(CONFIG).slot_record}
 READS, WRITES = 300, 80
 SEED = 4
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.ray_issue import RayIssue
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
@@ -33,7 +33,7 @@ def rays(masks, config):
 
 def masks_of(config):
     """Masks of which many are empty, full, or of one ray."""
-    shape, lanes = Formats(config).tile_rays, 1 << 2 * config.icu.tile_bits
+    shape, lanes = IcuFormats(config).tile_rays, 1 << 2 * config.icu.tile_bits
     mask = st.one_of(st.sampled_from((0, 1, 1 << lanes - 1, (1 << lanes) - 1)), st.integers(0, (1 << lanes) - 1))
     return st.builds(lambda item, mask: {**item, "mask": mask}, payloads(shape), mask)
 

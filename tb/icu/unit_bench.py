@@ -8,7 +8,7 @@ from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.frustum import FrustumRecord
 from golden.scene.patch_geometry import PatchGeometry
-from hw.formats import Formats
+from hw.icu.icu_formats import IcuFormats
 from hw.icu.intersection_unit import COUNTERS, IntersectionUnit
 from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.lib.payload import pack, unpack
@@ -29,7 +29,7 @@ class UnitBench:
     """
 
     def __init__(self, dut, config: Config, *, vertex_stalls=None, done_stalls=None, hit_stalls=None):
-        self.dut, self.config, self.formats = dut, config, Formats(config)
+        self.dut, self.config, self.formats = dut, config, IcuFormats(config)
         signature = IntersectionUnit(config=config).signature
         self._shapes = {name: signature.members[name].signature.members["payload"].shape
                         for name in ("o_hit", "o_sum")}

@@ -62,12 +62,12 @@ def rows(array: np.ndarray) -> list:
 
 
 def turns_of(given: dict, k: int) -> dict:
-    """`Formats.turns` of patch ``k``."""
+    """`IcuFormats.turns` of patch ``k``."""
     return {"orientation": rows(given["orientation"][k]), "split": int(given["split"][k])}
 
 
 def factor_of(given: dict, k: int) -> dict:
-    """`Formats.factor` of patch ``k``."""
+    """`IcuFormats.factor` of patch ``k``."""
     return {"mantissa": rows(given["mantissa"][k]), "exponent": int(given["factor_exponent"][k]),
             "dropped": int(given["dropped"][k])}
 
@@ -78,5 +78,5 @@ def window_of(window, k: int) -> dict:
 
 
 def section_window_of(window, k: int) -> dict:
-    """`Formats.section_window` of patch ``k`` of a `SectionWindow`."""
+    """`IcuFormats.section_window` of patch ``k`` of a `SectionWindow`."""
     return {name: int(value[k]) for name, value in vars(window).items()}

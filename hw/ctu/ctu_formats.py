@@ -1,0 +1,197 @@
+"""Shapes and payloads of the traversal unit."""
+
+from amaranth.hdl import Shape, signed, unsigned
+from amaranth.lib import enum
+from amaranth.lib.data import ArrayLayout, StructLayout
+
+from golden.config import Config
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, PLACE_FRACTION, RECIPROCAL_BITS
+from golden.ctu.grid_rays import INDEX_FRACTION
+from hw.formats import Formats
+
+__all__ = ["GRID_GROUP", "CtuFormats", "GridTableKind"]
+
+# Neighbours of a row of grid rays that survival looks at together, at most.
+GRID_GROUP = 8
+# Bits of what a memory image says: cells along an axis, rows or columns of a shell, the number of a grid ray among
+# those of all shells.
+GRID_COUNT_BITS = 10
+GRID_SIDE_BITS = 12
+GRID_NUMBER_BITS = 20
+# Bits of the number of a stage, modulo which stages in flight differ.
+STAGE_BITS = 4
+# Integer bits of a position among a shell's grid rays, and of a distance from there.
+POSITION_BITS = 18
+REACH_BITS = 17
+
+
+class GridTableKind(enum.Enum, shape=2):
+    """The tables of the grid rays.
+
+    SHELL: `Formats.grid_shell` by the number of the shell. ROW and COLUMN: `Formats.grid_row` and
+    `Formats.grid_column`, those of shell 2 first, then those of shell 3, and so on.
+    """
+
+    SHELL = 0
+    ROW = 1
+    COLUMN = 2
+
+
+class CtuFormats(Formats):
+    """The layouts of the traversal unit, and the shared ones.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    grid_direction, place
+        A component of a grid ray's direction in G; a coordinate in cells.
+    grid_index, grid_count
+        A cell along an axis; cells along an axis.
+    parameter, begin
+        Along a grid ray: from its shell's beginning on; at which its shell begins.
+    shell, stage
+        A shell; a stage (a shell of a subshell) modulo 2^`STAGE_BITS`.
+    grid_number
+        A grid ray among those of all shells.
+    grid_row_place, grid_column_place
+        Addresses of the tables of all shells' rows and columns.
+    grid_side, grid_group
+        Rows or columns of one shell; grid rays of a request.
+    position, reach, position_bound
+        Among a shell's rays, in units of 2^-``INDEX_FRACTION``; a distance from there; bounds of positions, which are
+        sums of them, or less or more than all of them.
+    """
+
+    def __init__(self, config: Config):
+        super().__init__(config)
+        self.grid_direction = signed(RECIPROCAL_BITS + 1)
+        self.place = signed(INDEX_BITS + PLACE_FRACTION)
+        self.grid_index = signed(INDEX_BITS)
+        self.grid_count = unsigned(GRID_COUNT_BITS)
+        self.parameter = unsigned(PARAMETER_BITS)
+        self.begin = unsigned(BEGIN_BITS)
+        self.shell = unsigned(config.ctu.shell_bits)
+        self.stage = unsigned(STAGE_BITS)
+        self.grid_number = unsigned(GRID_NUMBER_BITS)
+        self.grid_row_place = unsigned(config.ctu.grid_row_bits)
+        self.grid_column_place = unsigned(config.ctu.grid_column_bits)
+        self.grid_side = unsigned(GRID_SIDE_BITS)
+        self.grid_group = unsigned(GRID_GROUP.bit_length())
+        self.position = signed(POSITION_BITS + INDEX_FRACTION)
+        self.reach = unsigned(REACH_BITS + INDEX_FRACTION)
+        self.position_bound = signed(self.position.width + 2)
+
+    @property
+    def grid_ray(self) -> StructLayout:
+        """A grid ray of one shell: parameters in cells."""
+        return StructLayout({"direction": ArrayLayout(self.grid_direction, 3), "begin": self.begin,
+                             "length": self.parameter})
+
+    @property
+    def walk(self) -> StructLayout:
+        """Where a grid ray is: its cell, and the parameters of the next border on each axis and between two of them.
+
+        ``up``, ``down``: which way the ray goes along each axis, if any. ``inside``: the cell is one of the grid.
+        ``away``: the ray is outside for good. ``length``: of the shell.
+        """
+        return StructLayout({"index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3,
+                             "next": ArrayLayout(self.parameter, 3), "between": ArrayLayout(self.parameter, 3),
+                             "length": self.parameter, "inside": 1, "away": 1})
+
+    @property
+    def subshell(self) -> StructLayout:
+        """A listed subshell: the window of a patch, through all shells up to ``shell``; or the ``last`` one, which is
+        all of the sector to the last shell and has no patch.
+        """
+        return StructLayout({"patch": self.patch, "shell": self.shell, "last": 1})
+
+    @property
+    def subshell_window(self) -> StructLayout:
+        """A subshell with its window, which says nothing of the ``last`` one."""
+        return StructLayout({"window": self.window, "shell": self.shell, "last": 1})
+
+    @property
+    def arcs(self) -> StructLayout:
+        """Columns of grid rays with positions from ``low`` up to ``end``, and (``wraps``) others up to ``over``."""
+        return StructLayout({"low": self.position_bound, "end": self.position_bound, "wraps": 1,
+                             "over": self.position_bound})
+
+    @property
+    def grid_stage(self) -> StructLayout:
+        """A shell of a subshell: ``rows`` rows of grid rays from ``row`` on, which is the shell's ``row_number``-th
+        one; the arcs of the subshell's window; and the shell's columns and its first ray. Or none of it (``final``).
+        """
+        return StructLayout({
+            "stage": self.stage, "shell": self.shell, "row": self.grid_row_place, "row_number": self.grid_side,
+            "rows": self.grid_side, "window": self.arcs, "first_column": self.grid_column_place,
+            "columns": self.grid_side, "first_ray": self.grid_number, "final": 1})
+
+    @property
+    def grid_piece(self) -> StructLayout:
+        """Neighbours in a row: ``count`` grid rays, the first of them ``ray`` in ``row`` and ``column``. Or none, and
+        ``last`` or ``final`` as of a `grid_request`.
+        """
+        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
+                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_side,
+                             "last": 1, "final": 1})
+
+    @property
+    def grid_request(self) -> StructLayout:
+        """Neighbours in a row that a subshell asks for in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
+        first the number, and row and column as places in the tables; or none, only to say that its stage is over
+        (``last``) or the frustum (``final``).
+
+        ``stage`` counts the stages from the frustum's first one on.
+        """
+        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
+                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_group,
+                             "last": 1, "final": 1})
+
+    @property
+    def grid_shell(self) -> StructLayout:
+        """Of a shell: see `golden.memory_map`, ``shells``; ``length`` is end - begin."""
+        return StructLayout({"begin": self.begin, "length": self.parameter, "threshold": self.threshold,
+                             "row_border": self.reach, "first_row": self.grid_row_place, "rows": self.grid_side,
+                             "first_column": self.grid_column_place, "columns": self.grid_side,
+                             "first_ray": self.grid_number})
+
+    @property
+    def grid_row(self) -> StructLayout:
+        """Of a row of grid rays: see `golden.memory_map`, ``grid_rows``."""
+        return StructLayout({"table": self.direction_pair, "position": self.position, "first_near": self.count,
+                             "near": self.count, "column_reach": self.reach, "column_border": self.reach})
+
+    @property
+    def grid_column(self) -> StructLayout:
+        """Of a column of grid rays: see `golden.memory_map`, ``grid_columns``."""
+        return StructLayout({"table": self.direction_pair, "position": self.position})
+
+    @property
+    def grid_table_write(self) -> StructLayout:
+        """An entry of one of the grid rays' tables; ``data`` is the kind's record."""
+        return StructLayout({"kind": GridTableKind,
+                             "index": max(self.shell.width, self.grid_row_place.width, self.grid_column_place.width),
+                             "data": max(Shape.cast(record).width for record in (self.grid_shell, self.grid_row,
+                                                                                  self.grid_column))})
+
+    @property
+    def traversal_frustum(self) -> StructLayout:
+        """A frustum for cell traversal: also the matrix of directions to G, the origin's ``place`` in the grid, and how
+        many ``cells`` that has along each axis.
+        """
+        return StructLayout({"frustum": self.frustum, "to_global": ArrayLayout(self.direction_vector, 3),
+                             "place": ArrayLayout(self.place, 3), "cells": ArrayLayout(self.grid_count, 3)})
+
+    @property
+    def near_cell(self) -> StructLayout:
+        """A cell of shell 1, or none, and whether it is the ``last`` one."""
+        return StructLayout({"cell": self.cell, "is_cell": 1, "last": 1})
+
+    @property
+    def met_cell(self) -> StructLayout:
+        """A cell that a grid ray of a stage has met, or (``final``) none: the frustum is over."""
+        return StructLayout({"cell": self.cell, "stage": self.stage, "final": 1})
