@@ -9,7 +9,7 @@ where it meets one of the triangles (0, 1, 2) and (0, 2, 3).
 products is never the opposite of the true one. So a ray between two neighbours is inside at least one of them, edges
 and vertices included.
 
-Source: the edge-function form of design.md section 4, in float64 and for rays of any origin.
+Source: the edge planes of docs/exactness.md as edge functions, in float64 and for rays of any origin.
 """
 
 import numpy as np

@@ -4,7 +4,7 @@ against all rays of its window that it may improve.
 In the machine's integers. The hits are those of `NaiveFixed` to the bit, whatever the cell size, the order of the
 patches and the number of clusters.
 
-Source: Shen 1993, section 3.4; design.md section 5.
+Source: Shen 1993, section 3.4; docs/exactness.md derives the margins.
 """
 
 from dataclasses import dataclass, fields

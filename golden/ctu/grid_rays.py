@@ -2,8 +2,8 @@
 
 *Density*: every cell whose centre lies in shell s is met, within shell s, by a grid ray of shell s.
 
-Source: design.md section 5; Shen 1993, Eq. 3.1 with the nearest grid ray measured to the cell's centre, which saves an
-eighth of the rays.
+Source: docs/exactness.md, Shelling; Shen 1993, Eq. 3.1, with the nearest grid ray measured to the cell's centre, which
+saves an eighth of the rays.
 """
 
 from dataclasses import dataclass

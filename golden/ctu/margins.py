@@ -4,7 +4,7 @@ A hit P of an intersection ray lies in a cell whose centre C is within half a ce
 opens this cell in C's shell passes within half a cell of C, at C's own distance (of a screen: depth). Everything below
 follows from these two lengths. Lengths are in cells; shell s lies between the distances s - 1 and s.
 
-Source: design.md section 5.
+Source: docs/exactness.md, Shelling.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """The cells of shell 1, which are opened without grid rays.
 
-Source: design.md section 5.
+Source: docs/exactness.md, Shelling.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Which grid rays go on: those near an intersection ray whose hit may still change.
 
-Source: design.md section 5.
+Source: docs/exactness.md, Shelling.
 """
 
 import numpy as np
