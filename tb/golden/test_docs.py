@@ -37,6 +37,14 @@ def test_options_named_in_the_documentation_exist(page):
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known
 
 
+def test_tests_named_by_the_page_on_exactness_exist():
+    page = (ROOT / "docs" / "exactness.md").read_text()
+    named = set(re.findall(r"`(test_\w+)`", page))
+    files = {path: (ROOT / path).read_text() for path in set(re.findall(r"`(tb/[\w/]+\.py)`", page))}
+    assert len(named) > 30
+    assert not [test for test in named if not any(f"def {test}(" in text for text in files.values())]
+
+
 def test_targets_named_in_the_readme_exist_in_the_makefile():
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     named = set(re.findall(r"(?:`|^|\s)make ([a-z]+)", (ROOT / "README.md").read_text()))
