@@ -14,6 +14,7 @@ from hw.board.record import record
 from hw.board.view import BOARD, board_view
 from hw.figures import write_tables
 from hw.history import Record, add_record, measured_commit
+from hw.output import write_text
 from hw.package.core_files import write_core
 from hw.package.tops import TOPS
 from hw.registers.page import page
@@ -71,7 +72,7 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
             add_record(Record.of(rows[-1], measured, tools=tools, family=family, preset=preset,
                                  parameters=" ".join(assignments), block=block, options=" ".join(options)))
     text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
-    (folder / f"{name}.md").write_text(text)
+    write_text(folder / f"{name}.md", text)
     click.echo(text, nl=False)
 
 
@@ -129,4 +130,4 @@ def registers(path):
     if path is None:
         click.echo(page(), nl=False)
     else:
-        path.write_text(page())
+        write_text(path, page())

@@ -5,6 +5,7 @@ import textwrap
 from pathlib import Path
 
 from hw.history import ROOT, Record, last_records, read_history
+from hw.output import write_text
 from hw.report import UNITS, spread
 from hw.synthesis.family import FAMILIES
 from hw.synthesis.flow import OPTIONS
@@ -64,7 +65,7 @@ def write_tables() -> list[Path]:
     for path in pages():
         text = path.read_text()
         if (new := with_tables(text, history)) != text:
-            path.write_text(new)
+            write_text(path, new)
             changed.append(path)
     return changed
 

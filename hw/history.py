@@ -6,6 +6,7 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from golden.errors import InputError
+from golden.output import whole_file
 from hw.report import Row
 
 __all__ = ["HISTORY", "ROOT", "Commit", "Record", "add_record", "last_records", "measured_commit", "read_history"]
@@ -113,7 +114,7 @@ def add_record(record: Record, path: Path = HISTORY) -> None:
     """Write it at the end; what the same commit had of the same unit goes."""
     kept = [one for one in read_history(path) if (one.commit, one.key) != (record.commit, record.key)]
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", newline="") as file:
+    with whole_file(path) as part, part.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(field.name for field in fields(Record))
         for one in [*kept, record]:

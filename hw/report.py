@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Tables of area and clock, unit by unit."""
 
 import importlib
@@ -17,11 +16,13 @@ from hw.cluster import Cluster
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_banks import RayBanks
 from hw.ctu.survival import Survival
+from hw.lib.inspection import inspect
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
 from hw.memsys.istructure import IStructure
 from hw.noc.router import Router
+from hw.output import write_text
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.registers import Registers
 from hw.synthesis.family import FAMILIES, Area
@@ -34,7 +35,7 @@ from hw.synthesis.flow import (
     tool_versions,
 )
 
-__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table"]
+__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table", "unit_latency"]
 
 
 def _router(*, bits, channels, cycles=2):
@@ -128,18 +129,23 @@ def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
     return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
 
 
+def unit_latency(block: str, unit: str, config: Config) -> int | None:
+    """The latency of one of `UNITS`, if it has one."""
+    return inspect(lambda: make_unit(block, unit, config), lambda component: getattr(component, "latency", None))
+
+
 def measure(block: str, unit: str, config: Config, folder: Path, *, family: str = "ecp5", seeds: tuple[int, ...] = (),
             options: tuple[str, ...] = OPTIONS) -> Row:
     """Synthesise one of `UNITS`, and place and route it once for each seed, with these options of nextpnr."""
     folder = folder / unit
-    component = make_unit(block, unit, config)
     clocks = ()
     if seeds:
         netlist = synthesise_between_registers(make_unit(block, unit, config), folder)
         clocks = tuple(place_and_route(netlist, seed=seed, options=options) for seed in seeds)
+    component = make_unit(block, unit, config)
     row = Row(unit=unit, latency=getattr(component, "latency", None),
               area=synthesise(component, folder, family=FAMILIES[family]), clocks=clocks)
-    (folder / "row.json").write_text(json.dumps(asdict(row), indent=1) + "\n")
+    write_text(folder / "row.json", json.dumps(asdict(row), indent=1) + "\n")
     return row
 
 

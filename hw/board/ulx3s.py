@@ -12,6 +12,7 @@ from amaranth.lib.cdc import FFSynchronizer
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hw.board.board_shell import BoardShell
+from hw.output import write_text
 from hw.synthesis.flow import bitstream
 
 __all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
@@ -71,9 +72,9 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / f"{NAME}.v", folder / f"{NAME}.lpf"]
     for path, text in zip(written, (files["top.debug.v"], constraints), strict=True):
-        path.write_text(text)
+        write_text(path, text)
     if routes:
         area, clock = bitstream(files["top.il"], constraints, folder, NAME, seed=seed, options=options)
         written += [folder / f"{NAME}.bit", folder / f"{NAME}.figures.json"]
-        written[-1].write_text(json.dumps({**asdict(area), **asdict(clock)}, indent=1) + "\n")
+        write_text(written[-1], json.dumps({**asdict(area), **asdict(clock)}, indent=1) + "\n")
     return written

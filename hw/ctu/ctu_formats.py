@@ -28,8 +28,8 @@ REACH_BITS = 17
 class GridTableKind(enum.Enum, shape=2):
     """The tables of the grid rays.
 
-    SHELL: `Formats.grid_shell` by the number of the shell. ROW and COLUMN: `Formats.grid_row` and
-    `Formats.grid_column`, those of shell 2 first, then those of shell 3, and so on.
+    SHELL: `CtuFormats.grid_shell` by the number of the shell. ROW and COLUMN: `CtuFormats.grid_row` and
+    `CtuFormats.grid_column`, those of shell 2 first, then those of shell 3, and so on.
     """
 
     SHELL = 0

@@ -11,10 +11,12 @@ from amaranth.lib.wiring import In
 from golden.config import Config
 from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
+from hw.lib.inspection import inspect
+from hw.output import write_text
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.register import WORD_BYTES, addresses
-from hw.report import UNITS, make_unit
+from hw.report import UNITS, unit_latency
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
 
@@ -45,7 +47,7 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[P
     paths = []
     for name, text in core_files(top, config=config, preset=preset).items():
         paths.append(folder / name)
-        paths[-1].write_text(text)
+        write_text(paths[-1], text)
     return paths
 
 
@@ -88,16 +90,10 @@ def _version():
 def _facts(top, name, config, preset, text):
     """What the side-car holds."""
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
-    for path, member, value in flatten(TOPS[top].make(config)):
-        ports.append({"name": path, "direction": "input" if member.flow is In else "output", "width": len(value)})
-        if isinstance(member.shape, Layout):
-            ports[-1]["fields"] = list(_fields(member.shape))
-    latencies = {}
-    for block in TOPS[top].blocks:
-        for unit in UNITS[block]:
-            latency = getattr(make_unit(block, unit, config), "latency", None)
-            if latency is not None:
-                latencies[f"{block}.{unit}"] = latency
+    ports += inspect(lambda: TOPS[top].make(config), _ports)
+    latencies = {f"{block}.{unit}": unit_latency(block, unit, config)
+                 for block in TOPS[top].blocks for unit in UNITS[block]}
+    latencies = {unit: latency for unit, latency in latencies.items() if latency is not None}
     facts = {
         "name": name, "about": TOPS[top].about, "version": _version(), "preset": preset,
         "parameters": config.parameters(), "clock": {"port": "clk", "edge": "rising"},
@@ -111,6 +107,16 @@ def _facts(top, name, config, preset, text):
     if top in ("engine", "cluster"):
         facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}
     return facts
+
+
+def _ports(component):
+    """Names, directions, widths and fields."""
+    ports = []
+    for path, member, value in flatten(component):
+        ports.append({"name": path, "direction": "input" if member.flow is In else "output", "width": len(value)})
+        if isinstance(member.shape, Layout):
+            ports[-1]["fields"] = list(_fields(member.shape))
+    return ports
 
 
 def _fields(layout, path="", low=0):

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The components that can be taken alone."""
 
 from collections.abc import Callable

@@ -129,6 +129,6 @@ FAMILIES = {
         lut={"SB_LUT4": 1},
         ff=frozenset("SB_DFF" + kind for kind in ("", "E", "SR", "R", "SS", "S", "ESR", "ER", "ESS", "ES")),
         dsp={"SB_MAC16": 1}, bram={"SB_RAM40_4K": 1}, free=frozenset({"SB_CARRY", "VCC", "GND"}),
-        counted="LUT: of 4 inputs, with the carry in the same cell; DSP: SB_MAC16 of 16 x 16 bits; block RAMs of 4 kbit. "
-                "FF: with distributed memories, without the registers inside DSP blocks."),
+        counted="LUT: of 4 inputs, with the carry in the same cell; DSP: SB_MAC16 of 16 x 16 bits; block RAMs of 4 "
+                "kbit. FF: with distributed memories, without the registers inside DSP blocks."),
 }

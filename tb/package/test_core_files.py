@@ -1,11 +1,14 @@
 """What is handed on: the same bytes each time, that other people's tools take without a word."""
 
+import dataclasses
+import gc
 import hashlib
 import json
 import os
 import re
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -13,7 +16,7 @@ from click.testing import CliRunner
 
 from golden.config import PRESETS
 from hw.cli import main
-from hw.package.core_files import WAIVERS
+from hw.package.core_files import WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.register import addresses
@@ -25,8 +28,9 @@ BIN = Path(sys.executable).parent
 
 def written(folder, *arguments, hash_seed="0"):
     """A folder as the command fills it, in a process of its own."""
-    subprocess.run([sys.executable, "-m", "hw", "verilog", "-o", folder, *arguments], cwd=ROOT, check=True,
-                   env=os.environ | {"PYTHONHASHSEED": hash_seed}, capture_output=True)
+    done = subprocess.run([sys.executable, "-m", "hw", "verilog", "-o", folder, *arguments], cwd=ROOT, check=True,
+                          env=os.environ | {"PYTHONHASHSEED": hash_seed}, capture_output=True, text=True)
+    assert not done.stderr, "no warning must be printed"
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -93,6 +97,32 @@ def test_bad_requests_are_one_line(arguments, said):
     assert result.exit_code == 2
     assert said in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
+    """Ports and latencies of a core are those of components that are never elaborated."""
+    monkeypatch.setitem(TOPS, "ctu", dataclasses.replace(TOPS["ctu"], text=lambda config, name: ""))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        core_files("ctu", config=PRESETS["tiny"], preset="tiny")
+        gc.collect()
+    assert not caught
+
+
+def test_files_are_written_whole(tmp_path, monkeypatch):
+    """A failure while a file is written leaves the file that was there."""
+    def cut(path, text):
+        with path.open("w") as file:
+            file.write(text[:10])
+        raise OSError("no space left")
+
+    old = tmp_path / "registers.md"
+    old.write_text("old")
+    monkeypatch.setattr(Path, "write_text", cut)
+    result = CliRunner().invoke(main, ["registers", "-o", str(old)])
+    assert result.exit_code != 0
+    assert old.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [old]
 
 
 def test_every_top_has_its_page():

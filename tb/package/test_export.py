@@ -1,4 +1,6 @@
-"""Verilog of a component: what memories begin with survives being written as loops."""
+"""Verilog of a component: initial values of memories survive being written as loops."""
+
+import re
 
 import cocotb
 import pytest
@@ -8,7 +10,9 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from cocotb.triggers import ClockCycles
 
+from hw import zero_memories
 from hw.export import verilog_of
+from hw.verilog_text import add_zero_loops, trigger_constants
 from tb.lib.clocking import start
 from tb.lib.runner import SIMULATORS, simulate
 
@@ -59,6 +63,44 @@ def test_zeros_are_loops():
     assert sorted(line.strip() for line in text.splitlines() if "for (" in line) == [
         f"for (k = 0; k <= {len(WORDS) - 1}; k = k + 1) {memory} [k] = {bits}'h0;"
         for memory, bits in ((r"\wide.words", 70), ("bits", 1))]
+
+
+def test_this_version_of_amaranth_is_supported():
+    assert zero_memories.is_supported()
+
+
+@pytest.mark.parametrize("component", [Rom, Zeros])
+def test_the_text_is_the_same_without_the_replacement(component, monkeypatch):
+    text = verilog_of(component(), "top")
+    monkeypatch.setattr(zero_memories, "TESTED", "0.6.")
+    assert not zero_memories.is_supported()
+
+    def without_labels(text):
+        """Loops of zeros and of other words have labels and forms of their own."""
+        return sorted(re.findall(r"k = \d+; k <= \d+; k = k \+ 1\) \S+ ?\[k\] = \S+;",
+                                 re.sub(r"'h0+;", "'h0;", text.replace(" [k]", "[k]"))))
+
+    assert without_labels(verilog_of(component(), "top")) == without_labels(text)
+
+
+def test_a_converter_with_another_method_is_not_replaced(monkeypatch):
+    def emit_memory(emitter, memory):
+        raise AssertionError
+
+    monkeypatch.setattr(zero_memories.rtlil.ModuleEmitter, "emit_memory", emit_memory)
+    with zero_memories.omit_zeros() as omitted:
+        assert zero_memories.rtlil.ModuleEmitter.emit_memory is emit_memory
+    assert omitted.count == 0
+
+
+def test_no_memory_is_forgotten():
+    with pytest.raises(RuntimeError, match=r"^2 memories must be without initial values, not 1$"):
+        add_zero_loops("  reg [3:0] words [7:0];\n", 2)
+
+
+def test_a_constant_needs_its_trigger():
+    with pytest.raises(RuntimeError, match=r"^Yosys must write a register that changes"):
+        trigger_constants("module top(o);\n  always @*\n    o = 1'h0;\nendmodule\n")
 
 
 @cocotb.test()
