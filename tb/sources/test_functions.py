@@ -1,0 +1,25 @@
+"""Functions stay short: one that is longer than a hundred lines has a reason here."""
+
+from tb.sources.source_trees import functions, source_trees
+
+MOST = 100
+ONE_LIST = "one pipeline, stage by stage; cut into methods it would pass its signals through attributes"
+REASONS = {
+    "hw/ctu/ray_memory.py: RayMemory.elaborate": ONE_LIST,
+    "hw/ctu/ray_traversal.py: RayTraversal.elaborate": "one netlist: submodules, then the streams between them",
+    "hw/ctu/row_pieces.py: RowPieces.elaborate": ONE_LIST,
+    "hw/ctu/square_scan.py: SquareScan.elaborate": ONE_LIST,
+    "hw/ctu/stage_rows.py: StageRows.elaborate": ONE_LIST,
+    "hw/icu/intersection_unit.py: IntersectionUnit.elaborate": "one netlist: submodules, then the streams between them",
+    "hw/icu/patch_setup.py: PatchSetup.elaborate": "one netlist: submodules, then the streams between them",
+    "hw/icu/sbb.py: Sbb.__init__": ONE_LIST,
+    "hw/memsys/istructure.py: IStructure.elaborate": ONE_LIST,
+    "hw/memsys/read_engine.py: ReadEngine.elaborate": ONE_LIST,
+}
+
+
+def test_long_functions_have_a_reason():
+    found = {f"{path}: {name}": lines for folder in ("golden", "hw", "radiosity", "tb")
+             for path, tree in source_trees(folder).items() for name, lines in functions(tree) if lines > MOST}
+    assert found.keys() <= REASONS.keys(), {name: found[name] for name in found.keys() - REASONS.keys()}
+    assert REASONS.keys() <= found.keys(), f"no longer long: {sorted(REASONS.keys() - found.keys())}"
