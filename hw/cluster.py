@@ -142,9 +142,9 @@ class Cluster(wiring.Component):
         given, mine = words.o.payload, Signal()
         m.d.comb += [
             self.loads.eq(words.o.valid | entries.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
-            load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given), words.o.ready.eq(load.i.ready | ~mine),
-            tables.i.valid.eq(words.o.valid & mine & load.i.ready),
-            *(tables.i.payload[name].eq(given[name]) for name in ("region", "record", "word", "data"))]
+            load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given.item),
+            words.o.ready.eq(load.i.ready | ~mine),
+            tables.i.valid.eq(words.o.valid & mine & load.i.ready), tables.i.payload.eq(given.item)]
         for name in ("cells", "lists", "types", "geometry"):
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
         wiring.connect(m, load.o_grid, traversal.i_table)

@@ -1,11 +1,12 @@
 """Cast control: begins a frustum in a cluster's units, and says when it is over."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.formats import Formats
+from hw.memsys.serial_product import SerialProduct
 
 __all__ = ["CastControl"]
 
@@ -46,7 +47,8 @@ class CastControl(wiring.Component):
 
     Timing
     ------
-    Latency: ``side_bits + 7`` cycles from a cast to the beginning of the memory system's and the intersection unit's.
+    Latency: ``6 + bits(tiles_down)`` cycles from a cast of so many rows of tiles to the beginning of the memory
+    system's and the intersection unit's.
     """
 
     def __init__(self, *, config: Config):
@@ -57,7 +59,6 @@ class CastControl(wiring.Component):
             "section": In(formats.section), "tiles_across": Out(formats.count), "o_memory": begins,
             "o_intersection": begins, "o_traversal": begins, "o_near": begins, "final": In(1), "drained": In(1),
             "enters": In(1), "leaves": In(1), "idle": Out(1)})
-        self.latency = config.icu.side_bits + 7
 
     def elaborate(self, platform):
         m = Module()
@@ -68,10 +69,11 @@ class CastControl(wiring.Component):
                      rows.eq(section.end_row - section.first_row),
                      self.tiles_across.eq((columns + side) >> icu.tile_bits), down.eq((rows + side) >> icu.tile_bits)]
 
-        # Tiles of the section: those across are added up bit by bit of those down.
-        room = icu.rays >> 2 * icu.tile_bits
-        tiles, term = (Signal(2 * len(down), name=name) for name in ("tiles", "term"))
-        factor, bits = Signal.like(down), Signal(range(len(down) + 1))
+        # Tiles of the section.
+        capacity = icu.rays >> 2 * icu.tile_bits
+        m.submodules.tiles = tiles = SerialProduct(a=len(down), b=len(down))
+        m.d.comb += [tiles.i.payload.a.eq(self.tiles_across), tiles.i.payload.b.eq(down)]
+        steps = Signal(2)
         over, settled, patches = Signal(), Signal(), Signal(range(PATCHES + 1))
         too_many = Signal()
         m.d.sync += patches.eq(patches + self.enters - self.leaves)
@@ -95,24 +97,21 @@ class CastControl(wiring.Component):
         with m.FSM():
             with m.State("Wait"):
                 m.d.comb += [self.i.ready.eq(1), self.busy.eq(0)]
-                m.d.sync += [over.eq(0), bits.eq(0)]
+                m.d.sync += [over.eq(0), steps.eq(0)]
                 with m.If(self.i.valid):
                     m.d.sync += self.cycles.eq(0)
                     m.next = "Take"
             # Of a section that has just been loaded: columns, then tiles.
             with m.State("Take"):
-                m.d.sync += [bits.eq(bits + 1), tiles.eq(0), term.eq(self.tiles_across), factor.eq(down)]
-                with m.If(bits == 2):
-                    m.d.sync += bits.eq(0)
+                m.d.sync += steps.eq(steps + 1)
+                m.d.comb += tiles.i.valid.eq(steps == 2)
+                with m.If(steps == 2):
                     m.next = "Multiply"
             with m.State("Multiply"):
-                m.d.sync += [term.eq(term << 1), factor.eq(factor >> 1), bits.eq(bits + 1),
-                             tiles.eq(tiles + Mux(factor[0], term, 0))]
-                with m.If(bits == len(down) - 1):
-                    m.next = "Compare"
-            with m.State("Compare"):
-                m.d.sync += too_many.eq(tiles > room)
-                m.next = "Decide"
+                m.d.comb += tiles.o.ready.eq(1)
+                m.d.sync += too_many.eq(tiles.o.payload > capacity)
+                with m.If(tiles.o.valid):
+                    m.next = "Decide"
             with m.State("Decide"):
                 with m.If(too_many):
                     m.d.comb += self.wrong.eq(1)

@@ -4,9 +4,8 @@ from amaranth.lib.data import StructLayout
 
 from golden.config import Config
 from hw.ctu.ctu_formats import CtuFormats
-from hw.memsys.image_layout import RECORD_WORDS, RegionNumber
+from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
-from hw.memsys.table_check import COUNT_BITS
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["ControlFormats"]
@@ -28,15 +27,12 @@ class ControlFormats:
     """
 
     def __init__(self, config: Config):
-        path, formats = PathFormats(config), CtuFormats(config)
-        self.load_word = StructLayout({
-            "region": RegionNumber, "record": COUNT_BITS, "word": range(max(RECORD_WORDS)), "data": 64,
-            "cluster": path.cluster, "is_all": 1})
+        path, memory, formats = PathFormats(config), MemoryFormats(config), CtuFormats(config)
+        self.load_word = StructLayout({"item": memory.table_word, "cluster": path.cluster, "is_all": 1})
         number = max(config.memory.address_bits, 24)
         self.fault = StructLayout({"code": ErrorCode, "number": number})
         self.error = StructLayout({"code": ErrorCode, "cluster": path.cluster, "number": number})
-        place = StructLayout({"address": config.memory.address_bits, "count": COUNT_BITS})
-        self.results = StructLayout({"hits": place, "sums": place, "columns": formats.count})
+        self.results = StructLayout({"hits": memory.table, "sums": memory.table, "columns": formats.count})
         frustum, traversal = formats.frustum, formats.traversal_frustum
         self.numbers = StructLayout({
             **{name: field.shape for name, field in frustum if name not in ("section", "tiles_across")},

@@ -6,25 +6,16 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.memory_map import REGIONS
 from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.icu.icu_formats import IcuFormats, TableKind
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.image_layout import RegionNumber, halves
+from hw.memsys.memory_formats import MemoryFormats
 
 __all__ = ["FrustumLoad"]
 
-WORD_BYTES = 8
 # The first shell that has a record.
 FIRST_SHELL = 2
-
-
-def _elements(region, field):
-    """Of a field of 32 bits: in which word each of its elements is, and whether it is the high half."""
-    (layout,) = (one for one in REGIONS if one.name == region)
-    (about,) = (one for one in layout.fields if one.name == field)
-    first = layout.dtype.fields[field][1]
-    return [divmod(first + 4 * k, WORD_BYTES) for k in range(about.count)]
 
 
 class FrustumLoad(wiring.Component):
@@ -38,7 +29,7 @@ class FrustumLoad(wiring.Component):
     Members
     -------
     i
-        `ControlFormats.load_word`: those of this cluster.
+        `MemoryFormats.table_word`: those of this cluster.
     o_table
         `IcuFormats.table_write`, of columns and rows of rays.
     o_grid
@@ -66,7 +57,7 @@ class FrustumLoad(wiring.Component):
         formats = self._formats
         near, subshells = config.ctu.near_cell_bits, config.ctu.subshell_bits
         super().__init__({
-            "i": In(stream.Signature(control.load_word)),
+            "i": In(stream.Signature(MemoryFormats(config).table_word)),
             "o_table": Out(stream.Signature(IcuFormats(config).table_write)),
             "o_grid": Out(stream.Signature(formats.grid_table_write, always_ready=True)),
             "o_near": Out(stream.Signature(StructLayout({"place": near, "cell": formats.cell}), always_ready=True)),
@@ -143,8 +134,8 @@ class FrustumLoad(wiring.Component):
         for name in ("matrix", "to_global"):
             targets.append(("frustum", name, [entry for line in numbers[name] for entry in line]))
         for region, field, elements in targets:
-            for target, (word, byte) in zip(elements, _elements(region, field), strict=True):
-                half = given.data[32:] if byte else given.data[:32]
+            for target, (word, is_high) in zip(elements, halves(region, field), strict=True):
+                half = given.data[32:] if is_high else given.data[:32]
                 with m.If(self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word)):
                     m.d.sync += target.eq(half)
         # Of a frustum with other tables these are written anew.

@@ -56,16 +56,13 @@ class LoadControl(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config, memory = config, MemoryFormats(config)
-        control, path, address = ControlFormats(config), PathFormats(config), config.memory.address_bits
-        self._cluster = path.cluster
-        word = dict(iter(control.load_word))
+        control = ControlFormats(config)
+        self._cluster = PathFormats(config).cluster
         super().__init__({
             "i": In(stream.Signature(StructLayout({"image": IMAGE_BITS, "regions": len(REGIONS)}))), "busy": Out(1),
-            "o_command": Out(stream.Signature(StructLayout({"image": address, "cluster": 16,
-                                                            "regions": len(REGIONS)}))),
+            "o_command": Out(stream.Signature(memory.preload)),
             "i_done": In(stream.Signature(memory.fault)),
-            "i_word": In(stream.Signature(StructLayout({name: field.shape for name, field in word.items()
-                                                        if name not in ("cluster", "is_all")}))),
+            "i_word": In(stream.Signature(memory.table_word)),
             "o_word": Out(stream.Signature(control.load_word)), "stored": In(1),
             "o_over": Out(stream.Signature(memory.fault, always_ready=True))})
 
@@ -77,7 +74,7 @@ class LoadControl(wiring.Component):
             regions.eq(Mux(is_all, given.regions & ~OWN, given.regions & OWN)), command.image.eq(given.image),
             command.cluster.eq(cluster), command.regions.eq(regions),
             self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
-            *(self.o_word.payload[name].eq(self.i_word.payload[name]) for name in self.i_word.payload.shape().members),
+            self.o_word.payload.item.eq(self.i_word.payload),
             self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
         fault, wrong = Signal.like(self.i_done.payload), Signal()
         m.d.comb += wrong.eq((given.image[:ALIGNMENT.bit_length() - 1] != 0) | given.image[len(command.image):].any())

@@ -11,8 +11,7 @@ from hw.icu.icu_formats import IcuFormats
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
-from hw.memsys.table_check import COUNT_BITS
-from hw.memsys.write_dma import ResultKind
+from hw.memsys.result_formats import ResultFormats, ResultKind
 
 __all__ = ["ResultControl"]
 
@@ -57,17 +56,15 @@ class ResultControl(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config, memory, control = config, MemoryFormats(config), ControlFormats(config)
-        formats, address = IcuFormats(config), config.memory.address_bits
-        self._command = StructLayout({
-            "kind": ResultKind, "address": address, "count": COUNT_BITS, "columns": formats.count,
-            "section": formats.section, "total": formats.weight_sum})
+        formats = IcuFormats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({"hits": 1, "sums": 1, "earlier": 1}))), "busy": Out(1),
             "results": In(control.results), "sections": In(ArrayLayout(formats.section, config.noc.nodes)),
             "total": In(formats.weight_sum), "o_read_out": Out(stream.Signature(1)),
             "i_hit": In(stream.Signature(1, always_ready=True)), "cluster": Out(PathFormats(config).cluster),
             "drops": Out(1), "o_sums": Out(stream.Signature(config.icu.patch_bits + 1)),
-            "o_command": Out(stream.Signature(self._command)), "i_done": In(stream.Signature(memory.fault)),
+            "o_command": Out(stream.Signature(ResultFormats(config).command)),
+            "i_done": In(stream.Signature(memory.fault)),
             "o_over": Out(stream.Signature(memory.fault, always_ready=True))})
 
     def elaborate(self, platform):

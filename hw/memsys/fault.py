@@ -1,4 +1,4 @@
-"""What can go wrong with main memory, and where."""
+"""Faults of accesses to main memory."""
 
 from amaranth.lib import enum
 from amaranth.lib.data import StructLayout
@@ -7,14 +7,14 @@ __all__ = ["Fault", "fault_layout"]
 
 
 class Fault(enum.Enum, shape=4):
-    """Why a read or a write gave nothing, or a table was not taken.
+    """Why a read or a write failed, or a table was refused.
 
-    ``READ_OUTSIDE``, ``WRITE_OUTSIDE``: an address is outside the window, or no multiple of a beat; memory is not
-    asked. ``READ_REPLY``, ``WRITE_REPLY``: memory answered with an error. ``READ_TIMEOUT``, ``WRITE_TIMEOUT``: it did
-    not answer. ``READ_PROTOCOL``, ``WRITE_PROTOCOL``: it answered what nobody asked for, or with another number of
+    ``READ_OUTSIDE``, ``WRITE_OUTSIDE``: an address is outside the window, or no multiple of a beat; no transaction is
+    issued. ``READ_REPLY``, ``WRITE_REPLY``: memory answered with an error. ``READ_TIMEOUT``, ``WRITE_TIMEOUT``: it did
+    not answer. ``READ_PROTOCOL``, ``WRITE_PROTOCOL``: it answered no outstanding request, or with another number of
     beats. ``IMAGE``: no image, or one of another version. ``REGION``: a region lies outside the image, or has another
-    number of records than it must have. ``POINTER``: a record points outside the table that it points into, or says
-    another length of it. ``PLACE``: a result has no place in its region.
+    number of records than it must have. ``POINTER``: a record points outside its table, or gives another length of it.
+    ``PLACE``: a result has no record in its region. ``SIZE``: a number of a record is too large for the machine.
     """
 
     NONE = 0
@@ -30,8 +30,9 @@ class Fault(enum.Enum, shape=4):
     REGION = 10
     POINTER = 11
     PLACE = 12
+    SIZE = 13
 
 
 def fault_layout(address_bits: int) -> StructLayout:
-    """What went wrong, and the address of the first byte of the beat, burst or record that it went wrong with."""
+    """A fault, and the address of the first byte of the beat, burst or record concerned."""
     return StructLayout({"code": Fault, "address": address_bits})

@@ -1,4 +1,4 @@
-"""Where things are in a memory image, for blocks that read one: `golden.memory_map` as constants of the hardware."""
+"""The layout of a memory image, `golden.memory_map`, as constants of the hardware."""
 
 from dataclasses import dataclass
 
@@ -6,22 +6,37 @@ from amaranth.lib import enum
 
 from golden.memory_map import REGIONS
 
-__all__ = ["HEADER_WORDS", "RECORD_BYTES", "RECORD_WORDS", "RULES", "RegionNumber", "Rule", "RuleKind"]
+__all__ = ["COUNT_BITS", "HEADER_WORDS", "PATCH_WORDS", "RECORD_BYTES", "RECORD_WORDS", "RULES", "WORD_BITS",
+           "RegionNumber", "Rule", "RuleKind", "halves"]
 
 WORD_BYTES = 8
+WORD_BITS = 8 * WORD_BYTES
+# Of a number of records, and of every index into a table.
+COUNT_BITS = 32
 RegionNumber = enum.Enum("RegionNumber", {region.name.upper(): k for k, region in enumerate(REGIONS)})
-# A region's records, and the words (or halves of words, see `RecordWords`) that one is sent in.
+# By region: the bytes of a record, and the transfers that it takes: words, or one half word.
 RECORD_BYTES = tuple(region.dtype.itemsize for region in REGIONS)
 RECORD_WORDS = tuple(-(-size // WORD_BYTES) for size in RECORD_BYTES)
+# Of a patch's record, those that are not padding.
+PATCH_WORDS = 6
 # Magic and version, size, and offset and count of each region.
 HEADER_WORDS = 2 + 2 * len(REGIONS)
+
+
+def halves(region: str, field: str) -> list[tuple[int, bool]]:
+    """Of each element of a 32-bit field: the word of the record, and whether it is the high half."""
+    layout = next(one for one in REGIONS if one.name == region)
+    count = next(one for one in layout.fields if one.name == field).count
+    first = layout.dtype.fields[field][1]
+    return [(byte // WORD_BYTES, byte % WORD_BYTES != 0) for byte in range(first, first + 4 * count, 4)]
 
 
 class RuleKind(enum.Enum, shape=3):
     """What must hold of the numbers of a record.
 
     ``BELOW``: a < records of the table. ``MAYBE``: so, or -1. ``RANGE``: a + b <= records. ``SPAN``: a < b <= records.
-    ``SAME``: a = records.
+    ``SAME``: a = records. ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows and columns <
+    2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`.
     """
 
     NONE = 0
@@ -30,22 +45,24 @@ class RuleKind(enum.Enum, shape=3):
     RANGE = 3
     SPAN = 4
     SAME = 5
+    SMALL = 6
+    GRID = 7
 
 
 @dataclass(frozen=True)
 class Rule:
-    """What must hold of one word of a record.
+    """The rule of one word of a record.
 
     Parameters
     ----------
     region, word
-        Which word.
+        The word.
     kind
-        See there.
+        The rule.
     table
-        The region that it points into.
+        The region that the word points into.
     early
-        a is the high half of the word before and b the low half; else a is the low half and b the high one.
+        a is the high half of the previous word and b the low half; otherwise a is the low half and b the high one.
     """
 
     region: int
@@ -79,9 +96,12 @@ def _rules():
         early = first % WORD_BYTES != 0
         if b and last - first != WORD_BYTES // 2:
             raise ValueError(f"Fields of a rule must be neighbours, not {region}.{a} and {region}.{b}")
-        # A high half alone is looked at with the next word.
+        # A high half alone is checked with the next word.
         word = last // WORD_BYTES + (early and not b)
         yield Rule(names.index(region), word, kind, names.index(table), early)
+    for region, field, kind in (("cell_grid", "shape", RuleKind.SMALL), ("shells", "first_ray", RuleKind.GRID)):
+        for word in dict.fromkeys(word for word, _ in halves(region, field)):
+            yield Rule(names.index(region), word, kind, names.index(region), early=False)
 
 
 RULES = tuple(_rules())

@@ -3,19 +3,23 @@
 from amaranth.lib.data import StructLayout
 
 from golden.config import Config
+from golden.memory_map import REGIONS
 from hw.memsys.fault import fault_layout
+from hw.memsys.image_layout import COUNT_BITS, RECORD_WORDS, WORD_BITS, RegionNumber
 
 __all__ = ["MemoryFormats"]
 
 # Of a window's bounds, whatever the width of an address.
 WINDOW_BITS = 64
+# Of an extent of words: a region of 2^COUNT_BITS records has more words.
+LENGTH_BITS = 36
 
 
 class MemoryFormats:
     """All layouts of one configuration.
 
-    A *beat* is ``data_bits`` wide, and has a number: its address without the bits inside it. What counts beats counts
-    those after the first one, so that there is always one at least.
+    A *beat* is ``data_bits`` wide. Its number is its address without the bits inside it. A *length* is the number of
+    items after the first one: there is always at least one.
 
     Parameters
     ----------
@@ -25,11 +29,14 @@ class MemoryFormats:
     Members
     -------
     low_bits, beat_bits, burst_bits, slot_bits
-        Bits of a byte's place in its beat, of a beat's number, of its place in a burst, and of a burst under way.
-    fault, window
-        See `hw.memsys.fault`; ``base`` <= address < ``limit``, of 64 bits as in the registers.
-    write_data, written
-        ``data`` and ``strobe``, a bit per byte; ``tag`` and ``error``.
+        Bits of the address of a byte in its beat, of the number of a beat, of its index in a burst, and of the number
+        of an outstanding burst.
+    fault : StructLayout
+        `hw.memsys.fault.fault_layout`.
+    window : StructLayout
+        ``base`` <= address < ``limit``, of 64 bits as in the registers.
+    write_data : StructLayout
+        ``data`` and ``strobe``, a bit per byte.
     """
 
     def __init__(self, config: Config):
@@ -43,41 +50,72 @@ class MemoryFormats:
         self.write_data = StructLayout({"data": memory.data_bits, "strobe": memory.beat_bytes})
 
     def request(self, tag) -> StructLayout:
-        """Address of a byte, beats after the first one, and what comes back with the answer."""
+        """Address of the first byte, length in beats, and a sideband tag that returns with the answer."""
         return StructLayout({"address": self.memory.address_bits, "length": self.memory.length_bits, "tag": tag})
 
     def checked(self, tag) -> StructLayout:
-        """First and last beat of a request, and whether it must not be made."""
+        """First and last beat of a request; of a ``bad`` one no transaction is issued."""
         return StructLayout({"first": self.beat_bits, "last": self.beat_bits, "tag": tag, "bad": 1})
 
     def burst(self, tag) -> StructLayout:
-        """A part of a request; ``ends`` it."""
+        """A part of a request; ``ends`` marks the last one."""
         return StructLayout({"first": self.beat_bits, "length": self.burst_bits, "tag": tag, "ends": 1, "bad": 1})
 
     def reply(self, tag) -> StructLayout:
-        """A beat; ``last`` of its request. Data with an error mean nothing."""
+        """A beat, the ``last`` one of its request or not. With ``error`` the data are undefined."""
         return StructLayout({"data": self.memory.data_bits, "tag": tag, "last": 1, "error": 1})
 
     def written(self, tag) -> StructLayout:
-        """A request has been written, or not."""
+        """A request has been written; with ``error`` it has not."""
         return StructLayout({"tag": tag, "error": 1})
 
     @property
     def address(self) -> StructLayout:
-        """An AXI burst: its id, first beat, and beats after that."""
+        """An AXI burst: its id, first beat, and length."""
         return StructLayout({"id": self.slot_bits, "first": self.beat_bits, "length": self.burst_bits})
 
     @property
     def read_data(self) -> StructLayout:
-        """An AXI beat that was read."""
+        """An AXI beat of a read."""
         return StructLayout({"id": self.slot_bits, "data": self.memory.data_bits, "response": 2, "last": 1})
 
     @property
     def wire_data(self) -> StructLayout:
-        """An AXI beat to be written."""
+        """An AXI beat of a write."""
         return StructLayout({"data": self.memory.data_bits, "strobe": self.memory.beat_bytes, "last": 1})
 
     @property
     def response(self) -> StructLayout:
         """An AXI answer to a write."""
         return StructLayout({"id": self.slot_bits, "response": 2})
+
+    @property
+    def read_extent(self) -> StructLayout:
+        """Consecutive words: their address, length, and whether they are ``narrow``, of 32 bits."""
+        return StructLayout({"address": self.memory.address_bits, "length": LENGTH_BITS, "narrow": 1})
+
+    @property
+    def write_extent(self) -> StructLayout:
+        """Consecutive words of 64 bits: their address, a multiple of 8, and length."""
+        return StructLayout({"address": self.memory.address_bits, "length": COUNT_BITS})
+
+    @property
+    def word(self) -> StructLayout:
+        """A word, the ``last`` one of its extent or not. With ``error`` the data are undefined."""
+        return StructLayout({"data": WORD_BITS, "last": 1, "error": 1})
+
+    @property
+    def table_word(self) -> StructLayout:
+        """A word of a memory image: its region, its record from 0 on, and its number in the record."""
+        return StructLayout({"region": RegionNumber, "record": COUNT_BITS, "word": range(max(RECORD_WORDS)),
+                             "data": WORD_BITS})
+
+    @property
+    def table(self) -> StructLayout:
+        """A region of a memory image: the address and the number of its records."""
+        return StructLayout({"address": self.memory.address_bits, "count": COUNT_BITS})
+
+    @property
+    def preload(self) -> StructLayout:
+        """A command of the preload DMA: address of the image, cluster, and a bit for each region."""
+        return StructLayout({"image": self.memory.address_bits, "cluster": 16, "regions": len(REGIONS)})

@@ -2,11 +2,11 @@
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.memsys.image_layout import RECORD_WORDS, RegionNumber
+from hw.memsys.image_layout import RegionNumber
+from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["TableLoad"]
@@ -38,9 +38,7 @@ class TableLoad(wiring.Component):
     def __init__(self, *, config: Config):
         formats = PathFormats(config)
         super().__init__({
-            "i": In(stream.Signature(StructLayout({
-                "region": RegionNumber, "record": 32, "word": range(max(RECORD_WORDS)), "data": 64}),
-                always_ready=True)),
+            "i": In(stream.Signature(MemoryFormats(config).table_word, always_ready=True)),
             **{f"o_{name}": Out(stream.Signature(shape, always_ready=True)) for name, shape in (
                 ("cells", formats.cell_load), ("lists", formats.list_load), ("types", formats.type_load),
                 ("geometry", formats.geometry_load))}})

@@ -1,4 +1,4 @@
-"""Word reader: any stretch of memory as words, one after the other."""
+"""Word reader: an extent of memory as words."""
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -7,15 +7,13 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.lib.queue import Queue
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.memory_formats import LENGTH_BITS, MemoryFormats
 
 __all__ = ["WordReader"]
 
-LENGTH_BITS = 36
-
 
 class WordReader(wiring.Component):
-    """Words of 64 bits, or of 32, from an address on, wherever in a beat that is.
+    """Reads consecutive words of 64 or of 32 bits. The first one may be any word of a beat.
 
     Parameters
     ----------
@@ -24,78 +22,74 @@ class WordReader(wiring.Component):
 
     Members
     -------
-    i
-        ``address`` (a multiple of a word), ``length`` in words after the first one, ``narrow`` (words of 32 bits).
-    o
-        ``data``, ``last``, and ``error``, with which the data mean nothing.
-    o_request, i_reply
+    i : In, stream of `MemoryFormats.read_extent`
+        Extents; the address is a multiple of a word.
+    o : Out, stream of `MemoryFormats.word`
+        The words of each extent in order.
+    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
         `MainMemoryPort`'s ``i_read`` and ``o_read``.
 
     Timing
     ------
-    Latency: ``2`` cycles from a stretch to its first request, ``0`` from a reply to a word. One word per cycle, without
-    a gap between stretches of more than a few words; stalls with ``o``; as many stretches under way as the port has
-    bursts.
+    Latency: ``2`` cycles from an extent to its first request, ``0`` from a reply to a word. One word per cycle, without
+    a gap between extents of more than a few words; stalls with ``o``; as many extents in flight as the port has bursts.
     """
 
     def __init__(self, *, config: Config):
         self._config, self._formats = config, MemoryFormats(config)
+        formats = self._formats
         super().__init__({
-            "i": In(stream.Signature(StructLayout({"address": config.memory.address_bits, "length": LENGTH_BITS,
-                                                   "narrow": 1}))),
-            "o": Out(stream.Signature(StructLayout({"data": 64, "last": 1, "error": 1}))),
-            "o_request": Out(stream.Signature(self._formats.request(0))),
-            "i_reply": In(stream.Signature(self._formats.reply(0)))})
+            "i": In(stream.Signature(formats.read_extent)), "o": Out(stream.Signature(formats.word)),
+            "o_request": Out(stream.Signature(formats.request(0))), "i_reply": In(stream.Signature(formats.reply(0)))})
         self.latency = 2
 
     def elaborate(self, platform):
         m = Module()
         memory, formats = self._config.memory, self._formats
         given, low = self.i.payload, formats.low_bits
-        # A half is 32 bits. Its place in a beat:
-        place_bits = low - 2
-        place = given.address[2:low]
-        m.submodules.stretches = stretches = Queue(
-            StructLayout({"place": place_bits, "length": LENGTH_BITS, "narrow": 1}), depth=max(2, memory.outstanding))
-        m.d.comb += [stretches.i.payload.place.eq(place), stretches.i.payload.length.eq(given.length),
-                     stretches.i.payload.narrow.eq(given.narrow)]
+        # The index of a half word, of 32 bits, in its beat.
+        half_bits = low - 2
+        half = given.address[2:low]
+        m.submodules.extents = extents = Queue(
+            StructLayout({"half": half_bits, "length": LENGTH_BITS, "narrow": 1}), depth=max(2, memory.outstanding))
+        m.d.comb += [extents.i.payload.half.eq(half), extents.i.payload.length.eq(given.length),
+                     extents.i.payload.narrow.eq(given.narrow)]
 
-        # Requests, the longest ones first. Beats that are still to be asked for, but one: so many longest requests, and
-        # what is left.
-        counted, asks = Signal(), Signal()
+        # Requests of the greatest length, then the rest. ``left``: beats that are still to be requested, less one.
+        counted, requests = Signal(), Signal()
         beat, left = Signal(formats.beat_bits, reset_less=True), Signal(LENGTH_BITS + 1, reset_less=True)
         halves = Signal(LENGTH_BITS + 2)
         m.d.comb += [
-            halves.eq(Mux(given.narrow, given.length, Cat(Const(1, 1), given.length)) + place),
-            self.i.ready.eq(~counted & stretches.i.ready), stretches.i.valid.eq(self.i.valid & ~counted)]
+            halves.eq(Mux(given.narrow, given.length, Cat(Const(1, 1), given.length)) + half),
+            self.i.ready.eq(~counted & extents.i.ready), extents.i.valid.eq(self.i.valid & ~counted)]
         many = left[memory.length_bits:]
         request = self.o_request
         m.d.comb += [
-            request.valid.eq(counted), asks.eq(request.valid & request.ready),
+            request.valid.eq(counted), requests.eq(request.valid & request.ready),
             request.payload.address.eq(Cat(Const(0, low), beat)),
             request.payload.length.eq(Mux(many == 0, left[:memory.length_bits], Const(-1, memory.length_bits)))]
         with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [counted.eq(1), beat.eq(given.address[low:]), left.eq(halves >> place_bits)]
-        with m.If(asks):
+            m.d.sync += [counted.eq(1), beat.eq(given.address[low:]), left.eq(halves >> half_bits)]
+        with m.If(requests):
             m.d.sync += [beat.eq(beat + (1 << memory.length_bits)), many.eq(many - 1), counted.eq(many != 0)]
 
         # Words out of beats.
-        stretch, begun = stretches.o.payload, Signal()
-        at, to_come = Signal(place_bits), Signal(LENGTH_BITS)
-        here, rest = Signal(place_bits), Signal(LENGTH_BITS)
+        extent, begun = extents.o.payload, Signal()
+        at, to_come = Signal(half_bits), Signal(LENGTH_BITS)
+        here, rest = Signal(half_bits), Signal(LENGTH_BITS)
         lanes = self.i_reply.payload.data
         single = lanes.word_select(here, 32)
-        double = lanes.word_select(here[1:], 64) if place_bits > 1 else lanes
+        double = lanes.word_select(here[1:], 64) if half_bits > 1 else lanes
         # The last word of its beat.
-        full = (here | ~stretch.narrow) == (1 << place_bits) - 1
+        full = (here | ~extent.narrow) == (1 << half_bits) - 1
         m.d.comb += [
-            here.eq(Mux(begun, at, stretch.place)), rest.eq(Mux(begun, to_come, stretch.length)),
-            self.o.valid.eq(self.i_reply.valid & stretches.o.valid), self.o.payload.last.eq(rest == 0),
-            self.o.payload.data.eq(Mux(stretch.narrow, single, double)),
+            here.eq(Mux(begun, at, extent.half)), rest.eq(Mux(begun, to_come, extent.length)),
+            self.o.valid.eq(self.i_reply.valid & extents.o.valid), self.o.payload.last.eq(rest == 0),
+            self.o.payload.data.eq(Mux(extent.narrow, single, double)),
             self.o.payload.error.eq(self.i_reply.payload.error),
-            self.i_reply.ready.eq(self.o.ready & stretches.o.valid & (full | self.o.payload.last)),
-            stretches.o.ready.eq(self.o.valid & self.o.ready & self.o.payload.last)]
+            self.i_reply.ready.eq(self.o.ready & extents.o.valid & (full | self.o.payload.last)),
+            extents.o.ready.eq(self.o.valid & self.o.ready & self.o.payload.last)]
         with m.If(self.o.valid & self.o.ready):
-            m.d.sync += [begun.eq(~self.o.payload.last), at.eq(here + Mux(stretch.narrow, 1, 2)),
+            m.d.sync += [begun.eq(~self.o.payload.last), at.eq(here + Mux(extent.narrow, 1, 2)),
                          to_come.eq(rest - 1)]
         return m

@@ -11,11 +11,11 @@ from golden.frustum import Hemisphere, Screen, screen_record
 from golden.memory_map import REGIONS, machine_image
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
-from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats
 from hw.memsys.image_layout import RegionNumber
+from hw.memsys.memory_formats import MemoryFormats
 from tb.ctu.grid_load import unit_writes
 from tb.golden.schedule.scenes import Case, case
 from tb.icu.frustum_load import frustum_payload, table_writes
@@ -60,7 +60,7 @@ def given(request):
 def load(items):
     """What comes out, stream by stream, and what stays; the taker of the tables stalls at random."""
     dut, found, numbers = FrustumLoad(config=CONFIG), {}, {}
-    shape, draw = ControlFormats(CONFIG).load_word, random.Random(3)
+    shape, draw = MemoryFormats(CONFIG).table_word, random.Random(3)
     streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_near", "o_subshell")}
     found = {name: [] for name in streams}
 

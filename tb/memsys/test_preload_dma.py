@@ -16,10 +16,10 @@ from golden.memory_map import ENTRY, HEADER, REGIONS, from_bytes, machine_image
 from golden.schedule.phase import schedule
 from hw.memsys.axi_signature import AxiSignature
 from hw.memsys.fault import Fault
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.image_layout import PATCH_WORDS, RegionNumber
 from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.preload_dma import PATCH_WORDS, PreloadDma
+from hw.memsys.preload_dma import PreloadDma
 from tb.golden.schedule.scenes import CONFIG, case
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -211,6 +211,12 @@ def broken_images(data):
         ("clusters.first_resident", with_value(field("clusters", 0, "first_resident"), 0xFFFF_FFFF), "patches",
          Fault.POINTER, "clusters"),
         ("shells.rows", with_value(field("shells", 1, "rows"), 1 << 30), "shells", Fault.POINTER, "shells"),
+        ("size", with_value(8, 1 << 40, "<u8"), "cells", Fault.REGION, None),
+        ("cell_grid.shape", with_value(field("cell_grid", 0, "shape"), 1 << 10), "cell_grid", Fault.SIZE, "cell_grid"),
+        ("cell_grid.shape z", with_value(field("cell_grid", 0, "shape") + 8, 1 << 31), "cell_grid", Fault.SIZE,
+         "cell_grid"),
+        ("shells.first_ray", with_value(field("shells", 2, "first_ray"), (1 << 20) - 1), "shells", Fault.SIZE,
+         "shells"),
         ("shells.first_column", with_value(field("shells", 1, "first_column"), 1 << 30), "shells", Fault.POINTER,
          "shells")]
 
