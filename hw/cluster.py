@@ -14,6 +14,7 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import COUNTERS as TRAVERSAL_COUNTERS
 from hw.ctu.subshell_generator import ListError
 from hw.ctu.subshell_table import SubshellTable
+from hw.ctu.subshell_windows import VERTICES
 from hw.ctu.traversal_unit import TraversalUnit
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.intersection_unit import COUNTERS as INTERSECTION_COUNTERS
@@ -31,8 +32,6 @@ from hw.registers.error_code import LIST, PATH, ErrorCode
 
 __all__ = ["COUNTERS", "Cluster", "cluster_members"]
 
-# Vertices of patches of subshells: of as many patches as cell traversal asks for at once.
-SUBSHELL_VERTICES = 16
 MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
 # Of each unit.
 _COUNTED = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
@@ -192,7 +191,7 @@ class Cluster(wiring.Component):
             control.final.eq(met.valid & met.ready & met.payload.final),
             control.drained.eq(memory.drained & ~cells.o.valid),
             # Which stage a patch is for is not known: all of them wait for all patches.
-            traversal.settled.eq(control.idle.replicate(len(traversal.settled)))]
+            traversal.settled.eq(control.idle)]
         # Else the intersection unit would decide in the same cycle what moves in the memory system.
         m.submodules.merged = merged = SkidBuffer(memory.o_vertex.payload.shape())
         wiring.connect(m, memory.o_vertex, merged.i)
@@ -217,7 +216,7 @@ class Cluster(wiring.Component):
         wiring.connect(m, traversal.o_entry, table.i)
         wiring.connect(m, table.o, traversal.i_entry)
         m.submodules.asked = asked = Arbiter(self.i_asked.payload.shape(), count=2)
-        m.submodules.vertices = vertices = Queue(traversal.i_vertex.payload.shape(), depth=SUBSHELL_VERTICES)
+        m.submodules.vertices = vertices = Queue(traversal.i_vertex.payload.shape(), depth=VERTICES)
         others, mine, answer = asked.i[0], asked.i[1], memory.o_answer
         wiring.connect(m, wiring.flipped(self.i_asked), others)
         m.d.comb += [

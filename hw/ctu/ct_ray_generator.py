@@ -38,8 +38,6 @@ class CtRayGenerator(wiring.Component):
         `CtuFormats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and
         window by row and column, up to `GRID_GROUP` of a row together, and then its ``last`` item; behind the last
         subshell's a ``final`` item.
-    lead, stops
-        How many stages more than one may be under way. No stage begins any more in this frustum.
     frustum, last_shell
         `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
 
@@ -60,7 +58,7 @@ class CtRayGenerator(wiring.Component):
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i_over": In(stream.Signature(0, always_ready=True)),
             "o": Out(stream.Signature(formats.grid_request)),
-            "lead": In(formats.stage), "stops": In(1), "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
+            "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
 
     def elaborate(self, platform):
         m = Module()
@@ -70,8 +68,7 @@ class CtRayGenerator(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), rows.i)
         wiring.connect(m, rows.o, stages.i)
         wiring.connect(m, stages.o, pieces.i)
-        m.d.comb += [rows.i_over.valid.eq(self.i_over.valid), rows.lead.eq(self.lead), rows.stops.eq(self.stops),
-                     rows.last_shell.eq(self.last_shell)]
+        m.d.comb += [rows.i_over.valid.eq(self.i_over.valid), rows.last_shell.eq(self.last_shell)]
         for block in (rows, pieces):
             m.d.comb += [block.frustum.eq(self.frustum), block.i_table.valid.eq(self.i_table.valid),
                          block.i_table.payload.eq(self.i_table.payload)]

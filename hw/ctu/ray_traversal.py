@@ -11,7 +11,7 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_direction import GridDirection
 from hw.ctu.grid_entries import GridEntries
 from hw.ctu.ray_banks import RayBanks
-from hw.ctu.stage_count import FIRST, StageCount, stage_index_bits
+from hw.ctu.stage_count import NEAR_STAGE, StageCount, stage_index_bits
 from hw.ctu.survival import Survival
 from hw.lib.skid_buffer import SkidBuffer
 
@@ -28,10 +28,13 @@ class RayTraversal(wiring.Component):
     ::
 
         i - Survival - RayBanks - GridEntries - GridDirection - CellTraversal -+- o
-                          '--------------------- last of a ray ---------------'
-        i_near -----------------------------------------------------------------'
+                          '--------------- last item of a ray -----------------'
+        i_near ----------------------------------------------------------------'
 
-    A frustum: write its tables, give its numbers, send the near cells and the requests. It is over with the final item.
+    A frustum: write its tables, give its numbers, send the near cells and the requests. It ends with the final item.
+
+    Without subshell lists (``ctu.subshell_bits`` of 0) each grid ray is requested once. Then there is no `RayBanks`,
+    and the counters ``deferrals`` and ``overlaps`` stay 0.
 
     Parameters
     ----------
@@ -42,36 +45,35 @@ class RayTraversal(wiring.Component):
 
     Members
     -------
-    i_frustum
-        `CtuFormats.traversal_frustum`. Taken when the last one is over. The intersection unit has begun the frustum
-        before.
-    i_table
-        `CtuFormats.grid_table_write`. Always ready; not while a frustum is under way.
-    i_near
-        `CtuFormats.near_cell`, the cells of shell 1, first of all.
-    i
-        `CtuFormats.grid_request`, taken behind the near cells; with a lead of 0 when they are over.
-    o_over
-        A stage of requests is over: no payload. Always ready.
-    o
-        `CtuFormats.met_cell`. The near cells' stage is the one before the first requests'.
-    settled
+    i_frustum : In, stream of TraversalFrustum
+        A frustum (`CtuFormats.traversal_frustum`). Accepted when the one before is over. The intersection unit has
+        begun the frustum before.
+    i_table : In, stream of GridTableWrite
+        Table entries. Always ready; not during a frustum.
+    i_near : In, stream of NearCell
+        The cells of shell 1, before all requests.
+    i : In, stream of GridRequest
+        Requests, accepted behind the near cells; with a run-ahead depth of 0 when the near cells' stage is over.
+    o_over : Out, stream without payload
+        A stage of requests is over. Always ready.
+    o : Out, stream of MetCell
+        Cells; the near cells have the stage before the first request's.
+    settled : In(1)
         See `StageCount`.
-    o_tile, i_word
-        The settle map's ``i_read`` and ``o_read``.
-    lowest
-        See `SettleSweep`.
-    counters
-        Since the frustum began: cycles until it was over, grid rays looked at, grid rays sent, steps, cells, requests
-        that waited for a ray under way; cycles in which rays of several subshells were under way, in which a request
-        waited for survival, a surviving ray for the ray memory, a ray that left for traversal, and a cell to be taken.
+    o_tile : Out, stream of Tile
+        Reads of the settle map.
+    i_word : In, stream of SettleWord
+        Their words.
+    counters : Out, struct of `COUNTERS`
+        Since the frustum began: ``cycles`` until it was over; grid rays requested, sent; steps; cells; requests
+        deferred; cycles with grid rays of several subshells in flight; cycles in which a request waited for survival, a
+        surviving ray for the ray memory, a ray for traversal, and a cell for its consumer.
 
     Timing
     ------
-    Latency: ``5 * product_registers + 72`` cycles from a request for a ray alone to its first
-    cell, with several pipelines one more. A request for neighbours, one ray and one cell per cycle;
-    stalls with ``o``. After reset, and every 2^``generation_bits`` - 1 frusta, a frustum begins ``ray_slots`` cycles
-    later.
+    Latency: ``5 * product_registers + 62 + 10 * (subshell_bits > 0)`` cycles from a request for a ray alone to its
+    first cell, with several pipelines 1 more. One request, one ray and one cell per cycle; stalls with ``o``. With
+    lists a frustum begins ``ray_slots`` cycles later after reset and every 2^``generation_bits`` - 1 frusta.
 
     Golden counterpart: `golden.ctu.unit.CellTraversalUnit.open`. Source: Shen 1993, section 5.3.4.
     """
@@ -79,174 +81,209 @@ class RayTraversal(wiring.Component):
     def __init__(self, *, config: Config, pipelines: int = 1):
         self._config, self._formats = config, CtuFormats(config)
         formats, ctu = self._formats, config.ctu
-        place = {"shell": formats.shell, "row": formats.grid_row_place, "column": formats.grid_column_place}
-        self._ray = StructLayout({"stage": formats.stage, "ray": formats.grid_number, **place})
-        self._memory = RayBanks(
-            slots=ctu.ray_slots, version_bits=formats.grid_number.width - self._slot_bits + 1, deferred=ctu.deferred,
-            generation_bits=config.icu.generation_bits, tag=StructLayout({"stage": formats.stage, **place}))
-        sent = StructLayout({"stage": formats.stage, "slot": self._slot_bits})
-        way = StructLayout({"sent": sent, "begin": formats.begin, "length": formats.parameter})
+        entry = {"shell": formats.shell, "row": formats.grid_row_place, "column": formats.grid_column_place}
+        self._ray = StructLayout({"stage": formats.stage, "ray": formats.grid_number, **entry})
+        self._slot_bits = ctu.ray_slots.bit_length() - 1
+        self._memory, sent = None, StructLayout({"stage": formats.stage})
         self._survival = Survival(config=config, ray=self._ray)
-        self._leaving = SkidBuffer(self._memory.o.payload.shape())
-        self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=way)
+        if ctu.subshells:
+            self._memory = RayBanks(
+                slots=ctu.ray_slots, version_bits=formats.grid_number.width - self._slot_bits + 1,
+                deferred=ctu.deferred, generation_bits=config.icu.generation_bits,
+                tag=StructLayout({"stage": formats.stage, **entry}))
+            self._sent = SkidBuffer(self._memory.o.payload.shape())
+            sent = StructLayout({"stage": formats.stage, "slot": self._slot_bits})
+        segment = StructLayout({"sent": sent, "begin": formats.begin, "length": formats.parameter})
+        self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=segment)
         self._traversal = CellTraversal(config=config, tag=sent, pipelines=pipelines)
-        # What stalls one of the three does not stall the others in the same cycle.
+        # A stall of one of the three blocks reaches the block before it a cycle later.
         self._found, self._turned = (SkidBuffer(block.o.payload.shape()) for block in (self._entries, self._direction))
         super().__init__({
             "i_frustum": In(stream.Signature(formats.traversal_frustum)),
             "i_table": In(self._survival.i_table.signature.flip()),
             "i_near": In(stream.Signature(formats.near_cell)), "i": In(stream.Signature(formats.grid_request)),
             "o_over": Out(stream.Signature(0, always_ready=True)), "o": Out(stream.Signature(formats.met_cell)),
-            "settled": In(1 << stage_index_bits(config)), "o_tile": Out(stream.Signature(formats.tile)),
-            "i_word": In(stream.Signature(formats.settle_word)), "lowest": Out(formats.settle),
+            "settled": In(1), "o_tile": Out(stream.Signature(formats.tile)),
+            "i_word": In(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
         self.latency = sum(block.latency for block in (
-            self._survival, self._memory, self._leaving, self._entries, self._found, self._direction, self._turned,
-            self._traversal))
-
-    @property
-    def _slot_bits(self):
-        return self._config.ctu.ray_slots.bit_length() - 1
+            self._survival, *((self._memory, self._sent) if self._memory else ()), self._entries, self._found,
+            self._direction, self._turned, self._traversal))
 
     def elaborate(self, platform):
         m = Module()
-        config, levels = self._config, self._config.ctu.pyramid_levels
-        m.submodules.survival, m.submodules.memory, m.submodules.entries = survival, memory, entries = (
-            self._survival, self._memory, self._entries)
-        m.submodules.direction, m.submodules.traversal = direction, traversal = self._direction, self._traversal
-        m.submodules.stages = stages = StageCount(config=config, leaves=levels + len(memory.o_passed) + 1)
+        m.submodules.survival, m.submodules.entries = self._survival, self._entries
+        m.submodules.direction, m.submodules.traversal = self._direction, self._traversal
+        m.submodules.found, m.submodules.turned = self._found, self._turned
+        if self._memory:
+            m.submodules.memory, m.submodules.sent = self._memory, self._sent
+        passed = len(self._memory.o_passed) if self._memory else 0
+        m.submodules.stages = stages = StageCount(
+            config=self._config, exits=self._config.ctu.pyramid_levels + passed + 1)
 
-        # A frustum begins when both memories have.
-        frustum, known, runs, accepts = Signal(self._formats.traversal_frustum), Signal(), Signal(), Signal()
-        memory_begun, survival_begun = Signal(), Signal()
-        given = self.i_frustum
-        m.d.comb += [memory.i_start.valid.eq(known & ~memory_begun), survival.i_start.valid.eq(known & ~survival_begun),
-                     given.ready.eq(accepts), stages.begins.eq(accepts)]
-        m.d.sync += accepts.eq(known & memory_begun & survival_begun & ~accepts)
+        runs, begins, accepts = Signal(), Signal(), Signal()
+        m.d.comb += stages.begins.eq(begins)
+        self._add_frustum(m, runs=runs, begins=begins)
+        near_closed = self._add_requests(m, stages, runs=runs, begins=begins, accepts=accepts)
+        waits = self._add_rays(m)
+        self._add_cells(m, stages, runs=runs, near_closed=near_closed)
+        events = {"cycles": runs, **waits}
+        if self._memory:
+            waiting = Signal.like(self._memory.waiting)
+            m.d.sync += waiting.eq(self._memory.waiting)
+            events |= {"deferrals": self._memory.waiting > waiting,
+                       "overlaps": self._add_overlaps(m, stages, begins=begins, accepts=accepts)}
+        self._add_counters(m, events, begins=begins, accepts=accepts)
+        return m
+
+    def _add_frustum(self, m, *, runs, begins):
+        """A frustum begins when survival and the ray memory have begun it."""
+        given, frustum, known = self.i_frustum, Signal(self._formats.traversal_frustum), Signal()
+        blocks = {"survival": self._survival} | ({"memory": self._memory} if self._memory else {})
+        begun = {name: Signal(name=f"{name}_begun") for name in blocks}
+        m.d.comb += given.ready.eq(begins)
+        m.d.sync += begins.eq(known & Cat(begun.values()).all() & ~begins)
         with m.If(given.valid & ~runs & ~known):
             m.d.sync += [frustum.eq(given.payload), known.eq(1)]
-        for block, begun in ((memory, memory_begun), (survival, survival_begun)):
+        for name, block in blocks.items():
+            m.d.comb += block.i_start.valid.eq(known & ~begun[name])
             with m.If(block.i_start.valid & block.i_start.ready):
-                m.d.sync += begun.eq(1)
-        with m.If(accepts):
-            m.d.sync += [known.eq(0), memory_begun.eq(0), survival_begun.eq(0), runs.eq(1)]
-        m.d.comb += survival.frustum.eq(frustum.frustum)
-        # With a cycle for the way: the first ray is not there before.
-        m.d.sync += [direction.is_screen.eq(frustum.frustum.is_screen), direction.to_global.eq(frustum.to_global),
-                     traversal.origin.eq(frustum.place), traversal.shape.eq(frustum.cells)]
-        for block in survival, entries:
+                m.d.sync += begun[name].eq(1)
+        with m.If(begins):
+            m.d.sync += [known.eq(0), *(one.eq(0) for one in begun.values()), runs.eq(1)]
+        m.d.comb += self._survival.frustum.eq(frustum.frustum)
+        # Registered: no ray is there in the first cycle.
+        m.d.sync += [self._direction.is_screen.eq(frustum.frustum.is_screen),
+                     self._direction.to_global.eq(frustum.to_global),
+                     self._traversal.origin.eq(frustum.place), self._traversal.shape.eq(frustum.cells)]
+        for block in self._survival, self._entries:
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
-        wiring.connect(m, survival.o_tile, wiring.flipped(self.o_tile))
-        wiring.connect(m, wiring.flipped(self.i_word), survival.i_word)
-        m.d.comb += self.lowest.eq(survival.lowest)
+        wiring.connect(m, self._survival.o_tile, wiring.flipped(self.o_tile))
+        wiring.connect(m, wiring.flipped(self.i_word), self._survival.i_word)
 
-        # Requests: the near cells first; what is no ray only closes its stage.
-        near_closed, all_closed, open_ = Signal(), Signal(), Signal()
-        request, rays = self.i.payload, survival.i.payload
-        takes, some = self.i.valid & self.i.ready, request["count"].any()
+    def _add_requests(self, m, stages, *, runs, begins, accepts):
+        """Near cells, then requests; a request without rays only closes its stage."""
+        near_closed, all_closed, is_open, some = Signal(), Signal(), Signal(), Signal()
+        request, rays = self.i.payload, self._survival.i
         m.d.comb += [
-            open_.eq(runs & near_closed & ~all_closed & (stages.near_over if config.ctu.run_ahead == 0 else 1)),
-            survival.i.valid.eq(self.i.valid & open_ & some), self.i.ready.eq(open_ & (survival.i.ready | ~some)),
-            *(rays.first[name].eq(request[name]) for name in self._ray.members), rays["count"].eq(request["count"]),
-            stages.enters.valid.eq(takes & some), stages.enters.payload["count"].eq(request["count"]),
+            accepts.eq(self.i.valid & self.i.ready), some.eq(request["count"].any()),
+            is_open.eq(runs & near_closed & ~all_closed & (1 if self._config.ctu.run_ahead else stages.near_over)),
+            rays.valid.eq(self.i.valid & is_open & some), self.i.ready.eq(is_open & (rays.ready | ~some)),
+            *(rays.payload.first[name].eq(request[name]) for name in self._ray.members),
+            rays.payload["count"].eq(request["count"]),
+            stages.enters.valid.eq(accepts & some), stages.enters.payload["count"].eq(request["count"]),
             stages.enters.payload.stage.eq(request.stage)]
         near_closes = self.i_near.valid & self.i_near.ready & self.i_near.payload.last
-        m.d.comb += [stages.closes.eq(near_closes | (takes & request.last)), stages.closed_all.eq(all_closed)]
+        m.d.comb += [stages.closes.eq(near_closes | (accepts & request.last)), stages.closed_all.eq(all_closed),
+                     stages.settled.eq(self.settled), self.o_over.valid.eq(stages.over & stages.near_over)]
         with m.If(near_closes):
             m.d.sync += near_closed.eq(1)
-        with m.If(takes & request.final):
+        with m.If(accepts & request.final):
             m.d.sync += all_closed.eq(1)
-        with m.If(accepts):
+        with m.If(begins):
             m.d.sync += [near_closed.eq(0), all_closed.eq(0)]
+        return near_closed
 
-        # Rays.
-        m.submodules.leaving = leaving = self._leaving
-        wiring.connect(m, memory.o, leaving.i)
-        lives, leaves, bits = survival.o, leaving.o, self._slot_bits
+    def _add_rays(self, m):
+        """From survival to traversal; what waits where, by counter."""
+        survived, entries = self._survival.o, self._entries.i
+        if self._memory:
+            memory, sent, bits = self._memory, self._sent.o, self._slot_bits
+            wiring.connect(m, memory.o, self._sent.i)
+            ray = sent.payload.tag
+            m.d.comb += [
+                memory.i.valid.eq(survived.valid), survived.ready.eq(memory.i.ready),
+                memory.i.payload.slot.eq(survived.payload.ray[:bits]),
+                # Version 0 is that of a slot that no ray has left.
+                memory.i.payload.version.eq((survived.payload.ray >> bits) + 1),
+                *(memory.i.payload.tag[name].eq(survived.payload[name]) for name in ray.shape().members),
+                entries.payload.tag.slot.eq(sent.payload.slot)]
+        else:
+            sent, ray = survived, survived.payload
         m.d.comb += [
-            memory.i.valid.eq(lives.valid), lives.ready.eq(memory.i.ready),
-            memory.i.payload.slot.eq(lives.payload.ray[:bits]),
-            # Version 0 is of a slot that no ray has left.
-            memory.i.payload.version.eq((lives.payload.ray >> bits) + 1),
-            *(memory.i.payload.tag[name].eq(lives.payload[name]) for name in memory.i.payload.tag.shape().members),
-            entries.i.valid.eq(leaves.valid), leaves.ready.eq(entries.i.ready),
-            entries.i.payload.tag.slot.eq(leaves.payload.slot),
-            entries.i.payload.tag.stage.eq(leaves.payload.tag.stage),
-            *(entries.i.payload[name].eq(leaves.payload.tag[name]) for name in ("shell", "row", "column"))]
-        m.submodules.found, m.submodules.turned = self._found, self._turned
-        wiring.connect(m, entries.o, self._found.i)
-        wiring.connect(m, direction.o, self._turned.i)
-        found, turned = self._found.o, self._turned.o
+            entries.valid.eq(sent.valid), sent.ready.eq(entries.ready), entries.payload.tag.stage.eq(ray.stage),
+            *(entries.payload[name].eq(ray[name]) for name in ("shell", "row", "column"))]
+        found, turned, direction, traversal = self._found.o, self._turned.o, self._direction.i, self._traversal.i
+        wiring.connect(m, self._entries.o, self._found.i)
+        wiring.connect(m, self._direction.o, self._turned.i)
         m.d.comb += [
-            direction.i.valid.eq(found.valid), found.ready.eq(direction.i.ready),
-            *(direction.i.payload[name].eq(found.payload[name]) for name in ("row", "column")),
-            direction.i.payload.tag.sent.eq(found.payload.tag),
-            *(direction.i.payload.tag[name].eq(found.payload[name]) for name in ("begin", "length")),
-            traversal.i.valid.eq(turned.valid), turned.ready.eq(traversal.i.ready),
-            traversal.i.payload.tag.eq(turned.payload.tag.sent),
-            traversal.i.payload.direction.eq(turned.payload.direction),
-            *(traversal.i.payload[name].eq(turned.payload.tag[name]) for name in ("begin", "length"))]
+            direction.valid.eq(found.valid), found.ready.eq(direction.ready),
+            *(direction.payload[name].eq(found.payload[name]) for name in ("row", "column")),
+            direction.payload.tag.sent.eq(found.payload.tag),
+            *(direction.payload.tag[name].eq(found.payload[name]) for name in ("begin", "length")),
+            traversal.valid.eq(turned.valid), turned.ready.eq(traversal.ready),
+            traversal.payload.tag.eq(turned.payload.tag.sent),
+            traversal.payload.direction.eq(turned.payload.direction),
+            *(traversal.payload[name].eq(turned.payload.tag[name]) for name in ("begin", "length"))]
+        requests = self._survival.i
+        return {"rays": sent.valid & sent.ready, "waits_for_survival": requests.valid & ~requests.ready,
+                "waits_for_traversal": sent.valid & ~sent.ready,
+                **({"waits_for_rays": survived.valid & ~survived.ready} if self._memory else {})}
 
-        # Cells; a ray's last item brings its ray back.
-        met, near, out = traversal.o, self.i_near, self.o.payload
-        ends, passes, sent = Signal(), near.valid & near.payload.is_cell, Signal()
-        finishes = runs & stages.done & ~met.valid
+    def _add_cells(self, m, stages, *, runs, near_closed):
+        """Cells; the last item of a ray ends it."""
+        met, near, out = self._traversal.o, self.i_near, self.o.payload
+        ends = Signal()
         m.d.comb += [
             near.ready.eq(runs & ~near_closed & (self.o.ready | ~near.payload.is_cell)),
             met.ready.eq(near_closed & (self.o.ready | ~met.payload.is_cell)),
-            self.o.valid.eq(Mux(near_closed, (met.valid & met.payload.is_cell) | finishes, runs & passes)),
+            self.o.valid.eq(Mux(near_closed, (met.valid & met.payload.is_cell) | (runs & stages.done & ~met.valid),
+                                runs & near.valid & near.payload.is_cell)),
             out.cell.eq(Mux(near_closed, met.payload.cell, near.payload.cell)),
-            out.stage.eq(Mux(near_closed, met.payload.tag.stage, FIRST)), out.final.eq(near_closed & ~met.valid),
-            ends.eq(met.valid & met.ready & met.payload.last), sent.eq(self.o.valid & self.o.ready)]
-        m.d.sync += [memory.i_return.valid.eq(ends), memory.i_return.payload.eq(met.payload.tag.slot)]
-        with m.If(sent & out.final):
+            out.stage.eq(Mux(near_closed, met.payload.tag.stage, NEAR_STAGE)), out.final.eq(near_closed & ~met.valid),
+            ends.eq(met.valid & met.ready & met.payload.last)]
+        with m.If(self.o.valid & self.o.ready & out.final):
             m.d.sync += runs.eq(0)
-        dropped = [getattr(survival, f"o_dropped_{level}") for level in range(levels)]
-        for place, (valid, stage, count) in enumerate((
-                *((one.valid, one.payload.first.stage, one.payload["count"]) for one in dropped),
-                *((one.valid, one.payload.stage, 1) for one in memory.o_passed), (ends, met.payload.tag.stage, 1))):
-            m.d.comb += [stages.left[place].valid.eq(valid), stages.left[place].payload.stage.eq(stage),
-                         stages.left[place].payload["count"].eq(count)]
-        m.d.comb += [stages.settled.eq(self.settled), self.o_over.valid.eq(stages.over & stages.near_over)]
+        exits = [(one.valid, one.payload.first.stage, one.payload["count"]) for one in (
+            getattr(self._survival, f"o_dropped_{level}") for level in range(self._config.ctu.pyramid_levels))]
+        if self._memory:
+            back = self._memory.i_return
+            m.d.sync += [back.valid.eq(ends), back.payload.eq(met.payload.tag.slot)]
+            exits += [(one.valid, one.payload.stage, 1) for one in self._memory.o_passed]
+        exits.append((ends, met.payload.tag.stage, 1))
+        for port, (valid, stage, count) in zip(stages.left, exits, strict=True):
+            m.d.comb += [port.valid.eq(valid), port.payload.stage.eq(stage), port.payload["count"].eq(count)]
 
-        # Which subshell a stage is of: a new one, if its shell does not come behind that of the stage before it. There
-        # are no more of them under way than stages.
-        index_bits = stage_index_bits(config)
-        before, shell, present = Signal(index_bits), Signal(request.shell.shape()), Signal(index_bits)
-        subshells = [Signal(index_bits, name=f"subshell_{index}") for index in range(1 << index_bits)]
+    def _add_overlaps(self, m, stages, *, begins, accepts):
+        """Whether grid rays of several subshells are in flight.
+
+        A stage is of a new subshell if its shell does not come behind the shell of the stage before it.
+        """
+        request, bits = self.i.payload, stage_index_bits(self._config)
+        before, shell, present = Signal(bits), Signal(request.shell.shape()), Signal(bits)
+        subshells = [Signal(bits, name=f"subshell_{index}") for index in range(1 << bits)]
         m.d.comb += present.eq(before + (request.shell <= shell))
-        with m.If(takes & some):
+        with m.If(accepts & request["count"].any()):
             for index, subshell in enumerate(subshells):
-                with m.If(request.stage[:index_bits] == index):
+                with m.If(request.stage[:bits] == index):
                     m.d.sync += subshell.eq(present)
-        with m.If(takes & request.last):
+        with m.If(accepts & request.last):
             m.d.sync += [before.eq(present), shell.eq(request.shell)]
-        with m.If(accepts):
+        with m.If(begins):
             m.d.sync += shell.eq(~0)
 
         def differ(bit):
-            """Whether stages under way are of subshells whose numbers differ in this bit."""
+            """Whether stages in flight are of subshells whose numbers differ in this bit."""
             return (Cat(subshell[bit] for subshell in subshells) & stages.rays).any() & (
                 Cat(~subshell[bit] for subshell in subshells) & stages.rays).any()
 
-        # What is counted, registered first.
-        waiting, several = Signal.like(memory.waiting), Signal()
-        m.d.sync += [waiting.eq(memory.waiting), several.eq(Cat(differ(bit) for bit in range(index_bits)).any())]
-        events = {
-            "cycles": runs, "rays": leaves.valid & leaves.ready,
-            "cells": sent & ~out.final, "deferrals": memory.waiting > waiting, "overlaps": several,
-            "waits_for_survival": survival.i.valid & ~survival.i.ready, "waits_for_rays": lives.valid & ~lives.ready,
-            "waits_for_traversal": leaves.valid & ~leaves.ready, "waits_for_cells": self.o.valid & ~self.o.ready}
+        several = Signal()
+        m.d.sync += several.eq(Cat(differ(bit) for bit in range(bits)).any())
+        return several
+
+    def _add_counters(self, m, events, *, begins, accepts):
+        """Events are registered before they are counted."""
+        counters, out = self.counters, self.o
+        events |= {"cells": out.valid & out.ready & ~out.payload.final, "waits_for_cells": out.valid & ~out.ready}
         for name, event in events.items():
             counts = Signal(name=f"counts_{name}")
             m.d.sync += counts.eq(event)
             with m.If(counts):
-                m.d.sync += self.counters[name].eq(self.counters[name] + 1)
-        steps, requests = Signal.like(traversal.steps), Signal.like(request["count"])
+                m.d.sync += counters[name].eq(counters[name] + 1)
+        steps, requests = Signal.like(self._traversal.steps), Signal.like(self.i.payload["count"])
         m.d.sync += [
-            steps.eq(traversal.steps), self.counters.steps.eq(self.counters.steps + sum(steps)),
-            requests.eq(Mux(takes, request["count"], 0)),
-            self.counters.requests.eq(self.counters.requests + requests)]
-        with m.If(accepts):
-            m.d.sync += self.counters.eq(0)
-        return m
+            steps.eq(self._traversal.steps), counters.steps.eq(counters.steps + sum(steps)),
+            requests.eq(Mux(accepts, self.i.payload["count"], 0)),
+            counters.requests.eq(counters.requests + requests)]
+        with m.If(begins):
+            m.d.sync += counters.eq(0)

@@ -42,8 +42,6 @@ class SettleSweep(wiring.Component):
         An array of streams, one for each level: `square`. Always ready.
     fresh
         All squares have come in this frustum.
-    lowest
-        The smallest code of the section that the last sweep has found, 0 before it.
 
     Timing
     ------
@@ -62,7 +60,7 @@ class SettleSweep(wiring.Component):
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
             **{f"o_{level}": Out(stream.Signature(square(config, level), always_ready=True))
                for level in range(self._levels)},
-            "fresh": Out(1), "lowest": Out(formats.settle)})
+            "fresh": Out(1)})
         bits = config.icu.side_bits - config.icu.tile_bits
         # A tile: whether it is in the section, which of its columns and rows are, and the last one of a sweep.
         side = 1 << config.icu.tile_bits
@@ -119,13 +117,12 @@ class SettleSweep(wiring.Component):
         for offset, way in enumerate(last):
             digits = [inner[2 * SIDE_BITS * k + SIDE_BITS * offset:][:SIDE_BITS] for k in range(self._levels - 1)]
             place[way] = Cat(*digits, outer[way])[:bits]
-        turn, tile = self._turn, self._turn.payload
+        turn = self._turn
         shown = Signal(self._tile, reset_less=True)
         ends = inner.all() & outer_last["column"] & outer_last["row"] if inner_bits else \
             outer_last["column"] & outer_last["row"]
         m.d.comb += [turn.payload.eq(shown)]
         moves = turn.ready | ~turn.valid
-        del tile
         goes = Signal()
         m.d.comb += goes.eq(active & ~self.i_start.valid & moves)
         with m.If(moves):
@@ -182,15 +179,10 @@ class SettleSweep(wiring.Component):
                          output.payload.code.eq(smallest),
                          output.payload.column.eq(made.column >> SIDE_BITS * level),
                          output.payload.row.eq(made.row >> SIDE_BITS * level)]
-        lowest, written, first = Signal(formats.settle, reset_less=True), Signal(3), Signal(init=1)
-        least = Mux(~first & (lowest < code), lowest, code)
+        written = Signal(3)
         m.d.sync += written.eq((written << 1) | (self._made.valid & made.last))
-        with m.If(self._made.valid):
-            m.d.sync += [lowest.eq(least), first.eq(made.last)]
-            with m.If(made.last):
-                m.d.sync += self.lowest.eq(least)
         with m.If(written[-1]):
             m.d.sync += self.fresh.eq(1)
         with m.If(begins):
-            m.d.sync += [self.fresh.eq(0), self.lowest.eq(0), first.eq(1), written.eq(0)]
+            m.d.sync += [self.fresh.eq(0), written.eq(0)]
         return m

@@ -39,8 +39,6 @@ class StageRows(wiring.Component):
     o
         `CtuFormats.grid_stage`: those of each subshell, in which ``rows`` may be 0; and behind the last one's a
         ``final`` item.
-    lead, stops
-        How many stages more than one may be under way. No stage begins any more in this frustum.
     frustum, last_shell
         `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
 
@@ -54,13 +52,14 @@ class StageRows(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats = self._formats = CtuFormats(config)
+        formats, self._run_ahead = CtuFormats(config), config.ctu.run_ahead
+        self._formats = formats
         super().__init__({
             "i": In(stream.Signature(formats.subshell_window)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i_over": In(stream.Signature(0, always_ready=True)),
             "o": Out(stream.Signature(formats.grid_stage)),
-            "lead": In(formats.stage), "stops": In(1), "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
+            "frustum": In(formats.frustum), "last_shell": In(formats.shell)})
 
     def elaborate(self, platform):
         m = Module()
@@ -119,11 +118,11 @@ class StageRows(wiring.Component):
                     m.d.sync += [window.wraps.eq(1), window.end.eq(highest)]
                 m.next = "stage"
             with m.State("stage"):
-                with m.If((shell > self.last_shell) | (~given.last & (shell > given.shell)) | self.stops):
+                with m.If((shell > self.last_shell) | (~given.last & (shell > given.shell))):
                     m.next = "subshell"
                     with m.If(given.last):
                         m.next = "final"
-                with m.Elif(under_way <= self.lead):
+                with m.Elif(under_way <= self._run_ahead):
                     m.next = "record"
             with m.State("record"):
                 m.d.sync += record.eq(read.data)

@@ -17,10 +17,13 @@ from hw.icu.vertex_direction import VertexDirection
 from hw.icu.vertex_gather import VertexGather
 from hw.lib.queue import Queue
 
-__all__ = ["SubshellWindows"]
+__all__ = ["VERTICES", "SubshellWindows"]
 
 # Subshells between their patch's request and their window: as many as keep the blocks at their rate.
-ROOM = 4
+SUBSHELLS = 4
+# Vertices that are requested and not accepted yet, at most. Whoever answers has a buffer for all of them: an answer
+# that waits would block answers to other clusters, which could deadlock.
+VERTICES = 4 * SUBSHELLS
 
 
 class SubshellWindows(wiring.Component):
@@ -110,9 +113,9 @@ class SubshellWindows(wiring.Component):
                      sbb.i_table.payload.eq(self.i_table.payload)]
 
         # Subshells under way, their windows, and whether their patches are the rays' own.
-        m.submodules.waiting = waiting = Queue(StructLayout({"shell": formats.shell, "last": 1}), depth=ROOM)
-        m.submodules.windows = windows = Queue(formats.window, depth=ROOM)
-        m.submodules.own = own = Queue(1, depth=ROOM)
+        m.submodules.waiting = waiting = Queue(StructLayout({"shell": formats.shell, "last": 1}), depth=SUBSHELLS)
+        m.submodules.windows = windows = Queue(formats.window, depth=SUBSHELLS)
+        m.submodules.own = own = Queue(1, depth=SUBSHELLS)
         given, last = self.i.payload, self.i.payload.last
         m.d.comb += [
             self.o_patch.valid.eq(self.i.valid & ~last & waiting.i.ready), self.o_patch.payload.eq(given.patch),

@@ -63,8 +63,6 @@ class Survival(wiring.Component):
         An array of streams, one for each level: ``first`` and ``count`` of those that do not. Always ready.
     o_tile, i_word
         The settle map's ``i_read`` and ``o_read``.
-    lowest
-        See `SettleSweep`.
     frustum
         `Formats.frustum`, the same until the next one begins.
 
@@ -92,7 +90,7 @@ class Survival(wiring.Component):
             **{f"o_dropped_{level}": Out(stream.Signature(self._group, always_ready=True))
                for level in range(self._levels)},
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
-            "lowest": Out(formats.settle), "frustum": In(formats.frustum)})
+            "frustum": In(formats.frustum)})
         self._asked = StructLayout({**self._item.members, "extent": extent(config)})
         self._scans = [SquareScan(config=config, level=level, tag=self._tag) for level in range(self._levels)]
         self._split, self._queue = GroupSplit(ray), Queue(self._asked, depth=CREDITS)
@@ -137,7 +135,7 @@ class Survival(wiring.Component):
             near.is_screen.eq(self.frustum.is_screen), near.columns.eq(self.frustum.columns),
             clip.i.valid.eq(near.o.valid), clip.i.payload.window.eq(given.window),
             clip.i.payload.slot.tag.eq(given.tag), clip.i.payload.slot.threshold.eq(given.threshold),
-            clip.frustum.eq(self.frustum), sweep.section.eq(section), self.lowest.eq(sweep.lowest)]
+            clip.frustum.eq(self.frustum), sweep.section.eq(section)]
         columns = Signal(self._formats.count)
         m.d.sync += columns.eq(section.end_column - section.first_column)
 
@@ -168,7 +166,11 @@ class Survival(wiring.Component):
         # where it is taken apart, as what comes from there has to pass here too. Few rays, of which looking together
         # saves nothing, go there at once.
         split, given, lives, taken = self._split, scan.i, scan.o.valid & found.live, Signal(range(SPLIT_ROOM + 1))
-        enters = source.valid & (taken != SPLIT_ROOM)
+        # An offer that the scan has not accepted stays, be it a group or a ray alone.
+        held, held_group, groups_may = Signal(), Signal(), Signal()
+        enters = source.valid & groups_may
+        m.d.comb += groups_may.eq(Mux(held, held_group, taken != SPLIT_ROOM))
+        m.d.sync += [held.eq(given.valid & ~given.ready), held_group.eq(enters)]
         view = View(self._asked, Mux(enters, source.payload.as_value(), alone.o.payload.as_value()))
         dies = scan.o.valid & scan.o.ready & ~found.live & ~found.tag.alone
         few, comes, goes = self.i.payload["count"] <= FEW, lives & ~found.tag.alone, Signal()
@@ -178,7 +180,7 @@ class Survival(wiring.Component):
         m.d.sync += taken.eq(taken + (source.valid & source.ready) + (self.i.valid & few & goes) - dies - split.leaves)
         m.d.comb += [
             given.valid.eq(alone.o.valid | enters), alone.o.ready.eq(given.ready & ~enters),
-            source.ready.eq(given.ready & (taken != SPLIT_ROOM)),
+            source.ready.eq(given.ready & groups_may),
             *(given.payload[name].eq(view[name]) for name in self._asked.members),
             self.o.valid.eq(lives & found.tag.alone), self.o.payload.eq(found.tag.first),
             split.i.valid.eq(comes | (self.i.valid & few & goes)),

@@ -114,8 +114,7 @@ class TraversalUnit(wiring.Component):
         frustum = kept.traversal.frustum
         m.d.comb += [
             subshells.i.payload.eq(kept.subshells), back.i_frustum.payload.eq(kept.traversal),
-            rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell),
-            rays.lead.eq(self._config.ctu.run_ahead)]
+            rays.frustum.eq(frustum), rays.last_shell.eq(kept.last_shell)]
 
         if self._windows:
             m.submodules.windows = windows = self._windows

@@ -26,8 +26,8 @@ from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stream import Monitor
 
 CELL, LEADS = 0.125, (0, 2)
-CHANGES = {"ctu.shell_bits": 6, "icu.rays": 4096, "icu.side_bits": 6, "icu.generation_bits": 2}
-PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "lowest")
+CHANGES = {"ctu.shell_bits": 6, "ctu.subshell_bits": 10, "icu.rays": 4096, "icu.side_bits": 6, "icu.generation_bits": 2}
+PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters")
 # Of the timing diagram: characters across, and stages of the scene that is shown.
 ACROSS, SHOWN, SCENE = 72, 24, "room1627"
 

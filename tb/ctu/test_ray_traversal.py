@@ -27,11 +27,15 @@ from tb.lib.timing import documented_latency
 
 MODULE = "tb.ctu.test_ray_traversal"
 # All that long runs see, so that they are fast.
-PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "lowest")
+PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters")
 STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
 # So many slots that each grid ray has one of its own in these scenes.
-BARRIER = {"ctu.run_ahead": 0, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
-           "ctu.shell_bits": 3, "icu.rays": 1024, "icu.side_bits": 6, "icu.generation_bits": 2}
+BARRIER = {"ctu.run_ahead": 0, "ctu.subshell_bits": 11, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6,
+           "ctu.grid_column_bits": 8, "ctu.shell_bits": 3, "icu.rays": 1024, "icu.side_bits": 6,
+           "icu.generation_bits": 2}
+
+# One subshell, and no ray memory.
+NO_LISTS = {"ctu.subshell_bits": 0}
 
 
 def recorded(name, config):
@@ -168,8 +172,8 @@ async def free_running(dut):
         around.stop()
         tests.stop()
     assert ahead, "stages must overlap"
-    assert overlaps or not given["record"], "subshells must overlap"
-    assert deferrals, "requests must wait for rays under way"
+    assert overlaps or not config.ctu.subshells or not given["record"], "subshells must overlap"
+    assert deferrals or not config.ctu.subshells, "requests must be deferred while rays are in flight"
 
 
 @cocotb.test()
@@ -196,9 +200,10 @@ async def a_step_per_cycle(dut):
     assert busy >= given["busy"], f"a step in only {busy:.3f} of the cycles"
 
 
+@pytest.mark.parametrize("lists", [True, False])
 @pytest.mark.parametrize("simulator", SIMULATORS)
-def test_cells_of_golden(simulator):
-    run(("cornell", 0.5, 1, False), BARRIER, simulator)
+def test_cells_of_golden(simulator, lists):
+    run(("cornell", 0.5, 1, False), BARRIER if lists else {**BARRIER, **NO_LISTS}, simulator)
 
 
 @pytest.mark.sim
@@ -207,8 +212,9 @@ def test_reset_in_flight():
 
 
 @pytest.mark.sim
-def test_free_running():
-    run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.run_ahead": 2, "ctu.ray_slots": 64}, "verilator",
+@pytest.mark.parametrize("changes", [{"ctu.ray_slots": 64}, NO_LISTS])
+def test_free_running(changes):
+    run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.run_ahead": 2, **changes}, "verilator",
         tests=("free_running",), pipelines=2, runs=1)
 
 
@@ -238,14 +244,15 @@ def test_500_free_runs():
 
 
 @pytest.mark.nightly
-def test_busy_at_small_cells():
-    run(("room1627", 0.0625, 1, False), {**LARGE, "ctu.ray_slots": 4096, "ctu.run_ahead": 15}, "verilator",
+@pytest.mark.parametrize("changes", [{"ctu.ray_slots": 4096}, NO_LISTS])
+def test_busy_at_small_cells(changes):
+    run(("room1627", 0.0625, 1, False), {**LARGE, **changes, "ctu.run_ahead": 15}, "verilator",
         tests=("a_step_per_cycle",), cycles=100_000, busy=0.95, visible=PORTS)
 
 
 def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, **given):
-    what = "-".join(map(str, (tests[0], *(record or ("random",)), simulator)))
     config = config_of(changes)
+    what = "-".join(map(str, (tests[0], *(record or ("random",)), config.ctu.subshells, simulator)))
     component = RayTraversal(config=config, pipelines=pipelines)
     assert component.latency == documented_latency(RayTraversal, config) + (pipelines > 1)
     simulate(component, MODULE, tests, simulator=simulator,

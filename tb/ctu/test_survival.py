@@ -88,7 +88,7 @@ class Bench:
             "column": formats.grid_column_place}))
         self._stalls, self._stops, self._stall = STALLS[source](1), STALLS[sink](2), stall
         self.lived, self.dropped, self.taken = {}, {}, {}
-        self._cycle, self.sweeps, self.ready, self.holds = 0, 0, True, False
+        self._cycle, self.sweeps, self.ready, self.holds, self.held = 0, 0, True, False, 0
 
     def run(self, test):
         """Until the testbench is over."""
@@ -98,7 +98,7 @@ class Bench:
 
         simulator = Simulator(self.dut)
         simulator.add_clock(1e-8)
-        for process in testbench, self._settle, self._take:
+        for process in testbench, self._settle, self._take, self._watch:
             simulator.add_testbench(process, background=process is not testbench)
         simulator.run()
 
@@ -165,6 +165,15 @@ class Bench:
                     assert not self.dropped.keys() & set(rays_of(group)), "a grid ray is dropped once"
                     self.dropped.update(dict.fromkeys(rays_of(group), self._cycle))
             assert not set(self.lived) & set(self.dropped)
+
+    async def _watch(self, ctx):
+        """What is offered to the scan of the tiles stays until it is accepted."""
+        offer, held = self.dut._scans[0].i, None
+        while True:
+            *_, valid, ready, payload = await ctx.tick().sample(offer.valid, offer.ready, offer.payload.as_value())
+            assert held is None or (valid and payload == held), "an offer changed or was withdrawn"
+            held = payload if valid and not ready else None
+            self.held += held is not None
 
     async def _settle(self, ctx):
         """The settle map's words, some cycles late."""
@@ -233,8 +242,10 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
         again = await bench.send(ctx, case.items[::8])
         coverage.hit("begins live again", [came and not grown[ray] for ray, came in again.items()])
 
-    Bench(case, **stalls).run(test)
+    bench = Bench(case, **stalls)
+    bench.run(test)
     coverage.check()
+    assert bench.held, "the scan of the tiles must stall"
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3])

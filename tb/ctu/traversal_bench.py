@@ -14,7 +14,7 @@ from golden.icu.ray_memory import RayMemory
 from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
 from hw.ctu.ctu_formats import CtuFormats
-from hw.ctu.stage_count import FIRST, stage_index_bits
+from hw.ctu.stage_count import NEAR_STAGE
 from tb.ctu.grid_load import GridPlaces, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.payload import pack, unpack
@@ -184,8 +184,7 @@ class Surroundings:
         if asks:
             # Of a payload without bits Verilog makes a port that nobody drives.
             self._over.payload = None
-        self.index = (1 << stage_index_bits(place.config)) - 1
-        self.dut.settled.value = (2 << self.index) - 1
+        self.dut.settled.value = 1
         self.heard = None
 
     def stop(self):
@@ -265,14 +264,12 @@ class Intersection:
             codes[sector.first_row:sector.end_row, sector.first_column:sector.end_column])
 
     def _hear(self, cell, stage):
-        stage &= self._around.index
-        self._waiting.append([int(self._delay(self._random)), cell, stage])
+        self._waiting.append([int(self._delay(self._random)), cell])
         self._settle()
 
     def _settle(self):
-        """Which stages' cells lead to nothing any more."""
-        busy = {stage for *_, stage in self._waiting}
-        self._around.dut.settled.value = (2 << self._around.index) - 1 & ~sum(1 << stage for stage in busy)
+        """Whether no cell leads to anything any more."""
+        self._around.dut.settled.value = not self._waiting
 
     async def _run(self):
         edge = RisingEdge(self._around.dut.clk)
@@ -281,7 +278,7 @@ class Intersection:
             await edge
             for one in self._waiting:
                 one[0] -= 1
-            due = [cell for left, cell, _ in self._waiting if left <= 0]
+            due = [cell for left, cell in self._waiting if left <= 0]
             if due:
                 self._waiting = [one for one in self._waiting if one[0] > 0]
                 self._test(np.array(due))
@@ -311,4 +308,4 @@ class Intersection:
         return read_out(self.memory, self._place.record, self.tests.patches, self._place.config)
 
 
-assert FIRST == STAGES - 1
+assert NEAR_STAGE == STAGES - 1

@@ -52,8 +52,7 @@ class WindowStages:
         self.rays = {shell: of(shell) for shell in range(2, last_shell + 1)}
         self._places = GridPlaces(self.rays.values())
         self.tables = grid_writes(list(self.rays.values()), config)
-        self.ports = {"frustum": frustum_payload(self.record, self.sector, config), "last_shell": last_shell,
-                      "lead": 15, "stops": 0}
+        self.ports = {"frustum": frustum_payload(self.record, self.sector, config), "last_shell": last_shell}
 
     def _give(self, subshells):
         self.subshells, names = subshells, ("column_first", "column_count", "row_first", "row_count")
