@@ -43,7 +43,7 @@ class Ctu:
     run_ahead: int = 2
     deferred: int = 32
     pyramid_levels: int = 2
-    subshell_bits: int = 10
+    subshell_bits: int = 0
     shell_bits: int = 6
     grid_row_bits: int = 11
     grid_column_bits: int = 13

@@ -36,7 +36,10 @@ class Memsys:
         Records of a cluster's cell address table and entries of its patch address table; powers of two, 16 to 2^20,
         ``own_cells`` at most ``scene_cells``. The bus serves all other cells. Hardware only.
     own_patches
-        Patches of a cluster's resident set; a power of two, 16 to 8192. Hardware only.
+        Patches of a cluster's resident set; a power of two, 16 to 8192.
+    resident_set
+        What a resident set holds: ``found``, the patches that the low-density casting found; or ``filled``, other
+        patches too while there is room.
     filter_generation_bits
         Bits of the generation tags that empty the filters in one cycle; after 2^b - 1 frusta they are cleared word by
         word; 1 to 8. Hardware only.
@@ -60,12 +63,14 @@ class Memsys:
     own_cells: int = 1 << 12
     own_entries: int = 1 << 14
     own_patches: int = 512
+    resident_set: str = "filled"
     filter_generation_bits: int = 4
     reply_ids: int = 8
     bus_requests: int = 4
 
     def __post_init__(self):
         check_choice("memsys", "cache_policy", self.cache_policy, ("direct", "lru", "lfu"))
+        check_choice("memsys", "resident_set", self.resident_set, ("found", "filled"))
         for name, low, high in (("cell_lines", 8, 4096), ("patch_lines", 8, 4096), ("cache_ways", 2, 4),
                                 ("lfu_lines", 2, 64), ("cache_fetches", 1, 16), ("scene_cells", 64, 1 << 20),
                                 ("own_cells", 16, 1 << 20), ("own_entries", 16, 1 << 20), ("own_patches", 16, 8192),

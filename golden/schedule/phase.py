@@ -17,7 +17,7 @@ from golden.schedule.resident_sets import ResidentSets, fill_up, resident_sets
 from golden.schedule.sections import Partition, cut_sections
 from golden.schedule.subshells import SubshellList, subshell_lists
 
-__all__ = ["Schedule", "schedule"]
+__all__ = ["Schedule", "machine_schedule", "schedule"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,6 +59,17 @@ class Schedule:
         """With no subshell but the last one, which is not listed: the hits are the same."""
         none = SubshellList(*(np.zeros(0, dtype=np.int64) for _ in fields(SubshellList)))
         return replace(self, subshells=(none,) * len(self.subshells))
+
+
+def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
+                     ratio: int) -> Schedule:
+    """`schedule` for the machine of a configuration: its clusters, the room in each, its rule for resident sets.
+
+    Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty.
+    """
+    made = schedule(record, geometry, table, config, clusters=config.noc.nodes, ratio=ratio, room=config.icu.rays,
+                    capacity=config.memsys.own_patches, fill=config.memsys.resident_set == "filled")
+    return made if config.ctu.subshells else made.without_subshells()
 
 
 def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,

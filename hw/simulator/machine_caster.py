@@ -9,7 +9,7 @@ from golden.frustum import FrustumRecord
 from golden.memory_map import machine_image
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
-from golden.schedule.phase import schedule
+from golden.schedule.phase import machine_schedule
 from hw.simulator.simulated_machine import SimulatedMachine
 
 __all__ = ["MachineCaster"]
@@ -83,9 +83,7 @@ class MachineCaster(FixedFrusta):
             nonlocal plan, left
             fits = plan and (record.columns, record.rows) == (plan.partition.columns, plan.partition.rows)
             if not fits or not left:
-                plan = schedule(
-                    record, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO, room=config.icu.rays,
-                    capacity=config.memsys.own_patches, fill=True).without_subshells()
+                plan = machine_schedule(record, geometry, table, config, ratio=RATIO)
                 left = PHASE
             left -= 1
             weights = None if record.is_screen else self._weights

@@ -20,7 +20,7 @@ from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import schedule
+from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
@@ -70,8 +70,7 @@ def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> As
     shelling = Shelling(geometry, config, cell=cell)
     reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
                          for point in (REFERENCE, POINT))
-    plan = schedule(reference, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=RATIO,
-                    room=config.icu.rays, capacity=config.memsys.own_patches, fill=True).without_subshells()
+    plan = machine_schedule(reference, geometry, shelling.table, config, ratio=RATIO)
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
     directions = record.all_directions() @ record.to_global.T
     origin = geometry.coordinates.points(record.origin)

@@ -14,7 +14,7 @@ from golden.frustum import Hemisphere
 from golden.memory_map import machine_image
 from golden.output import check_outputs, whole_file
 from golden.scene.open import open_scene
-from golden.schedule.phase import schedule
+from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.cast_result import CastResult
 from hw.simulator.simulated_machine import WaveformWindow
@@ -33,8 +33,6 @@ __all__ = ["cast", "write_counters"]
 @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
 @cell_option
 @click.option("--ratio", type=int, default=64, help="Rays of the frustum for each ray cast to schedule it.")
-@click.option("--subshells", is_flag=True, help="Load the schedule's subshells: grid rays towards resident patches "
-              "go first.")
 @click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Casts one after the other: the caches, and "
               "memories that have been cleared, are the same from the third one on.")
 @machine_options
@@ -44,7 +42,7 @@ __all__ = ["cast", "write_counters"]
 @click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="So many cycles.")
 @click.option("--csv", "table", type=FILE, help="Counters, a row for each cluster of each cast. (.csv)")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, casts, timeline, waves, waves_begin,
+def cast(scene, origin, normal, patch, rays, screen, cell, ratio, casts, timeline, waves, waves_begin,
          waves_cycles, table, as_json, **machine):
     """Cast one hemisphere or screen into SCENE on the machine.
 
@@ -56,10 +54,7 @@ def cast(scene, origin, normal, patch, rays, screen, cell, ratio, subshells, cas
     config = machine_config(**machine)
     record, geometry = asked_frustum(open_scene(scene), config, origin, normal, patch, rays, screen)
     shelling = Shelling(geometry, config, cell=cell)
-    plan = schedule(record, geometry, shelling.table, config, clusters=config.noc.nodes, ratio=ratio,
-                    room=config.icu.rays, capacity=config.memsys.own_patches, fill=True)
-    if not subshells:
-        plan = plan.without_subshells()
+    plan = machine_schedule(record, geometry, shelling.table, config, ratio=ratio)
     weights = None if screen else Hemisphere(*rays).polar_weights
     image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
     expected = image.with_results(shelling.cast(record)[0])

@@ -130,7 +130,7 @@ def test_cast(folder):
     assert "differences from golden: 0 hits, 0 sums" in result.stdout
     assert "intersection tested" in result.stdout
     assert (folder / "busy.svg").read_text().count("<polyline") == 5
-    listed = json.loads(run(tb.cli.main, *given, "--subshells", "--json").stdout)
+    listed = json.loads(run(tb.cli.main, *given, "-P", "ctu.subshell_bits=10", "--json").stdout)
     assert listed["differences"] == 0
     # The patches whose windows subshells are.
     assert listed["each"][0]["memory_answered"] > report["each"][0]["memory_answered"] == 0

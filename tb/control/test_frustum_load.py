@@ -22,7 +22,7 @@ from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
-CONFIG = PRESETS["tiny"]
+CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10})
 CLUSTER = 1
 
 

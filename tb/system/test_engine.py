@@ -37,7 +37,9 @@ SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generat
          "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
          "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
          "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
-         "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.subshell_bits": 6, "ctu.near_cell_bits": 5, "noc.rows": 1}
+         "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.near_cell_bits": 5, "noc.rows": 1}
+# With subshell lists.
+LISTS = {"ctu.subshell_bits": 6}
 
 
 class Bench:
@@ -433,6 +435,12 @@ def test_cornell(clusters):
     given = {"clusters": clusters, "cell": 0.5, "cycles": 3_000_000}
     run(f"cornell-{clusters}", "cornell", SMALL, QUICK, points=(5, 1, 2), corruptions=2, **given)
     run(f"cornell-screen-{clusters}", "cornell", SMALL, ("whole_frusta",), pixels=(30, 20), **given)
+
+
+@pytest.mark.nightly
+def test_subshell_lists():
+    run("cornell-lists", "cornell", SMALL | LISTS, QUICK, points=(5, 1, 2), corruptions=2, clusters=2, cell=0.5,
+        cycles=3_000_000)
 
 
 @pytest.mark.nightly

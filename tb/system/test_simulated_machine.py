@@ -12,7 +12,7 @@ from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.lib.configurations import config_of
 from tb.system.scenes import frusta
-from tb.system.test_engine import SMALL
+from tb.system.test_engine import LISTS, SMALL
 
 CONFIG = config_of(SMALL | {"noc.columns": 1})
 
@@ -60,11 +60,11 @@ def test_what_is_the_same_is_not_loaded_again():
 
 @pytest.mark.sim
 def test_a_machine_without_lists():
-    bare = config_of(SMALL | {"noc.columns": 1, "ctu.subshell_bits": 0})
+    bare = config_of(SMALL | {"noc.columns": 1})
     given = frusta("cornell", bare, cell=0.5, points=(5,))[0]
     with SimulatedMachine(bare, latency=5) as machine:
         done = machine.cast(given.image, total=given.total, sums=True)
         for name in "hits", "sums":
             assert done.image[name].tobytes() == given.written[name].tobytes(), name
         with pytest.raises(InputError, match=r"Subshells of a cluster must be at most 0 \(ctu.subshell_bits\), not"):
-            machine.cast(frusta("cornell", CONFIG, cell=0.5, points=(5,))[0].image)
+            machine.cast(frusta("cornell", bare.replace(LISTS), cell=0.5, points=(5,))[0].image)

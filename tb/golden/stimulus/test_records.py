@@ -11,7 +11,7 @@ from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.unit import CellTraversalUnit
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 
-CONFIG = PRESETS["tiny"]
+CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10})
 
 
 @pytest.mark.parametrize("clusters", [1, 4])
