@@ -12,7 +12,7 @@ LOCK    := requirements.lock
 export PYTHONHASHSEED := 0
 
 # `make sim BLOCK=icu` runs the regressions of one block.
-BLOCKS  := board commands control ctu icu memsys noc lib package registers synthesis system
+BLOCKS  := board control ctu icu memsys noc lib package radiosity registers synthesis system
 BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
@@ -48,7 +48,7 @@ lock: ## write requirements.lock anew: the newest versions within the ranges of 
 
 demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"
-	$(BIN)/python -m tb.demo $(OUT)/demo
+	$(BIN)/python -m radiosity demo $(OUT)/demo
 
 test: lint ## all tests but the nightly ones
 	@echo "== tests, two at a time"
@@ -56,7 +56,7 @@ test: lint ## all tests but the nightly ones
 
 sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
-	  echo "error: there are no benches of $(BLOCK) (tb/{board,commands,control,ctu,icu,memsys,noc,lib,package,registers,synthesis,system}/test_*.py)" >&2; \
+	  echo "error: there are no benches of $(BLOCK) (tb/{board,control,ctu,icu,memsys,noc,lib,package,radiosity,registers,synthesis,system}/test_*.py)" >&2; \
 	  exit 1; \
 	fi
 	@echo "== regressions of $(BLOCK)"
@@ -87,7 +87,7 @@ nightly: $(STAMP) ## the tests that take long
 	$(BIN)/pytest -n 2 -m "nightly or sim"
 
 pictures: $(STAMP) ## render the pictures of the documentation again
-	$(BIN)/python -m tb.pictures docs/pictures
+	$(BIN)/python -m radiosity pictures docs/pictures
 
 docs: $(STAMP) ## the documentation as a site in out/site/, with diagrams and references from the code; links are checked
 	@echo "== building $(OUT)/site/"

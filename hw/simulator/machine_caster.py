@@ -4,6 +4,7 @@ import numpy as np
 
 from golden.cast.fixed_frusta import CONFIG, FixedFrusta
 from golden.cast.shelling import Shelling
+from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.memory_map import machine_image
@@ -47,11 +48,22 @@ class MachineCaster(FixedFrusta):
     """
 
     def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float):
-        if machine.config.numbers != CONFIG.numbers:
-            raise InputError("machine: Number formats (numbers.*) must be the default ones for images and form factors")
+        self.check(machine.config)
         self._simulated, self._cell, self._weights = machine, cell, None
         self.frusta = self.rays = self.cycles = self.tested = 0
         super().__init__(scene)
+
+    @staticmethod
+    def check(config: Config) -> None:
+        """Refuse a machine whose hits golden's float64 arithmetic cannot continue with.
+
+        Raises
+        ------
+        InputError
+            Its number formats are not those of golden's frusta.
+        """
+        if config.numbers != CONFIG.numbers:
+            raise InputError("machine: Number formats (numbers.*) must be the default ones for images and form factors")
 
     def hemispheres(self, hemisphere, points, frames, surfaces):
         """See `FixedFrusta`."""

@@ -48,7 +48,7 @@ class SimulatedMachine:
     policy
         The caches' policy. Default: the configuration's.
     memory
-        Parameters of `SimulatedPort`: latency, spread, shuffles, seed, traced, library.
+        Parameters of `SimulatedPort`: latency, spread, shuffles, seed, traced, library, progress.
     """
 
     def __init__(self, config: Config, *, policy: CachePolicy | None = None, **memory):

@@ -58,6 +58,8 @@ class SimulatedPort(Port):
         `trace` can be called.
     library
         The compiled machine. Default: that of the configuration.
+    progress
+        Show the progress of a build.
 
     Members
     -------
@@ -68,8 +70,9 @@ class SimulatedPort(Port):
     """
 
     def __init__(self, config: Config, *, size: int, base: int = 0, latency: int = 10, spread: int = 0,
-                 shuffles: bool = False, seed: int = 1, traced: bool = False, library: Path | None = None):
-        self._library = ctypes.CDLL(str(library or machine_library(config, traced=traced)))
+                 shuffles: bool = False, seed: int = 1, traced: bool = False, library: Path | None = None,
+                 progress: bool = False):
+        self._library = ctypes.CDLL(str(library or machine_library(config, traced=traced, progress=progress)))
         for name, (result, arguments) in (_TYPES | (_TRACED if traced else {})).items():
             function = getattr(self._library, f"machine_{name}")
             function.restype, function.argtypes = result, arguments

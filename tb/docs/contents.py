@@ -3,8 +3,8 @@
 import re
 from collections.abc import Callable
 
-from golden.commands.config import about_parameters
 from golden.config import PRESETS, Config
+from golden.tasks.config import about_parameters
 from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster

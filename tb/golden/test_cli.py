@@ -9,6 +9,8 @@ from click.testing import CliRunner
 from PIL import Image
 
 import golden.cli
+import golden.tasks.render
+from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS
 from golden.image import read_exr
 from golden.scene.builtin import BUILTIN
 
@@ -114,6 +116,7 @@ BAD = {
     "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
     "image too large": ({}, (*RENDER, "--size", "16384x16384"), "pixels"),
     "no samples": ({}, (*RENDER, "--spp", "0"), "Samples must be"),
+    "samples that are no square": ({}, (*RENDER, "--spp", "3"), "square number"),
     "samples not a number": ({}, (*RENDER, "--spp", "many"), "--spp"),
     "no light samples": ({}, (*RENDER, "--light-samples", "0"), "Light samples must be"),
     "negative depth": ({}, (*RENDER, "--depth", "-1"), "Depth must be"),
@@ -195,7 +198,7 @@ def test_help_names_every_command_and_every_command_has_help():
 
 
 def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():
-    table, rows = succeed("scenes"), json.loads(succeed("scenes", "--json"))
+    table, rows = succeed("scenes"), json.loads(succeed("scenes", "--json"))["scenes"]
     assert [row["name"] for row in rows] == list(BUILTIN)
     for row in rows:
         line = next(line for line in table.splitlines() if line.split()[:1] == [row["name"]])
@@ -229,7 +232,7 @@ def rays(folder):
 
 
 def test_intersect_gives_the_same_hits_by_every_method(folder, rays):
-    for method in golden.cli.RAY_METHODS:
+    for method in RAY_METHODS:
         succeed("intersect", "furnace:3", "rays.npz", "-o", f"{method}.npz", "--method", method)
     with np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive:
         assert sorted(grid.files) == ["patch", "t", "u", "v"]
@@ -253,7 +256,7 @@ def test_intersect_with_tmax_asks_whether_something_is_nearer(folder, rays):
 
 def test_intersect_of_no_rays_gives_no_hits(folder):
     np.savez(folder / "rays.npz", origin=np.empty((0, 3)), direction=np.empty((0, 3)))
-    for method in golden.cli.RAY_METHODS:
+    for method in RAY_METHODS:
         succeed("intersect", "furnace:1", "rays.npz", "-o", "hits.npz", "--method", method)
         with np.load(folder / "hits.npz") as hits:
             assert hits["patch"].shape == (0,)
@@ -317,13 +320,13 @@ def test_number_of_threads_does_not_change_the_image(folder):
 
 
 def test_method_changes_the_work_but_not_the_image(folder):
-    for method in golden.cli.FRUSTUM_METHODS:
+    for method in FRUSTUM_METHODS:
         succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *FAST, "--method", method,
                 "--max-edge", "200")
     assert (folder / "grid.exr").read_bytes() == (folder / "naive.exr").read_bytes()
     assert (folder / "shelling.exr").read_bytes() == (folder / "naive-fixed.exr").read_bytes()
     tests = {name: json.loads((folder / f"{name}.json").read_text())["rays"]["primary"]["tests"]
-             for name in golden.cli.FRUSTUM_METHODS}
+             for name in FRUSTUM_METHODS}
     assert tests["grid"] < tests["naive"] == tests["naive-fixed"] > tests["shelling"]
 
 
@@ -351,7 +354,7 @@ def test_interruption_exits_with_130_and_leaves_nothing_behind(folder, monkeypat
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(golden.cli, "render", interrupt)
+    monkeypatch.setattr(golden.tasks.render, "render", interrupt)
     result = run(*RENDER)
     assert result.exit_code == 130
     assert "Traceback" not in result.stderr

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from golden.commands.config import about_parameters
 from golden.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Noc, Numbers
 from golden.errors import InputError
+from golden.tasks.config import about_parameters
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 MESSAGES = [

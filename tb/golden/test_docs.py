@@ -1,12 +1,13 @@
 import re
 from pathlib import Path
 
+import click
 import pytest
 
 import golden.cli
 import hw.cli
+import radiosity.cli
 import tb.bench.network
-import tb.cli
 from golden.scene.builtin import BUILTIN
 
 ROOT = Path(__file__).parents[2]
@@ -28,10 +29,10 @@ def test_links_and_pictures_of_the_documentation_exist(page):
 
 @pytest.mark.parametrize("page", DOCS, ids=lambda page: page.name)
 def test_options_named_in_the_documentation_exist(page):
-    commands = [*golden.cli.main.commands.values(), *hw.cli.main.commands.values(),
-                *tb.cli.main.commands.values(), tb.bench.network.main]
-    known = {"--help"} | {option for command in commands for parameter in command.params
-                          for option in (*parameter.opts, *parameter.secondary_opts)}
+    groups = golden.cli.main, hw.cli.main, radiosity.cli.main
+    commands = [*(command for group in groups for command in group.commands.values()), tb.bench.network.main]
+    known = {option for command in commands for parameter in command.get_params(click.Context(command))
+             for option in (*parameter.opts, *parameter.secondary_opts)}
     # What is handed on to nextpnr is not ours.
     text = re.sub(r'--nextpnr\s+"[^"]*"', "--nextpnr", page.read_text())
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known

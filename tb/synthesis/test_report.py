@@ -66,7 +66,7 @@ def test_another_family_has_its_cells_and_no_clock(tmp_path):
     assert (tmp_path / "ctu-gowin.md").read_text() in result.output
     assert not (tmp_path / "ctu-gowin" / "CellNumber" / "clock.json").exists()
     refused = CliRunner().invoke(main, [*command, "--route"])
-    assert (refused.exit_code, refused.output) == (2, "error: report: nothing here places and routes for Gowin GW2A\n")
+    assert (refused.exit_code, refused.output) == (2, "error: report: there is no place and route for Gowin GW2A\n")
 
 
 @pytest.mark.nightly

@@ -139,10 +139,11 @@ async def timed(dut):
 
 @pytest.mark.sim
 def test_many_times_as_fast(given, capsys):
-    result = (BUILD / "vectors" / "fast-port.json").resolve()
-    folder = save(given[:1], BUILD / "vectors" / "engine-fast-port")
-    simulate(engine_verilog(CONFIG), "tb.system.test_fast_port", ("timed",), name="engine-fast-port", changes=CHANGES,
-             visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=1_000_000, result=str(result))
+    result = (BUILD / "vectors" / "simulated-port.json").resolve()
+    folder = save(given[:1], BUILD / "vectors" / "engine-simulated-port")
+    simulate(engine_verilog(CONFIG), "tb.system.test_simulated_port", ("timed",), name="engine-simulated-port",
+             changes=CHANGES, visible=("clk", "rst", "host__*", "axi__*"), folder=str(folder), cycles=1_000_000,
+             result=str(result))
     rates = json.loads(result.read_text())
     with port_for(given) as port:
         host = Host(port, CONFIG, base=BASE)

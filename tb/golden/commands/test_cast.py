@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import golden.commands.cast
+import golden.tasks.cast
 from tb.golden.commands.runner import report, run
 
 FRUSTUM = ("cast", "cornell", "--patch", "2", "--rays", "32x8")
@@ -87,12 +87,12 @@ def test_what_cannot_be_cast_is_one_line(arguments, says):
 
 @pytest.mark.parametrize("judge", ["naive", "oracle"])
 def test_a_wrong_hit_is_told_by_the_exit_code(monkeypatch, judge):
-    right = golden.commands.cast.Shelling.cast
+    right = golden.tasks.cast.Shelling.cast
 
     def wrong(*arguments):
         hits, counts = right(*arguments)
         hits.patch[40:90] = (hits.patch[40:90] + 3) % 7
         return hits, counts
 
-    monkeypatch.setattr(golden.commands.cast.Shelling, "cast", wrong)
+    monkeypatch.setattr(golden.tasks.cast.Shelling, "cast", wrong)
     assert run(*FRUSTUM, "--compare", judge).exit_code == 1

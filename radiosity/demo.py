@@ -1,18 +1,19 @@
-"""The main job on real input, with pictures and a report: ``python -m tb.demo FOLDER``."""
+"""Real scenes, rendered and cast, with pictures and a report."""
 
 import json
 import os
 import platform
-import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageChops
 
-from tb.command import golden, machine
+from radiosity.run import run
 
-# Name of the pictures, what is rendered, how. The telephone goes through a file on disk.
+__all__ = ["MACHINE", "RENDERED", "write_demo"]
+
+# Name of the pictures, scene, options. The telephone is read from a file.
 RENDERS = (
     ("cornell", "cornell", ("--size", "512x512")),
     ("room1627", "room1627", ("--size", "400x300")),
@@ -20,14 +21,15 @@ RENDERS = (
     ("mountain", "mountain", ("--size", "400x300")),
 )
 
-# The image that the machine makes, of few elements, and how.
-RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200")
-MACHINE = ("--clusters", "4", "--cell", "0.25")
+# The image that the machine renders, of few elements.
+RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200",
+            "--cell", "0.25")
+MACHINE = ("--method", "machine", "--clusters", "4")
 
 
 def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> list[str]:
     """A section of the report: command, picture, heat map, and what it took."""
-    line = golden(folder, "render", scene, "-o", f"{name}.png", "-o", f"{name}.exr", "--heatmap", name,
+    line = run(folder, "render", scene, "-o", f"{name}.png", "-o", f"{name}.exr", "--heatmap", name,
                   "--stats", f"{name}.json", *options)
     stats = json.loads((folder / f"{name}.json").read_text())
     rows = [f"| {kind} | {counts['rays']:,} | {counts['hits']:,} | {counts['tests'] / max(1, counts['rays']):.2f} "
@@ -42,7 +44,7 @@ def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> li
 
 def form_factors(folder: Path) -> list[str]:
     """A section of the report: form factors of a closed scene, whose rows must sum to one exactly."""
-    line = golden(folder, "formfactors", "furnace:4", "-o", "furnace.npz")
+    line = run(folder, "formfactors", "furnace:4", "-o", "furnace.npz")
     with np.load(folder / "furnace.npz") as stored:
         exact = (stored["row_sums"] == 1 << int(stored["weight_bits"])).sum()
         count, worst = stored["row_sums"].size, np.abs(stored["F"].sum(axis=1) - 1).max()
@@ -53,10 +55,10 @@ def form_factors(folder: Path) -> list[str]:
 
 def on_the_machine(folder: Path) -> list[str]:
     """A section of the report: an image whose hemispheres and primary rays the RTL has cast, beside golden's."""
-    line = machine(folder, "render", *RENDERED, "-o", "machine.png", "-o", "machine.exr", "--stats", "machine.json",
-                   *MACHINE)
-    cast = machine(folder, "cast", "cornell", "--patch", "4", "--timeline", "timeline.svg", *MACHINE)
-    golden(folder, "render", *RENDERED, "--method", "shelling", "-o", "machine-golden.png", "-o", "machine-golden.exr")
+    line = run(folder, "render", *RENDERED, *MACHINE, "-o", "machine.png", "-o", "machine.exr", "--stats",
+               "machine.json")
+    cast = run(folder, "cast", "cornell", "--patch", "4", "--cell", "0.25", *MACHINE, "--timeline", "timeline.svg")
+    run(folder, "render", *RENDERED, "--method", "shelling", "-o", "machine-golden.png", "-o", "machine-golden.exr")
     for suffix in "png", "exr":
         if (folder / f"machine.{suffix}").read_bytes() != (folder / f"machine-golden.{suffix}").read_bytes():
             raise SystemExit(f"error: machine.{suffix} is not what golden makes")
@@ -72,21 +74,23 @@ def on_the_machine(folder: Path) -> list[str]:
             f"`{cast}`", "", "![what is busy when](timeline.svg)", ""]
 
 
-def main(folder: Path) -> None:
-    """Render, compute, report."""
+def write_demo(folder: Path) -> Path:
+    """Run all jobs in a folder and return the report's path.
+
+    Raises
+    ------
+    click.exceptions.Exit
+        A job fails.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     report = ["# Demo", "",
               f"radiosity-engine {version('radiosity-engine')}, Python {platform.python_version()}, "
-              f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). All but the last by the "
-              "golden renderer in double precision.", ""]
-    golden(folder, "scene", "phone", "-o", "phone.glb")
+              f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). The golden renderer "
+              "makes all but the last picture in double precision.", ""]
+    run(folder, "scene", "phone", "-o", "phone.glb")
     for job in RENDERS:
         report += picture(folder, *job)
     report += form_factors(folder)
     report += on_the_machine(folder)
     (folder / "report.md").write_text("\n".join(report))
-    sys.stdout.write(f"\npictures and report in {folder}/report.md\n")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    return folder / "report.md"

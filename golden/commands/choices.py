@@ -1,0 +1,41 @@
+"""Names that options accept, without the modules that implement them: help must not import those.
+
+A test compares every list with the registry that it names.
+"""
+
+__all__ = [
+           "CURVES",
+           "EXPORT_SUFFIXES",
+           "FRUSTUM_METHODS",
+           "PRESETS",
+           "RAY_METHODS",
+           "RECORD_METHODS",
+           "REFERENCES",
+           "SCENE_SUFFIXES",
+           "SOLVERS",
+           "STIMULUS_BLOCKS",
+           "STIMULUS_SUFFIXES",
+           "TOPOLOGIES",
+]
+
+PRESETS = ("tiny", "small", "paper", "large")
+TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
+# Methods that cast any rays, and those that cast frusta for the renderer.
+RAY_METHODS = ("grid", "naive")
+FRUSTUM_METHODS = (*RAY_METHODS, "shelling", "naive-fixed")
+# Methods of `cast`, and what it compares their hits with.
+RECORD_METHODS = ("shelling", "naive")
+REFERENCES = ("naive", "oracle")
+SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "overshooting", "proximity",
+           "conjugate-gradient")
+CURVES = ("reinhard", "linear")
+SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff")
+EXPORT_SUFFIXES = (".glb", ".obj", ".ply", ".stl")
+STIMULUS_SUFFIXES = (".npz", ".jsonl")
+STIMULUS_BLOCKS = (
+    "cordic", "ctu.cell_traversal", "ctu.grid_rays", "ctu.near_cells", "ctu.ray_memory", "ctu.sector",
+    "ctu.settle_pyramid", "ctu.survival", "ctu.unit", "icu.collector", "icu.edge_planes", "icu.g2r_transform",
+    "icu.intersection", "icu.inverse_distance", "icu.ipbb", "icu.patch_setup", "icu.plane_factor", "icu.ray_memory",
+    "icu.reciprocal", "icu.sbb", "icu.screening", "icu.section_clip", "icu.settle_code", "icu.uv_subdivision",
+    "icu.vertex_direction", "icu.window_walk", "memsys.cell_table", "memsys.filter", "memsys.istructure",
+    "memsys.patch_table")

@@ -1,0 +1,82 @@
+"""``render``: an image of a scene."""
+
+from contextlib import nullcontext
+
+import click
+
+from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
+from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import AZIMUTHS, FILE, SCENE, SCENE_HELP, Positive, Triple, WholePair
+
+__all__ = ["render_command"]
+
+# The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
+_FRUSTA = ("hemisphere", "primary")
+
+
+def render_command(*methods: CastingMethod) -> click.Command:
+    """The command, with methods that another package adds."""
+    @click.command("render", cls=Task, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
+    @SCENE
+    @click.option("-o", "--output", type=FILE, required=True, multiple=True,
+                  help="Write the image to this .png (as a display shows it) or .exr (linear radiance). May be "
+                       "repeated.")
+    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="The size of the image in pixels.")
+    @click.option("--eye", type=Triple(), help="The position of the camera.  [default: the scene's view, or one of all "
+                  "of it]")
+    @click.option("--target", type=Triple(), help="The point that the camera looks at.")
+    @click.option("--up", type=Triple(), help="The direction that is up in the image.")
+    @click.option("--fov", type=float, help="The full vertical field of view in degrees.")
+    @click.option("--sky", type=Triple("R,G,B", least=0),
+                  help="The radiance from outside the scene.  [default: the scene's]")
+    @click.option("--spp", "samples", type=int, default=4, help="The primary rays per pixel: 1, 4, 9, 16 ... 1024.")
+    @click.option("--light-samples", type=int, default=16, help="The shadow rays to area lights per point.")
+    @click.option("--depth", type=int, default=6, help="The most mirror and glass surfaces that a ray meets.")
+    @click.option("--rays", type=AZIMUTHS, help="The rays of a radiosity hemisphere, powers of two.  [default: by the "
+                  "number of elements]")
+    @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
+                  help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
+    @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: some 3000 "
+                  "elements]")
+    @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
+    @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how frusta, hemispheres and primary rays, "
+                   "are cast.")
+    @click.option("--cell", type=Positive(), help="The size of the method's cells as a share of the scene's longest "
+                  "side.  [default: the method's choice]")
+    @add_options(option for method in methods for option in method.options)
+    @click.option("--jobs", type=int, help="The number of threads that cast; the image does not depend on it.  "
+                  "[default: one per processor]")
+    @click.option("--seed", type=int, default=0, help="The seed of all random choices.")
+    @click.option("--exposure", type=Positive(), help="The factor before the tone curve.  [default: automatic]")
+    @click.option("--tone", type=click.Choice(CURVES), default="reinhard", help="Choose the tone curve.")
+    @click.option("--gamma", type=Positive(), help="The exponent of the display's power law.  [default: the sRGB "
+                  "curve]")
+    @click.option("--stats", type=FILE, help="Write counts and seconds to this .json.")
+    @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
+                  "PREFIX-tests.png and PREFIX-steps.png.")
+    def render_image(scene, output, size, samples, light_samples, depth, rays, solver, max_edge, max_area, method, cell,
+                     jobs, seed, stats, heatmap, **given):
+        """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
+        chosen, options = options_of(methods, method, given)
+        from golden.light.two_pass import RenderSettings
+        from golden.tasks.render import RenderFiles, View, render_scene
+
+        # Another package's method casts shelling's frusta.
+        settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
+                                  depth=depth, rays=rays, solver=solver, max_edge=max_edge, max_area=max_area,
+                                  method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
+        files = RenderFiles(images=output, stats=stats, heatmap=heatmap,
+                            **{name: given[name] for name in ("exposure", "tone", "gamma")})
+        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")})
+        largest = size[0] * size[1] * settings.side**2
+        if chosen:
+            chosen.check(rays=largest, **options)
+
+        def caster(opened):
+            return chosen.frusta(opened, cell=cell, rays=largest, **options) if chosen else nullcontext()
+        report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
+                                    progress=console().progress)
+        console().report(report, text)
+    return render_image

@@ -1,0 +1,219 @@
+"""One frustum in the machine's integers, and how its hits compare."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from golden.cast.differences import differences, oracle_rays
+from golden.cast.fixed_hits import FixedHits
+from golden.cast.grid import Grid
+from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.config import Config
+from golden.errors import InputError
+from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.icu.inverse_distance import decode
+from golden.image import label_colours, write_png
+from golden.output import whole_file
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+from golden.scene.view import default_camera
+from golden.schedule.sections import cut_sections
+
+__all__ = ["CastTaskResult", "FrustumChoice", "cast_frustum"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrustumChoice:
+    """The frustum that a user asks for: a hemisphere at a point or on a patch, or a screen.
+
+    Parameters
+    ----------
+    origin, normal
+        Where the rays of a hemisphere start, and the direction of its middle.
+    patch
+        In place of both, the middle of this patch's front.
+    rays
+        Azimuths and polars of the hemisphere.
+    screen
+        Width and height of a screen through the scene's view, in place of a hemisphere.
+
+    Raises
+    ------
+    InputError
+        Not exactly one of the three kinds is chosen.
+    """
+
+    origin: tuple[float, ...] | None = None
+    normal: tuple[float, ...] | None = None
+    patch: int | None = None
+    rays: tuple[int, int] = (256, 64)
+    screen: tuple[int, int] | None = None
+
+    def __post_init__(self):
+        given = [name for name, value in (("--origin", self.origin), ("--patch", self.patch),
+                                          ("--screen", self.screen)) if value is not None]
+        if len(given) != 1:
+            raise InputError("cast: one of --origin, --patch and --screen must be given, "
+                             f"not {' and '.join(given) or 'none'}")
+        if (self.origin is None) != (self.normal is None):
+            raise InputError("cast: --origin and --normal must be given together")
+
+    def record(self, scene: Scene, config: Config) -> tuple[FrustumRecord, PatchGeometry, np.ndarray | None]:
+        """The frustum's record, the patches in its coordinates, and the weights of a hemisphere's rows.
+
+        Raises
+        ------
+        InputError
+            The scene has no such patch, or the frustum cannot be made.
+        """
+        if self.screen:
+            camera = default_camera(scene)
+            geometry = PatchGeometry.of(scene, config.numbers, [camera.eye])
+            screen = Screen(camera=camera, width=self.screen[0], height=self.screen[1])
+            return screen_record(screen, geometry.coordinates), geometry, None
+        origin, normal, source = self._place(scene)
+        geometry, hemisphere = PatchGeometry.of(scene, config.numbers, [origin]), Hemisphere(*self.rays)
+        record = hemisphere_record(hemisphere, geometry.coordinates, origin, normal, source=source)
+        return record, geometry, hemisphere.polar_weights
+
+    def facing_away(self, scene: Scene) -> str | None:
+        """A warning if all patches lie behind the hemisphere's base plane."""
+        if self.screen:
+            return None
+        origin, normal, _ = self._place(scene)
+        height = (scene.vertices - origin) @ (np.asarray(normal) / np.linalg.norm(normal))
+        if height.max() > 1e-9 * np.ptp(scene.vertices.reshape(-1, 3), axis=0).max():
+            return None
+        if self.patch is None:
+            return "no ray hits a patch: the hemisphere faces away from the scene; try the opposite --normal"
+        return (f"no ray hits a patch: the front of patch {self.patch} faces away from the scene; wind the patch the "
+                "other way round, or give --origin and --normal")
+
+    def _place(self, scene):
+        if self.patch is None:
+            return self.origin, self.normal, -1
+        if not 0 <= self.patch < len(scene):
+            raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {self.patch}")
+        return scene.centres[self.patch], scene.normals[self.patch], int(scene.surface[self.patch])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CastTaskResult:
+    """What `cast_frustum` found.
+
+    Parameters
+    ----------
+    hits
+        The frustum's hits.
+    report, text
+        Counts and differences, ready for JSON, and as lines.
+    agrees
+        Whether every comparison found what it must find.
+    warnings
+        Lines for the user.
+    """
+
+    hits: FixedHits
+    report: dict
+    text: str
+    agrees: bool
+    warnings: list[str] = field(default_factory=list)
+
+
+def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: str = "shelling", cell: float = 0.0625,
+                 clusters: int = 1, compare: tuple[str, ...] = (), output: Path | None = None,
+                 picture: Path | None = None, caster: Callable | None = None) -> CastTaskResult:
+    """Cast a frustum, compare its hits and write them.
+
+    Parameters
+    ----------
+    scene
+        A name as `open_scene` takes it.
+    choice, config
+        The frustum and the machine's configuration.
+    method
+        ``shelling`` or ``naive``; another name needs ``caster``.
+    cell, clusters
+        Cell size as a share of the scene's longest side, and the clusters that share the frustum.
+    compare
+        ``naive`` and ``oracle``: with which references the hits are compared.
+    output, picture
+        Files for the hits (.npz) and for a picture of the patches that they are on (.png).
+    caster
+        Gives a `golden.commands.casting_method.CastOutcome` of a record, a geometry and weights.
+
+    Raises
+    ------
+    InputError
+        The scene, the frustum or a parameter cannot be used.
+    """
+    opened = open_scene(scene)
+    record, geometry, weights = choice.record(opened, config)
+    extra, text, agrees = {}, "", True
+    if caster:
+        outcome = caster(record, geometry, weights)
+        hits, extra, text, agrees = outcome.hits, outcome.report, outcome.text, outcome.agrees
+    elif method == "naive":
+        hits = NaiveFixed(geometry, config).cast(record)
+    else:
+        sections = cut_sections(np.ones((record.rows, record.columns)), clusters=clusters).sections
+        hits, counts = Shelling(geometry, config, cell=cell).cast(record, sections)
+        extra = _work(counts)
+    report = {"scene": scene, "method": method, "rays": len(record), "hits": int((hits.patch >= 0).sum()), **extra,
+              **_compare(compare, hits, record, opened, geometry, config)}
+    if output:
+        _write_hits(output, hits, record, geometry, config)
+    if picture:
+        write_png(picture, label_colours(hits.patch.reshape(record.rows, record.columns)))
+    if report.get("naive", {}).get("differences") or report.get("oracle", {}).get("unexplained"):
+        agrees = False
+    warning = None if report["hits"] else choice.facing_away(opened)
+    return CastTaskResult(hits=hits, report=report, text="\n".join(filter(None, [_text(report), text])), agrees=agrees,
+                          warnings=[warning] if warning else [])
+
+
+def _write_hits(path, hits, record, geometry, config):
+    t = np.divide(1, decode(hits.inverse, config.numbers), where=hits.inverse > 0, out=np.full(len(record), np.inf))
+    with whole_file(path) as part:
+        np.savez(part, patch=hits.patch, inverse=hits.inverse, u=hits.u, v=hits.v,
+                 t=t / (geometry.coordinates.scale * record.z_scale * 2.0**-record.numbers.direction_fraction))
+
+
+def _work(counts: list[ShellingCounts]) -> dict:
+    """Counts of all clusters together, per ray and per patch, and those of each cluster if there are several."""
+    total = sum(counts, ShellingCounts())
+    work = {"tests_per_ray": total.tests / total.rays, "in_windows_per_ray": total.in_windows / total.rays,
+            "cell_steps_per_ray": total.cell_steps / total.rays, "grid_rays": total.grid_rays, "cells": total.cells,
+            "patches": total.patches, "edrc": total.edrc, "shells": total.shells}
+    return work | ({"clusters": [asdict(cluster) for cluster in counts]} if len(counts) > 1 else {})
+
+
+def _compare(references, hits, record, scene, geometry, config) -> dict:
+    report = {}
+    if "naive" in references:
+        other = NaiveFixed(geometry, config).cast(record)
+        report["naive"] = {"differences": len(hits.differences(other))}
+    if "oracle" in references:
+        other = Grid(scene).nearest(oracle_rays(record, geometry))
+        report["oracle"] = differences(hits, other, record, scene, geometry, config).counts()
+    return report
+
+
+def _text(report: dict) -> str:
+    lines = [f"{report['hits']} of {report['rays']} rays hit"]
+    if "grid_rays" in report:
+        lines += [f"per ray: {report['tests_per_ray']:.2f} tests, {report['in_windows_per_ray']:.2f} in windows, "
+                  f"{report['cell_steps_per_ray']:.2f} cell steps",
+                  f"{report['shells']} shells, {report['grid_rays']} grid rays, {report['cells']} cells, "
+                  f"{report['patches']} patches found, {report['edrc']:.2f} tests per patch (EDRC)"]
+        lines += [f"cluster {number}: {cluster['rays']} rays, {cluster['tests']} tests, "
+                  f"{cluster['cell_steps']} cell steps, {cluster['patches']} patches"
+                  for number, cluster in enumerate(report.get("clusters", ()))]
+    lines += [f"{reference}: " + ", ".join(
+        f"{count} {name.replace('_', ' ')}" for name, count in report[reference].items())
+        for reference in ("naive", "oracle") if reference in report]
+    return "\n".join(lines)

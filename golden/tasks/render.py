@@ -1,0 +1,147 @@
+"""An image of a scene, written as the user asks."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from golden.errors import InputError
+from golden.image import false_colour, write_exr, write_png
+from golden.light.tone import tone_map
+from golden.light.two_pass import RenderResult, RenderSettings, render
+from golden.output import check_outputs, whole_file
+from golden.scene.open import open_scene
+from golden.scene.scene import Scene
+from golden.scene.view import default_camera
+from golden.summary import summary
+
+__all__ = ["RenderFiles", "View", "render_scene"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """The parts of the camera and the background that replace the scene's own.
+
+    Parameters
+    ----------
+    eye, target, up, fov
+        See `golden.scene.camera.Camera`.
+    sky
+        Radiance from outside the scene.
+    """
+
+    eye: tuple[float, ...] | None = None
+    target: tuple[float, ...] | None = None
+    up: tuple[float, ...] | None = None
+    fov: float | None = None
+    sky: tuple[float, ...] | None = None
+
+    def scene(self, name: str) -> Scene:
+        """The scene with this background."""
+        opened = open_scene(name, up=self.up)
+        return opened if self.sky is None else replace(opened, background=self.sky)
+
+    def camera(self, scene: Scene):
+        """The scene's camera, or one of all of it, with the parts that are given."""
+        given = {name: getattr(self, name) for name in ("eye", "target", "up", "fov")}
+        return replace(default_camera(scene), **{name: value for name, value in given.items() if value is not None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderFiles:
+    """The files of an image.
+
+    Parameters
+    ----------
+    images
+        Paths ending in .png or .exr.
+    stats
+        For the statistics. (.json)
+    heatmap
+        The beginning of the names of two pictures: patch tests and cell steps of each pixel.
+    exposure, tone, gamma
+        See `golden.light.tone.tone_map`, for every .png.
+
+    Raises
+    ------
+    InputError
+        A file cannot be written, or is named twice.
+    """
+
+    images: tuple[Path, ...]
+    stats: Path | None = None
+    heatmap: Path | None = None
+    exposure: float | None = None
+    tone: str = "reinhard"
+    gamma: float | None = None
+
+    def __post_init__(self):
+        check_outputs(*self.images, suffixes=(".png", ".exr"))
+        check_outputs(*self.heatmaps, suffixes=(".png",))
+        check_outputs(self.stats, suffixes=(".json",))
+        resolved = [path.resolve() for path in (*self.images, *self.heatmaps)]
+        for path in self.images:
+            if resolved.count(path.resolve()) > 1:
+                raise InputError(f"output {str(path)!r}: it is named twice")
+
+    @property
+    def heatmaps(self) -> tuple[Path, ...]:
+        """The two pictures, or none."""
+        return tuple(self.heatmap.with_name(f"{self.heatmap.name}-{what}.png")
+                     for what in ("tests", "steps")) if self.heatmap else ()
+
+    def write(self, result: RenderResult, stats: dict) -> None:
+        """Write all of them."""
+        for path in self.images:
+            if path.suffix.lower() == ".exr":
+                write_exr(path, result.image)
+            else:
+                write_png(path, tone_map(result.image, exposure=self.exposure, curve=self.tone, gamma=self.gamma))
+        values = (result.tests, result.steps)
+        for path, counts, what in zip(self.heatmaps, values, ("patch tests", "cell steps"), strict=False):
+            write_png(path, false_colour(counts, f"{what} per pixel"))
+        if self.stats:
+            with whole_file(self.stats) as part:
+                part.write_text(json.dumps(stats, indent=1) + "\n")
+
+
+def render_scene(scene: str, view: View, settings: RenderSettings, files: RenderFiles, *, method: str,
+                 caster: Callable, frusta: tuple[str, ...] = (), progress: bool = False) -> tuple[dict, str]:
+    """Render a scene and write its files.
+
+    Parameters
+    ----------
+    scene
+        A name as `open_scene` takes it.
+    view, settings, files
+        What to show, how to render, where to write.
+    method
+        What the statistics call the caster of frusta.
+    caster
+        Gives, for the opened scene, a context manager of a caster of frusta with ``counts()`` and ``summary()``; of
+        None for that of the settings.
+    frusta
+        The kinds of rays that such a caster casts.
+
+    Returns
+    -------
+    The statistics, and as text.
+
+    Raises
+    ------
+    InputError
+        See `golden.light.two_pass.render`.
+    """
+    opened = view.scene(scene)
+    camera = view.camera(opened)
+    with caster(opened) as cast:
+        result = render(opened, camera=camera, settings=settings, frusta=cast, progress=progress)
+    stats, text = result.stats, summary(result.stats)
+    if cast is not None:
+        rays = {kind: counts["rays"] for kind, counts in stats["rays"].items()}
+        share = sum(rays.get(kind, 0) for kind in frusta) / max(1, sum(rays.values()))
+        stats = {**stats, "settings": {**stats["settings"], "method": method},
+                 method: {**cast.counts(), "share": share}}
+        text += f"\n\n{cast.summary()}\n{share:.1%} of all rays by method {method}"
+    files.write(result, stats)
+    return stats, text

@@ -1,0 +1,44 @@
+"""``board``: a bitstream for a board."""
+
+import shlex
+from pathlib import Path
+
+import click
+
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, FILE, Positive, WholePair
+
+__all__ = ["board"]
+
+
+@click.command("board", cls=Task, short_help="Make a bitstream for the ULX3S.")
+@click.option("--scene", default="cornell", help="A built-in scene; the board casts its view.")
+@click.option("--pixels", type=WholePair("WIDTHxHEIGHT"), default="64x64", help="The rays of the view.")
+@click.option("--cell", type=Positive(), default=0.25, help="Cell size as a share of the scene's longest side.")
+@click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="The rate of the serial line.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="The placer's seed.")
+@click.option("--nextpnr", help="More options of nextpnr.  [default: for high utilization and a slow clock]")
+@click.option("--no-bitstream", is_flag=True, help="Only write Verilog and constraints.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="The folder for the files.")
+@ASSIGNMENTS
+def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assignments):
+    """Make a bitstream for the ULX3S with an ECP5-85 that casts a frustum and sends the hits.
+
+    The machine has one cluster and small memories, see `docs/board.md`.
+    """
+    from hw.board.board_shell import BoardShell
+    from hw.board.record import record
+    from hw.board.ulx3s import CLOCK_HZ, NEXTPNR, build
+    from hw.board.view import BOARD, board_view
+    from hw.synthesis.flow import tool_versions
+
+    if not no_bitstream:
+        tool_versions()
+    config = BOARD.with_parameters(assignments)
+    program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).image, config)
+    shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
+    options = NEXTPNR if nextpnr is None else tuple(shlex.split(nextpnr))
+    console().note("writing Verilog and constraints" if no_bitstream else "synthesis, place and route: some minutes")
+    paths = [str(path) for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=options)]
+    console().report({"output": paths}, "\n".join(paths))

@@ -1,0 +1,15 @@
+"""Names that options accept, without the modules that implement them: help must not import those.
+
+A test compares every list with the registry that it names.
+"""
+
+__all__ = ["BLOCKS", "FAMILIES", "MHZ", "NEXTPNR", "POLICIES", "TOPS"]
+
+# `hw.report.UNITS`, `hw.package.tops.TOPS`, `hw.synthesis.family.FAMILIES`, `hw.memsys.cache_policy.CachePolicy`.
+BLOCKS = ("icu", "ctu", "memsys", "control", "cluster", "registers", "noc")
+TOPS = ("engine", "cluster", "icu", "ctu", "router")
+FAMILIES = ("ecp5", "xc7", "gowin", "ice40")
+POLICIES = ("direct", "lru", "lfu")
+# `hw.synthesis.flow.OPTIONS` and ``MHZ``.
+NEXTPNR = "--placer-heap-timingweight 30"
+MHZ = 105

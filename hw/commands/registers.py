@@ -1,0 +1,24 @@
+"""``registers``: the page on the registers."""
+
+import click
+
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import FILE
+
+__all__ = ["registers"]
+
+
+@click.command("registers", cls=Task, short_help="Write the page on the registers.")
+@click.option("-o", "--output", "path", type=FILE, help="The file to write.  [default: print the page]")
+def registers(path):
+    """Write the page on the registers, in Markdown."""
+    from hw.output import write_text
+    from hw.registers.page import page
+
+    text = page()
+    if path is None:
+        console().report({"page": text}, text.rstrip("\n"))
+        return
+    write_text(path, text)
+    console().report({"output": path}, str(path))

@@ -1,0 +1,71 @@
+"""``report``: area and clock of a block's units."""
+
+import shlex
+from pathlib import Path
+
+import click
+
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
+from hw.commands.choices import BLOCKS, FAMILIES, MHZ, NEXTPNR
+
+__all__ = ["report"]
+
+
+@click.command("report", cls=Task, short_help="Measure area and clock of a block's units.")
+@click.argument("block", type=click.Choice(BLOCKS))
+@click.option("--unit", "units", multiple=True, metavar="UNIT",
+              help="Measure only this unit. May be repeated.  [default: all]")
+@click.option("--family", type=click.Choice(FAMILIES), default="ecp5",
+              help="Choose the FPGA family. Only the ECP5 has a clock.")
+@click.option("--route/--no-route", default=None, help="Place and route for the clock, or only count the area.  "
+              "[default: route where there is a clock]")
+@click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,),
+              help="The placer's seed. May be repeated: the least, median and best clock are reported.")
+@click.option("--nextpnr", default=NEXTPNR, help="More options of nextpnr. For the largest units its other router "
+              f"terminates sooner: '--router router2'. Unless --freq is among them the target is {MHZ} MHz.")
+@click.option("--record", "records", is_flag=True, help="Write the figures to the history, docs/figures/history.csv.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"),
+              help="The folder for netlists and tables.")
+@PRESET
+@ASSIGNMENTS
+def report(block, units, family, route, seeds, nextpnr, records, folder, preset, assignments):
+    """Measure area and clock of each unit of BLOCK alone, with open tools.
+
+    The clock is of an ECP5-85; other families have the area only. Prints a table and writes it to FOLDER/BLOCK.md, with
+    the tools' logs beside it.
+    """
+    from tqdm import tqdm
+
+    from golden.config import PRESETS
+    from golden.errors import InputError
+    from hw.history import Record, add_record, measured_commit
+    from hw.output import write_text
+    from hw.report import UNITS, measure, table
+    from hw.synthesis.family import FAMILIES as KNOWN
+    from hw.synthesis.flow import tool_versions
+
+    config = PRESETS[preset].with_parameters(assignments)
+    tools = tool_versions(KNOWN[family])
+    for unit in units:
+        if unit not in UNITS[block]:
+            raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
+    if route and not KNOWN[family].has_clock:
+        raise InputError(f"report: there is no place and route for {KNOWN[family].title}")
+    seeds = tuple(dict.fromkeys(seeds)) if KNOWN[family].has_clock and route is not False else ()
+    options = tuple(shlex.split(nextpnr)) if seeds else ()
+    measured = measured_commit() if records else None
+    name = block if family == "ecp5" else f"{block}-{family}"
+    rows = []
+    with tqdm(units or UNITS[block], desc=block, unit="unit", disable=not console().progress) as bar:
+        for unit in bar:
+            bar.set_postfix_str(unit)
+            rows.append(measure(block, unit, config, folder / name, family=family, seeds=seeds, options=options))
+            if records:
+                add_record(Record.of(rows[-1], measured, tools=tools, family=family, preset=preset,
+                                     parameters=" ".join(assignments), block=block, options=" ".join(options)))
+    text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
+    write_text(folder / f"{name}.md", text)
+    console().report({"output": folder / f"{name}.md", "block": block, "family": family, "preset": preset,
+                      "units": [vars(row) for row in rows]}, text.rstrip("\n"))

@@ -1,0 +1,28 @@
+"""``verilog``: the hardware as Verilog."""
+
+from pathlib import Path
+
+import click
+
+from golden.commands.command_line import Task
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
+from hw.commands.choices import TOPS
+
+__all__ = ["verilog"]
+
+
+@click.command("verilog", cls=Task, short_help="Write Verilog with constraints and a manifest.")
+@click.option("--top", type=click.Choice(TOPS), default="engine", help="Choose the top module.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="The folder for the files.")
+@PRESET
+@ASSIGNMENTS
+def verilog(top, folder, preset, assignments):
+    """Write Verilog for synthesis and simulation, with constraints, a description for FuseSoC, and a manifest."""
+    from golden.config import PRESETS
+    from hw.package.core_files import write_core
+
+    console().note(f"exporting {top}, preset {preset}: up to a minute")
+    paths = [str(path) for path in write_core(top, config=PRESETS[preset].with_parameters(assignments), preset=preset,
+                                              folder=folder)]
+    console().report({"output": paths}, "\n".join(paths))

@@ -1,0 +1,5 @@
+"""``python -m radiosity``."""
+
+from radiosity.cli import main
+
+main(prog_name="radiosity")

@@ -1,0 +1,1 @@
+"""Benchmarks: what the machine and its parts take, measured and tabulated; `radiosity bench` runs them."""

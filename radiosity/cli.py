@@ -1,0 +1,34 @@
+"""The command line: ``radiosity COMMAND``."""
+
+from golden.commands.cast import cast_command
+from golden.commands.command_line import command_line
+from golden.commands.config import show_config
+from golden.commands.formfactors import formfactors_command
+from golden.commands.intersect import intersect
+from golden.commands.render import render_command
+from golden.commands.scenes import export, list_scenes
+from golden.commands.schedule import schedule_command
+from golden.commands.stimulus import export_stimulus
+from hw.commands.board import board
+from hw.commands.figures import figures
+from hw.commands.registers import registers
+from hw.commands.report import report
+from hw.commands.verilog import verilog
+from radiosity.commands.bench import bench
+from radiosity.commands.demo import demo
+from radiosity.commands.pictures import pictures
+from radiosity.machine_method import MachineMethod
+
+__all__ = ["main"]
+
+
+@command_line("radiosity")
+def main():
+    """Radiosity Engine: render scenes, cast on the simulated machine, and generate its hardware."""
+
+
+_MACHINE = MachineMethod()
+for _command in (render_command(_MACHINE), formfactors_command(_MACHINE), cast_command(_MACHINE), schedule_command,
+                 intersect, list_scenes, export, show_config, export_stimulus, verilog, report, figures, registers,
+                 board, bench, demo, pictures):
+    main.add_command(_command)

@@ -1,0 +1,1 @@
+"""Commands of ``radiosity`` that neither golden nor hw has."""

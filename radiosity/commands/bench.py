@@ -1,0 +1,50 @@
+"""``bench``: the benchmarks, one module of `radiosity.benchmarks` each."""
+
+import ast
+import importlib
+from pathlib import Path
+
+import click
+
+from golden.commands.command_line import CommandLine, Task
+
+__all__ = ["bench"]
+
+_PACKAGE = "radiosity.benchmarks"
+_FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+
+class _Benchmarks(CommandLine):
+    """The modules with a command ``main``. A module is imported when it is run, and read for the list."""
+
+    def list_commands(self, ctx):
+        """The names of the modules."""
+        return sorted(path.stem for path in _FOLDER.glob("*.py") if _has_main(path))
+
+    def get_command(self, ctx, cmd_name):
+        """The command of a module."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command = importlib.import_module(f"{_PACKAGE}.{cmd_name}").main
+        return Task(cmd_name, params=command.params, callback=command.callback, help=command.help,
+                    epilog=command.epilog)
+
+    def format_commands(self, ctx, formatter):
+        """List names with the first sentence of each module, which is not imported."""
+        rows = [(name, _first_sentence(_FOLDER / f"{name}.py")) for name in self.list_commands(ctx)]
+        if rows:
+            with formatter.section("Benchmarks"):
+                formatter.write_dl(rows)
+
+
+def _has_main(path):
+    return any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in ast.parse(path.read_text()).body)
+
+
+def _first_sentence(path):
+    return (ast.get_docstring(ast.parse(path.read_text())) or "").partition("\n\n")[0].replace("\n", " ")
+
+
+@click.command("bench", cls=_Benchmarks, no_args_is_help=False, short_help="Run a benchmark.")
+def bench():
+    """Run a benchmark and write its tables to out/bench/."""

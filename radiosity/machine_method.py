@@ -1,0 +1,119 @@
+"""``--method machine``: frusta on the simulated machine."""
+
+from contextlib import contextmanager
+
+import click
+
+from golden.commands.casting_method import CastingMethod, CastOutcome
+from golden.commands.choices import PRESETS, TOPOLOGIES
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, FILE
+from golden.errors import InputError
+from hw.commands.choices import POLICIES
+
+__all__ = ["MachineMethod"]
+
+_CELL = 0.0625
+_MOST_CLUSTERS = 64
+
+_MEMORY = (
+    click.option("--topology", type=click.Choice(TOPOLOGIES), default="mesh", help="The machine's network."),
+    click.option("--policy", type=click.Choice(POLICIES), help="The policy of the machine's caches.  [default: the "
+                 "preset's]"),
+    click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Cycles from the machine to its main "
+                 "memory."),
+    click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add up to so many cycles to a read of "
+                 "the machine, at random, and return replies in any order."),
+    click.option("--memory-seed", type=click.IntRange(0, 1 << 32), default=1, help="The seed of --spread."))
+_CLUSTERS = click.option("--clusters", type=int, default=1, help="The machine's clusters, a power of two up to "
+                         f"{_MOST_CLUSTERS}.")
+_PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
+_WORK = (
+    click.option("--ratio", type=int, default=64, help="Cast one ray to schedule so many of the machine's."),
+    click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Repeat the cast on the machine: from the "
+                 "third one on caches and cleared memories are the same."),
+    click.option("--timeline", type=FILE, help="Write a chart of the machine's utilization in the last cast to this "
+                 ".svg."),
+    click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd."),
+    click.option("--waves-begin", type=click.IntRange(0), default=0, help="The first cycle of the signals."),
+    click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="The number of cycles of the "
+                 "signals."),
+    click.option("--csv", "table", type=FILE, help="Write the machine's counters to this .csv: a row for each cluster "
+                 "of each cast."))
+
+
+class MachineMethod(CastingMethod):
+    """Casts by the RTL; the modules of the simulator are imported when it does."""
+
+    name = "machine"
+    about = "The machine is simulated: its RTL finds the hits."
+    options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
+    frustum_options = (*_MEMORY, *_WORK)
+
+    def check(self, *, clusters, rays=0, timeline=None, waves=None, table=None, **options):
+        """See `CastingMethod`."""
+        from golden.output import check_outputs
+
+        check_outputs(timeline, suffixes=(".svg",))
+        check_outputs(waves, suffixes=(".vcd",))
+        check_outputs(table, suffixes=(".csv",))
+        if not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1):
+            raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}")
+        if "preset" in options:
+            icu = self._config(self._given(**options), clusters=clusters, **options).icu
+            if rays > clusters * icu.rays:
+                raise InputError(f"machine: Size times samples must be at most {clusters * icu.rays} rays (icu.rays, "
+                                 f"--clusters), not {rays}; --size 128x128 --spp 1 is {128 * 128}")
+
+    @contextmanager
+    def frusta(self, scene, *, cell, rays, **options):
+        """See `CastingMethod`."""
+        from hw.simulator.machine_caster import MachineCaster
+
+        config = self._config(self._given(**options), **options)
+        MachineCaster.check(config)
+        with self._machine(config, **options) as machine:
+            yield MachineCaster(scene, machine, cell=_CELL if cell is None else cell)
+
+    def cast(self, record, geometry, config, *, cell, weights, title, **options):
+        """See `CastingMethod`."""
+        from radiosity.machine_cast import CastOptions, MachineCast, WaveformWindow
+
+        waves = options["waves"]
+        window = waves and WaveformWindow(path=waves, begin=options["waves_begin"], cycles=options["waves_cycles"])
+        given = CastOptions(cell=cell, waves=window, timeline=options["timeline"], counters=options["table"],
+                            **{name: options[name] for name in ("ratio", "casts")})
+        config = self._config(config, **options)
+        prepared = MachineCast(record, geometry, weights, config, given)
+        with self._machine(config, traced=waves is not None, **options) as machine:
+            result = prepared.run(machine, title=title, progress=console().progress)
+        return CastOutcome(hits=result.hits, report={self.name: result.report}, text=result.text, agrees=result.agrees)
+
+    @staticmethod
+    def _given(*, preset, assignments, **_):
+        from golden.config import PRESETS as CONFIGURATIONS
+
+        return CONFIGURATIONS[preset].with_parameters(assignments)
+
+    @staticmethod
+    def _config(config, *, clusters, topology, assignments, **_):
+        from hw.simulator.simulation_config import simulation_config
+
+        return simulation_config(config, clusters=clusters, topology=topology,
+                                 given=tuple(one.partition("=")[0] for one in assignments))
+
+    @staticmethod
+    @contextmanager
+    def _machine(config, *, policy, latency, spread, memory_seed, traced=False, **_):
+        """The machine; what goes wrong in it is an error of one line."""
+        from hw.host import EngineError, EngineTimeoutError
+        from hw.memsys.cache_policy import CachePolicy
+        from hw.simulator.simulated_machine import SimulatedMachine
+
+        try:
+            with SimulatedMachine(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency,
+                                  spread=spread, shuffles=spread > 0, seed=memory_seed, traced=traced,
+                                  progress=console().progress) as machine:
+                yield machine
+        except (EngineError, EngineTimeoutError, RuntimeError) as error:
+            raise InputError(f"machine: {error}") from error

@@ -1,1 +1,0 @@
-"""Commands of ``python -m tb``, one module each; `tb.cli` registers them."""

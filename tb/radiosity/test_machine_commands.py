@@ -1,0 +1,230 @@
+# amaranth: UnusedElaboratable=no
+"""The commands as a user gives them."""
+
+import csv
+import json
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import golden.cli
+import golden.memory_map
+import radiosity.cli
+from golden.config import PRESETS
+from hw.simulator.cast_result import CastResult
+from hw.simulator.machine_caster import MachineCaster
+from hw.simulator.simulated_machine import SAMPLE_CYCLES
+from hw.simulator.utilization import utilization
+from radiosity.machine_cast import write_counters
+from tb.system.test_engine import SMALL
+
+# A small machine with little of everything.
+MACHINE = ("--method", "machine", "--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
+           *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
+# `formfactors` has no --cell.
+CELLLESS = tuple(word for word in MACHINE if word not in ("--cell", "0.5"))
+COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
+CAST = ("cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
+ON = ("--method", "machine")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Where outputs go."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(main, *arguments):
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result
+
+
+BAD = {
+    "no scene": (("cast", "nowhere", "--patch", "0", *ON), "nowhere"),
+    "no frustum": (("cast", "cornell", *ON), "one of --origin, --patch and --screen"),
+    "clusters": (("cast", "cornell", "--patch", "0", *ON, "--clusters", "3"), "a power of two up to 64, not 3"),
+    "no clusters": (("cast", "cornell", "--patch", "0", *ON, "--clusters", "0"), "not 0"),
+    "topology": (("cast", "cornell", "--patch", "0", *ON, "--topology", "star"), "'star' is not one of"),
+    "policy": (("cast", "cornell", "--patch", "0", *ON, "--policy", "random"), "'random' is not one of"),
+    "latency": (("cast", "cornell", "--patch", "0", *ON, "--latency", "0"), "0 is not in the range"),
+    "cell": (("cast", "cornell", "--patch", "0", *ON, "--cell", "2"), "Cell size must be"),
+    "patch": (("cast", "cornell", "--patch", "999", *ON), "Patch must be 0 to"),
+    "parameter": (("cast", "cornell", "--patch", "0", *ON, "-P", "icu.speed=1"), "no parameter 'icu.speed'"),
+    "room": (("cast", "cornell", "--patch", "0", *ON, "--rays", "256x128"), "there is room for 16384"),
+    "timeline": (("cast", "cornell", "--patch", "0", *ON, "--timeline", "a.png"), "must end in .svg"),
+    "waves": (("cast", "cornell", "--patch", "0", *ON, "--waves", "a.fst"), "must end in .vcd"),
+    "counters": (("cast", "cornell", "--patch", "0", *ON, "--csv", "a.json"), "must end in .csv"),
+    "no output": (("formfactors", "cornell", *ON), "Missing option '-o'"),
+    "form factors": (("formfactors", "cornell", *ON, "-o", "a.txt"), "must end in .npz"),
+    "rays": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "10x3"), "power"),
+    "numbers": (("formfactors", "cornell", *ON, "-o", "a.npz", "-P", "numbers.scene_bits=18"), "numbers."),
+    "image": (("render", "cornell", *ON, "-o", "a.jpg"), "must end in .png or .exr"),
+    "size": (("render", "cornell", *ON, "-o", "a.png", "--size", "512x512"), "at most 16384 rays"),
+    "dark": (("render", "tetra:1", *ON, "-o", "a.png", "--size", "0x4"), "Width must be 1 to"),
+    "another method's option": (("render", "cornell", "-o", "a.png", "--topology", "ring"),
+                                "--topology needs --method machine"),
+    "another method's option of cast": (("cast", "cornell", "--patch", "0", "--casts", "2"),
+                                        "--casts needs --method machine"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(folder, case):
+    arguments, says = BAD[case]
+    result = run(radiosity.cli.main, *arguments)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert says in result.stderr
+    assert not list(folder.iterdir())
+
+
+def test_the_machines_errors_are_lines_too(folder, monkeypatch):
+    def fails(*_, **__):
+        raise RuntimeError("verilator fails")
+
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", fails)
+    result = run(radiosity.cli.main, "cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", "--ratio",
+                 "1", *ON)
+    assert result.exit_code == 2
+    assert result.stderr == "error: machine: verilator fails\n"
+
+
+def test_utilization_of_a_timeline():
+    def counters(tests, patches):
+        return {"intersection_tested": tests, "intersection_patches": patches, "traversal_steps": 0,
+                "traversal_rays": tests // 4, "traversal_requests": 0}
+
+    step = SAMPLE_CYCLES
+    samples = [(0, [counters(900, 90)]), (step, [counters(0, 0)]), (2 * step, [counters(step // 2, step // 4)])]
+    at, busy = utilization(samples, PRESETS["tiny"])
+    assert at.tolist() == [step / 2, 3 * step / 2]
+    assert busy["tests"].tolist() == [0, 0.5]
+    assert busy["patches"].tolist() == [0, 1]
+    assert busy["grid rays"].tolist() == [0, 0.125]
+
+
+def test_tests_are_shared_out_to_the_last_one():
+    shares_of = MachineCaster._shares(11, 4)
+    assert shares_of.tolist() == [3, 3, 3, 2]
+
+
+def test_a_cast_adds_up_its_clusters():
+    one = {"traversal_steps": 90, "traversal_requests": 40, "traversal_rays": 30, "traversal_cells": 35,
+           "intersection_tested": 70, "intersection_patches": 20, "memory_remote": 10}
+    cast = CastResult(image=None, cycles=100, load_cycles=0, result_cycles=0,
+                      counters=[one, one | {"memory_remote": 0}], shared={"flits": 120})
+    assert cast.bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
+    cast.counters[1]["traversal_cells"] = 46
+    assert cast.bound(PRESETS["tiny"])["traversal"] == 46
+    assert cast.total("memory_remote") == 10
+    assert cast.links(PRESETS["tiny"]) == 1.0
+
+
+@pytest.mark.sim
+def test_cast(folder):
+    report = json.loads(run(radiosity.cli.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)
+    found = report["machine"]
+    assert found["differences"] == found["sums"] == report["naive"]["differences"] == 0
+    assert report["hits"] == found["hits"] > 0
+    assert found["cycles"] <= found["first_cycles"]
+    assert 0 < found["efficiency"] <= 1
+    assert 0 < found["of_bound"] <= 1
+    assert sum(found["sources"].values()) == found["each"][0]["memory_found"]
+    run(golden.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
+    with np.load("hits.npz") as machine, np.load("expected.npz") as expected:
+        assert {name: machine[name].tobytes() for name in machine} == {
+            name: expected[name].tobytes() for name in expected}
+    result = run(radiosity.cli.main, *CAST, "--timeline", "busy.svg")
+    assert result.exit_code == 0, result.stderr
+    assert "differences from golden: 0 hits, 0 sums" in result.stdout
+    assert "intersection tested" in result.stdout
+    chart = (folder / "busy.svg").read_text()
+    assert chart.count("<polyline") == 5
+    # A cast of some thousand cycles has more than a few points.
+    assert len(re.search(r'<polyline points="([^"]*)"', chart)[1].split()) > 4
+
+
+@pytest.mark.sim
+def test_the_timeline_ends_with_the_cast(folder, monkeypatch):
+    kept = []
+    monkeypatch.setattr("radiosity.machine_cast.write_timeline", lambda path, samples, *_, **__: kept.extend(samples))
+    report = json.loads(run(radiosity.cli.main, *CAST, "--json", "--timeline", "busy.svg").stdout)["machine"]
+    cycle, counters = kept[-1]
+    assert cycle == report["cycles"]
+    assert counters[0]["intersection_tested"] == report["each"][0]["intersection_tested"]
+    assert [at for at, _ in kept] == sorted({at for at, _ in kept})
+
+
+def test_counters_as_a_table(tmp_path):
+    casts = [CastResult(image=None, cycles=cycles, load_cycles=0, result_cycles=0, shared={},
+                        counters=[{"cycles": cycles, "b": 2}, {"cycles": 3, "b": 4}]) for cycles in (100, 90)]
+    write_counters(tmp_path / "counters.csv", casts)
+    with (tmp_path / "counters.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert len(set(header)) == len(header)
+    assert header == ["cast", "cluster", "cast_cycles", "cycles", "b"]
+    assert rows == [["0", "0", "100", "100", "2"], ["0", "1", "100", "3", "4"],
+                    ["1", "0", "90", "90", "2"], ["1", "1", "90", "3", "4"]]
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("clusters", [1, 2])
+def test_waveforms(folder, clusters):
+    result = run(radiosity.cli.main, *CAST, "--clusters", clusters, "--waves", "cast.vcd", "--waves-begin", "100",
+                 "--waves-cycles", "50", "--csv", "counters.csv")
+    assert result.exit_code == 0, result.stderr
+    text = (folder / "cast.vcd").read_text()
+    times = [int(line[1:]) for line in text.splitlines() if line.startswith("#")]
+    # Both edges of the clock in each cycle, and units inside the clusters.
+    assert times == list(range(times[0], times[0] + 2 * 50))
+    assert text.count("module intersection ") >= clusters
+    assert len((folder / "counters.csv").read_text().splitlines()) == 1 + 3 * clusters
+
+
+@pytest.mark.sim
+def test_a_difference_is_told(folder, monkeypatch):
+    expected = golden.memory_map.MemoryImage.with_results
+
+    def another(image, hits):
+        result = expected(image, hits)
+        result["hits"]["patch"][3] += 1
+        return result
+
+    monkeypatch.setattr("golden.memory_map.MemoryImage.with_results", another)
+    result = run(radiosity.cli.main, *CAST)
+    assert result.exit_code == 1
+    assert "differences from golden: 1 hits" in result.stdout
+
+
+@pytest.mark.sim
+def test_form_factors_are_goldens(folder):
+    result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *CELLLESS)
+    assert result.exit_code == 0, result.stderr
+    run(golden.cli.main, "formfactors", "cornell", "-o", "golden.npz", "--rays", "32x8", "--method", "shelling")
+    with np.load("machine.npz") as machine, np.load("golden.npz") as expected:
+        assert set(machine) == set(expected)
+        for name in expected:
+            assert machine[name].tobytes() == expected[name].tobytes(), name
+    assert "frusta" in result.stdout
+
+
+@pytest.mark.sim
+def test_an_image_is_goldens_with_all_of_its_options(folder):
+    view = ("--size", "24x24", "--eye", "278,273,-600", "--target", "278,273,0", "--fov", "45", "--sky", "0.1,0.2,0.3",
+            "--tone", "linear", *COARSE)
+    result = run(radiosity.cli.main, "render", "cornell", "-o", "machine.png", "-o", "machine.exr", "--stats",
+                 "machine.json", *view, *MACHINE)
+    assert result.exit_code == 0, result.stderr
+    run(golden.cli.main, "render", "cornell", "-o", "golden.png", "-o", "golden.exr", "--method", "shelling", *view)
+    for suffix in "png", "exr":
+        assert (folder / f"machine.{suffix}").read_bytes() == (folder / f"golden.{suffix}").read_bytes()
+    stats = json.loads((folder / "machine.json").read_text())
+    assert stats["settings"]["method"] == "machine"
+    assert 0 < stats["machine"]["share"] < 1
+    assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"]
+    assert "of all rays by method machine" in result.stdout
