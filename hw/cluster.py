@@ -51,7 +51,7 @@ def cluster_members(config: Config) -> dict:
         "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                     "hit": formats.hit, "last": 1}))),
         "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
-        "o_sum": Out(stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))),
+        "o_sum": Out(stream.Signature(formats.patch_sum)),
         "o_request": Out(asked), "i_reply": In(stream.Signature(formats.patch_vertex)), "i_asked": In(asked),
         "o_answer": Out(stream.Signature(StructLayout({"node": node, "vertex": formats.patch_vertex}))),
         "o_bus": Out(stream.Signature(path.request)),

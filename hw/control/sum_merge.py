@@ -1,50 +1,51 @@
-"""Sum merge: the sums of all clusters, patch by patch."""
+"""Sum merge: adds the sums of all clusters, patch by patch."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
+from hw.lib.validate import check_integer
 
 __all__ = ["SumMerge"]
 
 
 class SumMerge(wiring.Component):
-    """Adds what stands at the same patch, two and two.
+    """Adds the clusters' sums of each patch in a tree of two-input adders.
 
     Parameters
     ----------
     config
         The configuration.
     count
-        Inputs, at least 1.
+        Number of inputs, at least 1.
 
     Members
     -------
-    i
-        An array of ``patch``, ``sum``, ``last``: the same patches in the same order.
-    o
-        The same.
+    i : In, ``count`` streams of `IcuFormats.patch_sum`
+        The sums of each cluster: the same patches in the same order.
+    o : Out, stream of `IcuFormats.patch_sum`
+        The sums of all clusters; ``overflow`` if one of them has it, or if their sum is too large.
 
     Timing
     ------
     Latency: ``1 + bits(count - 1)`` cycles. One sum per cycle; stalls with ``o`` and with the slowest input.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The count is no integer.
     ValueError
-        Count out of range.
+        The count is out of range.
 
     Golden counterpart: `golden.icu.collector.collect`.
     """
 
     def __init__(self, *, config: Config, count: int):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
+        check_integer("Count", count, minimum=1)
         formats = IcuFormats(config)
-        self._item = stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))
+        self._item = stream.Signature(formats.patch_sum)
         super().__init__({"i": In(self._item).array(count), "o": Out(self._item)})
         self.latency = 1 + (count - 1).bit_length()
 
@@ -66,6 +67,8 @@ class SumMerge(wiring.Component):
                 m.d.comb += all_there.eq(0)
             m.d.comb += one.ready.eq(free & all_there)
         with m.If(free):
-            m.d.sync += [out.valid.eq(all_there), out.payload.eq(given[0].payload),
-                         out.payload.sum.eq(sum(one.payload.sum for one in given))]
+            total = sum(one.payload.sum for one in given)
+            m.d.sync += [out.valid.eq(all_there), out.payload.eq(given[0].payload), out.payload.sum.eq(total),
+                         out.payload.overflow.eq(Cat(total >> len(out.payload.sum), *(
+                             one.payload.overflow for one in given)).any())]
         return out

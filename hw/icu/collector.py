@@ -1,6 +1,6 @@
 """Collector: per-patch sums of the rays' form-factor weights."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -51,7 +51,7 @@ class Collector(wiring.Component):
             "i": In(stream.Signature(StructLayout({"row": formats.index, "hit": formats.hit}))),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
             "i_read": In(stream.Signature(config.icu.patch_bits + 1)),
-            "o": Out(stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1}))),
+            "o": Out(stream.Signature(formats.patch_sum)),
             "busy": Out(1)})
 
     def elaborate(self, platform):
@@ -59,11 +59,16 @@ class Collector(wiring.Component):
         formats, icu = self._formats, self._config.icu
         operand = StructLayout({"weight": WEIGHT_BITS, "hit": 1, "clear": 1})
 
+        width = formats.weight_sum.width
+
         def change(old, operand):
-            return Mux(operand.clear, 0, (old + operand.weight)[:len(old)]), operand.clear | operand.hit
+            # The bit above the sum is set by the first carry and stays.
+            total = old[:width] + operand.weight
+            return (Mux(operand.clear, 0, Cat(total[:width], old[width] | total[width])),
+                    operand.clear | operand.hit)
 
         m.submodules.sums = sums = UpdateMemory(
-            formats.weight_sum, depth=1 << icu.patch_bits, operand=operand,
+            width + 1, depth=1 << icu.patch_bits, operand=operand,
             tag=StructLayout({"reads": 1, "last": 1}), change=change)
         m.submodules.weights = weights = Memory(shape=WEIGHT_BITS, depth=1 << icu.side_bits, init=[],
                                                 attrs={"no_rw_check": 1})
@@ -115,7 +120,8 @@ class Collector(wiring.Component):
             entry.operand.weight.eq(weight), entry.address.eq(Mux(before["hit"], before["patch"], patch))]
         made = sums.o.payload
         m.d.comb += [queue.i.valid.eq(sums.o.valid & made.tag.reads), queue.i.payload.patch.eq(made.address),
-                     queue.i.payload.sum.eq(made.old), queue.i.payload.last.eq(made.tag.last)]
+                     queue.i.payload.sum.eq(made.old[:width]),
+                     queue.i.payload.overflow.eq(made.old[width]), queue.i.payload.last.eq(made.tag.last)]
         # Hits that are still on their way go first.
         with m.If(hits[0]["hit"] | hits[1]["hit"]):
             m.d.comb += asks.eq(0)

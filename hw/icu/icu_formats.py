@@ -49,7 +49,8 @@ class IcuFormats(Formats):
     uv, angle, coordinate
         A step of the patch's lattice; an angle; a signed angle or a quotient from -1 to 1.
     weight_sum
-        The sum of the weights of the rays of some frusta.
+        The sum of the weights of the rays of several frusta: a hemisphere's are 2^40 together at most. What it cannot
+        hold is flagged, see `patch_sum`.
     slot, ray
         Of a patch in flight; of a ray in the ray memory.
     tile_index
@@ -161,6 +162,11 @@ class IcuFormats(Formats):
         """What the intersection needs of a patch, read per ray by its slot."""
         return StructLayout({"planes": self.planes, "turns": self.turns, "factor": self.factor,
                              "exponents": self.exponents, "patch": self.patch})
+
+    @property
+    def patch_sum(self) -> StructLayout:
+        """The sum of the weights of the rays that hit a patch, the ``last`` one or not; ``overflow``: it was larger."""
+        return StructLayout({"patch": self.patch, "sum": self.weight_sum, "overflow": 1, "last": 1})
 
     @property
     def hit(self) -> StructLayout:

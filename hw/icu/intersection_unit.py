@@ -95,8 +95,7 @@ class IntersectionUnit(wiring.Component):
             "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                         "hit": formats.hit, "last": 1}))),
             "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
-            "o_sum": Out(stream.Signature(StructLayout({"patch": formats.patch, "sum": formats.weight_sum,
-                                                        "last": 1}))),
+            "o_sum": Out(stream.Signature(formats.patch_sum)),
             "i_settle": In(stream.Signature(formats.tile)), "o_settle": Out(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
 

@@ -15,6 +15,7 @@ class Fault(enum.Enum, shape=4):
     beats. ``IMAGE``: no image, or one of another version. ``REGION``: a region lies outside the image, or has another
     number of records than it must have. ``POINTER``: a record points outside its table, or gives another length of it.
     ``PLACE``: a result has no record in its region. ``SIZE``: a number of a record is too large for the machine.
+    ``OVERFLOW``: a sum of weights is larger than its format.
     """
 
     NONE = 0
@@ -31,6 +32,7 @@ class Fault(enum.Enum, shape=4):
     POINTER = 11
     PLACE = 12
     SIZE = 13
+    OVERFLOW = 14
 
 
 def fault_layout(address_bits: int) -> StructLayout:

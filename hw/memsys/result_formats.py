@@ -30,7 +30,7 @@ class ResultFormats:
     hit : StructLayout
         ``column`` and ``row`` of a ray of the frustum, its ``hit`` (`IcuFormats.hit`), ``last`` of its section or not.
     sum : StructLayout
-        ``patch``, its ``sum``, and whether it is the ``last`` one.
+        `IcuFormats.patch_sum`.
     command : StructLayout
         Of the write DMA: ``kind``; ``address`` and ``count`` of the region; ``columns`` of the frustum and ``section``
         (hits); ``total`` (sums).
@@ -39,7 +39,7 @@ class ResultFormats:
     def __init__(self, config: Config):
         formats = IcuFormats(config)
         self.hit = StructLayout({"column": formats.index, "row": formats.index, "hit": formats.hit, "last": 1})
-        self.sum = StructLayout({"patch": formats.patch, "sum": formats.weight_sum, "last": 1})
+        self.sum = formats.patch_sum
         self.command = StructLayout({
             "kind": ResultKind, "address": config.memory.address_bits, "count": COUNT_BITS, "columns": formats.count,
             "section": formats.section, "total": formats.weight_sum})

@@ -40,6 +40,8 @@ class ResultWords(wiring.Component):
         The last item has been accepted; from then on words that are not enabled fill the extents.
     wrong : Out(1)
         An item was not the next one, or there were too many or too few of them.
+    overflow : Out(1)
+        A sum has overflowed; its word is not enabled.
 
     Timing
     ------
@@ -54,7 +56,7 @@ class ResultWords(wiring.Component):
             "command": In(formats.command), "active": In(1), "drained": In(1), "discard": In(1),
             "i_hit": In(stream.Signature(formats.hit)), "i_sum": In(stream.Signature(formats.sum)),
             "o": Out(stream.Signature(StructLayout({"data": WORD_BITS, "enable": 1}))), "over": Out(1),
-            "wrong": Out(1)})
+            "wrong": Out(1), "overflow": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -77,7 +79,8 @@ class ResultWords(wiring.Component):
             matches.eq(Mux(is_sums, (sum_.patch == patch) & (sum_.last == (patch == end_patch)),
                            (hit.column == column) & (hit.row == row))),
             extra.eq(comes & self.drained), word.valid.eq(comes | self.over),
-            word.payload.enable.eq(~self.discard & Mux(self.over, at_end, matches)),
+            word.payload.enable.eq(~self.discard & Mux(self.over, at_end, matches & ~(is_sums & sum_.overflow))),
+            self.overflow.eq(takes & is_sums & sum_.overflow),
             takes.eq(extra | (comes & word.ready & (is_sums | second))),
             self.i_hit.ready.eq(takes & ~is_sums), self.i_sum.ready.eq(takes & is_sums),
             # At the end there is a word for each record that no item has come for, and there must be one of sums only.

@@ -29,7 +29,8 @@ class WriteDma(wiring.Component):
 
     A command accepts all items up to ``last``. An item without a record ends it with `Fault.PLACE`: a section that is
     no part of the frustum, hits in another order than row by row, more or fewer of them, or sums of other patches than
-    the region has. After the first fault nothing more is written; nothing is ever written beside the region.
+    the region has. A sum that has overflowed ends it with `Fault.OVERFLOW`. After the first fault nothing more is
+    written; nothing is ever written beside the region.
 
     Parameters
     ----------
@@ -86,6 +87,8 @@ class WriteDma(wiring.Component):
         with m.If(code == Fault.NONE):
             with m.If(words.wrong | (extents.wrong & extents.i.ready)):
                 m.d.sync += code.eq(Fault.PLACE)
+            with m.If(words.overflow):
+                m.d.sync += code.eq(Fault.OVERFLOW)
             with m.If(answers & self.i_written.payload.error):
                 m.d.sync += code.eq(Fault.WRITE_REPLY)
         with m.FSM():

@@ -35,6 +35,7 @@ ABOUT = {
     "POINTER": "a record points outside the table that it points into",
     "PLACE": "a result has no record in its region",
     "SIZE": "a record has a number that is too large for the machine: of cells along an axis, or of grid rays",
+    "OVERFLOW": "the sum of the weights of a patch's rays is too large: weights are, or too many frusta add up",
     "PATH_CELL": "a cell that the scene has not",
     "PATH_LIST": "a cell's list reaches beyond the patch lists",
     "PATH_PATCH": "a list names a patch that there is not",

@@ -73,16 +73,31 @@ def test_sums_are_those_of_all_hits(count, share):
             for patch, value in enumerate(sums)]
     came = simulate(dut, sources, {"o": (dut.o, patches)}, share=share, seed=count)["o"]
     expected = collect(hit, weights, patches).tolist()
-    assert [one for _, one in came] == [{"patch": patch, "sum": value, "last": int(patch == patches - 1)}
-                                        for patch, value in enumerate(expected)]
+    assert [one for _, one in came] == [{"patch": patch, "sum": value, "overflow": 0,
+                                         "last": int(patch == patches - 1)} for patch, value in enumerate(expected)]
     if not share:
         assert [cycle for cycle, _ in came] == list(range(dut.latency, dut.latency + patches)), "a sum per cycle"
     assert dut.latency == documented_latency(SumMerge, CONFIG, count=count)
 
 
-@pytest.mark.parametrize("count", [0, -1, 1.0])
-def test_a_number_of_clusters_that_cannot_be(count):
-    with pytest.raises(ValueError, match="Count must be at least 1, not"):
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_sums_that_are_too_large_are_flagged(count):
+    """A sum of all clusters that has no room, and one that had none in its cluster; not the largest that has room."""
+    dut = SumMerge(config=CONFIG, count=count)
+    shape = dut.o.payload.shape()
+    largest = (1 << len(dut.o.payload.sum)) - 1
+    given = [[(largest, 0), (largest, 0), (5, 1), (largest - 1, 0)]] + [
+        [(0, 0), (int(k == count - 1), 0), (6, 0), (int(k == 1), 0)] for k in range(1, count)]
+    sources = {k: (dut.i[k], [pack(shape, {"patch": patch, "sum": value, "overflow": overflow, "last": patch == 3})
+                              for patch, (value, overflow) in enumerate(items)]) for k, items in enumerate(given)}
+    came = simulate(dut, sources, {"o": (dut.o, 4)}, share=0, seed=count)["o"]
+    assert [one["overflow"] for _, one in came] == [0, 1, 1, 0]
+    assert [came[k][1]["sum"] for k in (0, 3)] == [largest, largest]
+
+
+@pytest.mark.parametrize(("count", "error"), [(0, ValueError), (-1, ValueError), (1.0, TypeError)])
+def test_a_number_of_clusters_that_cannot_be(count, error):
+    with pytest.raises(error, match="Count must be at least 1, not"):
         SumMerge(config=CONFIG, count=count)
 
 

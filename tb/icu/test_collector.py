@@ -11,7 +11,7 @@ from golden.icu.collector import collect
 from golden.stimulus import block
 from golden.stimulus.frusta import HEMISPHERE
 from hw.icu.collector import Collector
-from hw.icu.icu_formats import WEIGHT_BITS, TableKind
+from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
@@ -25,6 +25,7 @@ MODULE = "tb.icu.test_collector"
 STREAMS = ("i", "i_table", "i_read", "o")
 SMALL = {"icu.side_bits": 6, "icu.patch_bits": 8}
 CONFIG = config_of(SMALL)
+CONFIG_FORMATS = IcuFormats(CONFIG)
 SHAPES = {name: member.signature.members["payload"].shape
           for name, member in Collector(config=CONFIG).signature.members.items() if name in STREAMS}
 PATCHES = 1 << CONFIG.icu.patch_bits
@@ -70,7 +71,13 @@ class Bench:
                               for kind, data in ((TableKind.WEIGHT, weight), (TableKind.SLACK, 3), (TableKind.ROW, 5)))
 
     async def sums(self, count=PATCHES):
-        """The sums of the first patches."""
+        """The sums of the first patches, none of which has overflowed."""
+        found = await self.entries(count)
+        assert not any(entry["overflow"] for entry in found)
+        return np.array([entry["sum"] for entry in found], dtype=np.int64)
+
+    async def entries(self, count=PATCHES):
+        """What comes out for the first patches."""
         before = len(self.sum.items)
         await self.read.send([count])
         while len(self.sum.items) < before + count:
@@ -79,7 +86,7 @@ class Bench:
         found = [unpack(SHAPES["o"], item) for item in self.sum.items[before:]]
         assert [entry["patch"] for entry in found] == list(range(count))
         assert [entry["last"] for entry in found] == [0] * (count - 1) + [1] * (count > 0)
-        return np.array([entry["sum"] for entry in found], dtype=np.int64)
+        return found
 
 
 @cocotb.test()
@@ -115,6 +122,24 @@ async def the_same_patch_after_every_number_of_cycles(dut):
         row[np.cumsum(row >= ROWS) > 3] %= ROWS
         await bench.hit.send(items(patch, row))
         assert (await bench.sums(9) == expected(patch, row)[:9]).all()
+
+
+@cocotb.test()
+async def a_sum_without_room_is_flagged(dut):
+    """Until it is read; the sums beside it are not, and what follows begins anew."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    await bench.write_weights()
+    room = 1 << CONFIG_FORMATS.weight_sum.width
+    patch, row = [1, 2, 1, 1, 1, 2, 2, 1, 1, 1], [ROWS] * 10
+    sums = expected(patch, row)
+    assert sums[1] >= room > sums[2]
+    await bench.hit.send(items(patch, row))
+    found = await bench.entries(4)
+    assert [entry["overflow"] for entry in found] == [0, 1, 0, 0]
+    assert found[2]["sum"] == sums[2]
+    await bench.hit.send(items(patch[:2], row[:2]))
+    assert (await bench.sums(4) == expected(patch[:2], row[:2])[:4]).all()
 
 
 @cocotb.test()
@@ -178,8 +203,8 @@ async def one_per_cycle(dut):
     assert bench.sum.cycles[0] - asked.cycles[0] == documented_latency(Collector, CONFIG)
 
 
-ALL = ("every_pair_of_stalls", "the_same_patch_after_every_number_of_cycles", "sums_are_asked_for_while_hits_come",
-       "reset_in_flight", "one_per_cycle")
+ALL = ("a_sum_without_room_is_flagged", "every_pair_of_stalls", "the_same_patch_after_every_number_of_cycles",
+       "sums_are_asked_for_while_hits_come", "reset_in_flight", "one_per_cycle")
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

@@ -224,16 +224,20 @@ async def what_has_no_place(dut):
         assert await bench.write_hits(hits, part) is Fault.NONE, name
         bench.compare(bench.written(hits, [part]))
         bench.stop()
-    for name, change in (("too few", "short"), ("too many", "long"), ("another patch", "other"), ("no record", None)):
+    for name, change in (("too few", "short"), ("too many", "long"), ("another patch", "other"), ("no record", None),
+                         ("overflow", "overflow")):
         bench = Bench(dut, latency=4)
         hits = drawn_hits(bench.image, seed)
         items, total = bench.sums(hits)
-        right, last = {"short": 20, "long": len(items) - 1, "other": 7, None: 0}[change], {**items[7], "last": True}
+        right = {"short": 20, "long": len(items) - 1, "other": 7, "overflow": 7, None: 0}[change]
+        last = {**items[7], "last": True}
         given = {"short": [*items[:20], {**items[20], "last": True}], None: [last],
                  "long": [*items[:-1], {**items[-1], "last": False}, last],
-                 "other": [*items[:7], *items[8:]]}[change]
+                 "other": [*items[:7], *items[8:]],
+                 "overflow": [*items[:7], {**items[7], "overflow": 1}, *items[8:]]}[change]
         count = 1 if change is None else None
-        assert await bench.write(ResultKind.SUMS, given, total=total, count=count) is Fault.PLACE, name
+        assert await bench.write(ResultKind.SUMS, given, total=total, count=count) is (
+            Fault.OVERFLOW if change == "overflow" else Fault.PLACE), name
         after = bench.image.with_results(hits)["sums"].copy()
         after[right:] = bench.image["sums"][right:]
         bench.compare(type(bench.image)({**bench.image.regions, "sums": after}).to_bytes(), or_before=True)
