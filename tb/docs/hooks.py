@@ -1,4 +1,4 @@
-"""What the site has beside the pages of docs/: the front page, and what is made from the code."""
+"""What the site has beside the pages of docs/: the front page, and the pages made from the code."""
 
 import re
 from pathlib import Path
@@ -8,8 +8,9 @@ from mkdocs.structure.files import File
 from tb.docs.contents import Contents
 
 ROOT = Path(__file__).parents[2]
-# Pages that stand outside docs/, by their names on the site.
-OUTSIDE = {"index.md": "README.md", "changelog.md": "CHANGELOG.md"}
+# Files outside docs/, by their names on the site.
+OUTSIDE = {"index.md": "README.md", "changelog.md": "CHANGELOG.md", "contributing.md": "CONTRIBUTING.md",
+           "CITATION.cff": "CITATION.cff"}
 
 
 def on_config(config):

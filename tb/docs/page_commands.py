@@ -1,0 +1,78 @@
+"""The commands that pages show, and the figures that they quote.
+
+A command stands in a block marked ``sh``, or in a code span that begins with a program of `PROGRAMS`. A comment
+``<!-- prints: TEXT -->`` on a page says that the last command before it prints TEXT; a comment
+``<!-- not run: WHY -->`` that it, or its block, is not run.
+"""
+
+import re
+import shlex
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tb.docs.language import ROOT
+
+__all__ = ["PROGRAMS", "Command", "commands_of", "pages"]
+
+PROGRAMS = ("radiosity", "make", "pytest", "python -m")
+
+_PART = re.compile(r"^ *```(?P<language>\w*)\n(?P<block>.*?)^ *```|(?<!`)`(?P<span>[^`]+)`(?!`)"
+                   r"|<!-- prints: (?P<prints>.*?) -->|<!-- not run: (?P<why>.*?) -->", re.MULTILINE | re.DOTALL)
+# A word that stands for another one: SCENE, DIR, FILE.png, ..., a|b.
+_PLACEHOLDER = re.compile(r"(?:^|[=/])(?:[A-Z]{2,}[A-Z_]*|DIR|N)(?:\.\w+)?$|\.\.\.|\|")
+
+
+@dataclass
+class Command:
+    """A command of a page."""
+
+    page: Path
+    line: int
+    words: tuple[str, ...]
+    prints: list[str] = field(default_factory=list)
+    not_run: str | None = None
+
+    def __str__(self):
+        return f"{self.page.name}:{self.line}: {shlex.join(self.words)}"
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it can be given as it stands: nothing in it stands for something else."""
+        return not any(_PLACEHOLDER.search(word) for word in self.words)
+
+
+def pages() -> list[Path]:
+    """README, CONTRIBUTING and docs/, as far as they are written by hand."""
+    made = {"registers.md", "memory-map.md"}
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md",
+            *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in made)]
+
+
+def commands_of(page: Path, text: str | None = None) -> list[Command]:
+    """All commands of a page in their order."""
+    text = page.read_text() if text is None else text
+    found, last = [], []
+    for part in _PART.finditer(text):
+        line = text.count("\n", 0, part.start()) + 1
+        if part["block"] is not None:
+            if part["language"] in ("sh", "console"):
+                last = [Command(page, line, words) for words in _lines(part["block"])]
+                found += last
+        elif part["span"] is not None:
+            words = " ".join(part["span"].split())
+            if words.startswith(tuple(f"{program} " for program in PROGRAMS)):
+                last = [Command(page, line, tuple(shlex.split(words)))]
+                found += last
+        elif part["prints"]:
+            assert last, f"{page.name}:{line}: no command before it prints {part['prints']!r}"
+            last[-1].prints.append(part["prints"])
+        else:
+            for command in last:
+                command.not_run = part["why"]
+    return found
+
+
+def _lines(block):
+    for line in re.sub(r"\\\n\s*", "", block).splitlines():
+        if words := tuple(shlex.split(line, comments=True)):
+            yield words

@@ -1,0 +1,204 @@
+"""Commands that pages show are run, and the figures that they quote are compared with what the commands print."""
+
+import contextlib
+import importlib
+import re
+import shlex
+import subprocess
+import sys
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import golden.cli
+import hw.cli
+import radiosity.cli
+from hw.history import last_records, read_history
+from tb.docs.language import ROOT
+from tb.docs.page_commands import Command, commands_of, pages
+
+PAGES = {page: commands_of(page) for page in pages()}
+COMMANDS = [command for commands in PAGES.values() for command in commands]
+
+# Programs that are not the project's.
+FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
+
+# What takes longer than a commit's tests may: a simulator's build, place and route, images.
+SLOW = re.compile(r"--method machine|radiosity (render|formfactors|verilog|board|report)|-m hw (report|verilog|board)")
+# What the nightly leaves to targets of their own, or to other tests: it takes hours, or writes into docs/.
+ELSEWHERE = re.compile(r"radiosity (bench|demo)|-m hw (figures|registers)|--record|--unit (Intersection|Traversal)Unit"
+                       r"|report (\w+)(?!.*--unit)| board(?!.*--no-bitstream)")
+
+
+def entry(words):
+    """A command line of the project and its arguments, or nothing."""
+    for name, main in (("golden", golden.cli.main), ("hw", hw.cli.main)):
+        if words[:3] == ("python", "-m", name):
+            return main, words[3:]
+    return (radiosity.cli.main, words[1:]) if words[0] == "radiosity" else None
+
+
+def below(group, words):
+    """The command that words name, and the words behind its name."""
+    words = list(words)
+    while words and isinstance(group, click.Group) and (found := group.get_command(click.Context(group), words[0])):
+        group = found
+        words.pop(0)
+    return group, words
+
+
+def is_run(command):
+    """Whether a command can be run here as it stands."""
+    if command.not_run or not command.is_complete:
+        return False
+    return not is_mention(command) if entry(command.words) else command.words[:2] == ("python", "-c")
+
+
+def parse(group, words):
+    """Give words to a command as a shell does, without running it."""
+    command, rest = below(group, words)
+    if rest or not isinstance(command, click.Group):
+        command.make_context(command.name, rest)
+
+
+def is_mention(command):
+    """Whether a sentence only names a command, without the arguments that it needs."""
+    group, words = entry(command.words)
+    try:
+        parse(group, words)
+    except click.MissingParameter:
+        return True
+    except click.exceptions.Exit:
+        return False
+    return isinstance(below(group, words)[0], click.Group)
+
+
+def options_of(command):
+    """All options of a command and of those below it."""
+    context = click.Context(command)
+    parameters = command.get_params(context)
+    found = {option for parameter in parameters for option in (*parameter.opts, *parameter.secondary_opts)}
+    names = command.list_commands(context) if isinstance(command, click.Group) else []
+    return found.union(*(options_of(command.get_command(context, name)) for name in names))
+
+
+@pytest.mark.parametrize("command", [one for one in COMMANDS if entry(one.words)], ids=str)
+def test_commands_are_accepted(command, tmp_path, monkeypatch):
+    group, words = entry(command.words)
+    if words[:1] == ("bench",) and isinstance(below(group, words)[0], click.Group):
+        pytest.skip("the benchmark is not below radiosity yet")
+    if not command.is_complete or command.not_run or is_mention(command):
+        found, rest = below(group, words)
+        assert found is not group or not words
+        assert {word for word in rest if word.startswith("-")} <= options_of(found)
+        return
+    monkeypatch.chdir(tmp_path)
+    with contextlib.suppress(click.exceptions.Exit):
+        parse(group, words)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_options_named_in_sentences_exist(page):
+    known = options_of(radiosity.cli.main) | options_of(golden.cli.main) | options_of(hw.cli.main) | {"--points"}
+    # Options of nextpnr are not the project's.
+    text = re.sub(r'--nextpnr\s+"[^"]*"', "--nextpnr", re.sub(r"<!--.*?-->", "", page.read_text(), flags=re.DOTALL))
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known
+
+
+@pytest.mark.parametrize("command", [one for one in COMMANDS if not entry(one.words)], ids=str)
+def test_other_commands_exist(command):
+    words = [word for word in command.words if not re.match(r"[A-Z_]+=", word)]
+    if words[0] == "make":
+        targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+        assert set(words[1:]) - {"TARGET"} <= targets
+    elif "pytest" in (words[0], *words[2:3]):
+        paths = [word for word in words[1:] if word.startswith("tb/")]
+        assert paths
+        assert all((ROOT / path).exists() for path in paths)
+    elif words[:2] == ["python", "-m"]:
+        assert importlib.util.find_spec(words[2])
+    else:
+        assert words[0] in FOREIGN or words[:2] == ["python", "-c"]
+
+
+def run(command, folder):
+    """What a command prints."""
+    if command.words[0] == "python" and command.words[1] == "-c":
+        return subprocess.run([sys.executable, *command.words[1:]], cwd=folder, check=True, capture_output=True,
+                              text=True).stdout
+    group, words = entry(command.words)
+    result = CliRunner().invoke(group, list(words))
+    assert result.exit_code == 0, f"{command}\n{result.output}"
+    return result.output
+
+
+def check(commands, folder):
+    """Run them in a folder and compare what they print."""
+    for command in commands:
+        printed = " ".join(run(command, folder).split())
+        for text in command.prints:
+            assert " ".join(text.split()) in printed, f"{command} prints\n{printed}"
+
+
+def selected(page, slow):
+    """The commands of a page that a run has: slow ones bring those along whose files they read."""
+    commands = [one for one in PAGES[page] if is_run(one) and not ELSEWHERE.search(shlex.join(one.words))]
+    if slow:
+        return commands if any(SLOW.search(shlex.join(one.words)) for one in commands) else []
+    return [one for one in commands if not SLOW.search(shlex.join(one.words)) and one.words[1] != "-c"]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if selected(page, slow=False)], ids=lambda page: page.name)
+def test_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    check(selected(page, slow=False), tmp_path)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("page", [page for page in PAGES if selected(page, slow=True)], ids=lambda page: page.name)
+def test_slow_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    check(selected(page, slow=True), tmp_path)
+
+
+def test_figures_of_prints_stand_on_their_page():
+    for page, commands in PAGES.items():
+        shown = re.sub(r"<!--.*?-->", "", page.read_text(), flags=re.DOTALL).replace(",", "").replace(" %", "%")
+        for command in commands:
+            for number in set(re.findall(r"\d+(?:\.\d+)?", " ".join(command.prints))) - {"0"}:
+                assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", shown), f"{command}: {number}"
+
+
+def test_the_readme_quotes_the_recorded_area():
+    quotes = re.findall(r"<!-- history: (\S+) (\d+) (\d+) (\d+) -->", (ROOT / "README.md").read_text())
+    assert quotes
+    for unit, *figures in quotes:
+        last = last_records(read_history())["ecp5", "small", "", "icu", unit]
+        assert [int(figure) for figure in figures] == [last.lut, last.dsp, round(sorted(last.mhz)[len(last.mhz) // 2])]
+
+
+@pytest.mark.parametrize(("text", "expected"), [
+    ("```sh\nmake test    # all\npython -m golden cast \\\n  x --rays 4x4\n```",
+     ["make test", "python -m golden cast x --rays 4x4"]),
+    ("Say `radiosity scenes` or `make`, not `scenes` or\n\n```python\nmake = 1\n```", ["radiosity scenes"])])
+def test_commands_of_a_page(text, expected):
+    assert [shlex.join(command.words) for command in commands_of(ROOT / "x.md", text)] == expected
+
+
+def test_what_a_command_prints_belongs_to_the_last_one():
+    first, second = commands_of(ROOT / "x.md", "`make a` and `make b`<!-- prints: 3 rays --><!-- not run: slow -->")
+    assert (first.prints, first.not_run) == ([], None)
+    assert (second.prints, second.not_run) == (["3 rays"], "slow")
+
+
+@pytest.mark.parametrize(("words", "complete"), [
+    ("radiosity render SCENE -o FILE.png", False), ("make sim BLOCK=icu", True),
+    ("radiosity render cornell -o x.png", True), ("python -m hw report BLOCK", False),
+    ("radiosity stimulus x -P PATH=VALUE", False), ("radiosity bench ...", False)])
+def test_a_placeholder_is_known(words, complete):
+    assert Command(ROOT / "x.md", 1, tuple(words.split())).is_complete == complete
+
+
+def test_programs_are_found():
+    assert {one.words[0] for one in COMMANDS} >= {"radiosity", "make", "pytest", "python"}
