@@ -8,7 +8,7 @@ from tb.docs.language import ROOT
 
 # Golden's packages that only drivers, the simulated machine and the commands of hw need.
 WHOLE_MODEL = {"golden.cast", "golden.commands", "golden.light", "golden.scene", "golden.schedule"}
-DRIVERS = ("hw/host.py", "hw/cli.py", "hw/simulator/", "hw/board/")
+DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board/")
 
 
 def imported(path):
