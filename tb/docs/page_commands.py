@@ -2,7 +2,8 @@
 
 A command stands in a block marked ``sh``, or in a code span that begins with a program of `PROGRAMS`. A comment
 ``<!-- prints: TEXT -->`` on a page says that the last command before it prints TEXT; a comment
-``<!-- not run: WHY -->`` that it, or its block, is not run.
+``<!-- not run: WHY -->`` that it, or its block, is not run. ``<!-- table: COMMAND -->`` stands before a table of which
+each row has figures of one row that the command prints.
 """
 
 import re
@@ -12,7 +13,7 @@ from pathlib import Path
 
 from tb.docs.language import ROOT
 
-__all__ = ["PROGRAMS", "Command", "commands_of", "pages"]
+__all__ = ["PROGRAMS", "Command", "commands_of", "missing_rows", "pages", "tables_of"]
 
 PROGRAMS = ("radiosity", "make", "pytest", "python -m")
 
@@ -76,3 +77,46 @@ def _lines(block):
     for line in re.sub(r"\\\n\s*", "", block).splitlines():
         if words := tuple(shlex.split(line, comments=True)):
             yield words
+
+
+def tables_of(text: str) -> dict[tuple[str, ...], list[list[str]]]:
+    """The rows of the tables of a page that quote a command, by the command's words."""
+    found = {}
+    for command, table in re.findall(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)", text):
+        found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table))
+    return found
+
+
+def missing_rows(quoted: list[list[str]], printed: str) -> list[list[str]]:
+    """Rows that no row of the printed tables has.
+
+    A printed row may have more cells. Numbers are equal if the printed one, rounded to as many digits, is the quoted
+    one.
+    """
+    rows = _rows("\n".join(re.findall(r"^\|.*\|$", printed, re.MULTILINE)))
+    return [row for row in quoted if not any(_has(candidate, row) for candidate in rows)]
+
+
+def _rows(table):
+    rows = [[cell.strip(" `") for cell in line.strip().strip("|").split("|")] for line in table.splitlines()]
+    return [row for row in rows if any(re.match(r"-?\d", cell) for cell in row)]
+
+
+def _has(candidate, row):
+    left = list(candidate)
+    for cell in row:
+        same = next((other for other in left if _is_same(cell, other)), None)
+        if same is None:
+            return False
+        left.remove(same)
+    return True
+
+
+def _is_same(quoted, printed):
+    if not re.fullmatch(r"-?[\d,]+(?:\.\d+)?", quoted):
+        return quoted == printed
+    digits = len(quoted.partition(".")[2])
+    try:
+        return abs(float(printed.replace(",", "")) - float(quoted.replace(",", ""))) <= 0.5001 * 10.0 ** -digits
+    except ValueError:
+        return False

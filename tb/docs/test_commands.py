@@ -16,7 +16,7 @@ import hw.cli
 import radiosity.cli
 from hw.history import last_records, read_history
 from tb.docs.language import ROOT
-from tb.docs.page_commands import Command, commands_of, pages
+from tb.docs.page_commands import Command, commands_of, missing_rows, pages, tables_of
 
 PAGES = {page: commands_of(page) for page in pages()}
 COMMANDS = [command for commands in PAGES.values() for command in commands]
@@ -160,6 +160,34 @@ def test_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
 def test_slow_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     check(selected(page, slow=True), tmp_path)
+
+
+TABLES = [(page, words, rows) for page in PAGES for words, rows in tables_of(page.read_text()).items()]
+
+
+@pytest.mark.parametrize(("page", "words"), [table[:2] for table in TABLES], ids=str)
+def test_tables_quote_commands_that_exist(page, words):
+    assert words[:2] == ("radiosity", "bench")
+    assert entry(words)
+    assert any(shlex.join(one.words) == shlex.join(words) for one in PAGES[page])
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("page", "words", "rows"), TABLES, ids=lambda value: getattr(value, "name", None))
+def test_tables_are_what_their_command_prints(page, words, rows, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    printed = run(Command(page, 0, words), tmp_path)
+    written = "\n".join(path.read_text() for path in tmp_path.rglob("*.md"))
+    assert not missing_rows(rows, f"{printed}\n{written}")
+
+
+def test_rows_are_compared_as_far_as_they_are_quoted():
+    text = "<!-- table: radiosity bench x -->\n\n| scene | k |\n|---|---|\n| `lobby` | 1,227 |\n| `man` | 0.35 |\n"
+    (rows,) = tables_of(text).values()
+    assert rows == [["lobby", "1,227"], ["man", "0.35"]]
+    assert not missing_rows(rows, "| man | 4 | 0.3541 |\n| lobby | 1227 | 2 |\n")
+    assert missing_rows(rows, "| man | 4 | 0.36 |\n| lobby | 1227 | 2 |\n") == [["man", "0.35"]]
+    assert missing_rows(rows, "| lobby | 0.35 |\n| man | 1227 |\n") == rows
 
 
 def test_figures_of_prints_stand_on_their_page():
