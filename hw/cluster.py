@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.data import ArrayLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
@@ -22,39 +22,55 @@ from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.arbiter import Arbiter
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.memory_system import COUNTERS as MEMORY_COUNTERS
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
+from hw.memsys.result_formats import ResultFormats
 from hw.memsys.table_load import TableLoad
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 from hw.registers.error_code import LIST, PATH, ErrorCode
 
-__all__ = ["COUNTERS", "Cluster", "cluster_members"]
+__all__ = ["COUNTERS", "Cluster", "ClusterSignature"]
 
-MEMORY_COUNTERS = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
-# Of each unit.
-_COUNTED = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
-COUNTERS = ("cycles", *(f"{unit}_{name}" for unit, names in _COUNTED.items() for name in names))
-# Streams straight from the units.
+_UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
+# All counters of a cluster by name, with what each one counts.
+COUNTERS = {"cycles": "cycles of the frustum"} | {
+    f"{unit}_{name}": about for unit, counters in _UNIT_COUNTERS.items() for name, about in counters.items()}
+# Streams between the ports and a unit.
 _MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_out", "o_hit", "i_sums", "o_sum")
 
 
-def cluster_members(config: Config) -> dict:
-    """What a cluster shows the engine."""
-    formats, path, control, node = IcuFormats(config), PathFormats(config), ControlFormats(config), config.noc.node_bits
-    asked = stream.Signature(StructLayout({"node": node, "patch": formats.patch}))
+class ClusterSignature(wiring.Signature):
+    """The interface of a cluster, see `Cluster`.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    """
+
+    def __init__(self, *, config: Config):
+        self._config = config
+        super().__init__(_members(config))
+
+    @property
+    def config(self) -> Config:
+        """The configuration."""
+        return self._config
+
+
+def _members(config):
+    formats, path, control, result = (kind(config) for kind in (IcuFormats, PathFormats, ControlFormats, ResultFormats))
     return {
         "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
         "loads": Out(1), "scene": In(path.scene), "i_cast": In(stream.Signature(0)), "busy": Out(1),
         "cycles": Out(32), "sections": Out(ArrayLayout(formats.section, 2)), "i_read_out": In(stream.Signature(1)),
-        "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
-                                                    "hit": formats.hit, "last": 1}))),
-        "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
-        "o_sum": Out(stream.Signature(formats.patch_sum)),
-        "o_request": Out(asked), "i_reply": In(stream.Signature(formats.patch_vertex)), "i_asked": In(asked),
-        "o_answer": Out(stream.Signature(StructLayout({"node": node, "vertex": formats.patch_vertex}))),
-        "o_bus": Out(stream.Signature(path.request)),
+        "o_hit": Out(stream.Signature(result.hit)), "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
+        "o_sum": Out(stream.Signature(result.sum)), "o_request": Out(stream.Signature(path.remote_request)),
+        "i_reply": In(stream.Signature(formats.patch_vertex)), "i_asked": In(stream.Signature(path.remote_request)),
+        "o_answer": Out(stream.Signature(path.remote_reply)), "o_bus": Out(stream.Signature(path.request)),
         "i_bus": In(stream.Signature(path.bus_reply, always_ready=True)),
         "fault": Out(control.fault), "clear": In(1), "counter": In(COUNTER_BITS), "count": Out(32)}
 
@@ -112,27 +128,28 @@ class Cluster(wiring.Component):
         self._config, self._formats = config, CtuFormats(config)
         self._memory, self._intersection = MemorySystem(config=config), IntersectionUnit(config=config)
         self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
-        super().__init__(cluster_members(config))
+        super().__init__(ClusterSignature(config=config))
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.memory, m.submodules.intersection = memory, intersection = self._memory, self._intersection
-        m.submodules.traversal = traversal = self._traversal
-        m.submodules.load = self._load = load = FrustumLoad(config=self._config)
-        m.submodules.control = self._control = control = CastControl(config=self._config)
-        for block, names in (memory, _MEMORY), (intersection, _INTERSECTION):
+        memory, intersection, traversal = self._memory, self._intersection, self._traversal
+        m.submodules.memory, m.submodules.intersection, m.submodules.traversal = memory, intersection, traversal
+        m.submodules.load = load = FrustumLoad(config=self._config)
+        m.submodules.control = control = CastControl(config=self._config)
+        for unit, names in (memory, _MEMORY), (intersection, _INTERSECTION):
             for name in names:
-                ours, theirs = wiring.flipped(getattr(self, name)), getattr(block, name)
-                wiring.connect(m, *((theirs, ours) if name.startswith("o") else (ours, theirs)))
+                wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(unit, name))
         m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number), memory.clear.eq(self.clear)]
-        self._add_load(m, memory, intersection, traversal, load)
-        self._add_cast(m, memory, intersection, traversal, load, control)
-        self._add_subshells(m, memory, traversal, load)
-        self._add_ends(m, memory, intersection, traversal, control)
+        self._add_load(m, load)
+        self._add_begin(m, load, control)
+        self._add_cast(m, control)
+        self._add_subshells(m, load)
+        self._add_ends(m, control)
         return ResetInserter(self.reset)(m)
 
-    def _add_load(self, m, memory, intersection, traversal, load):
+    def _add_load(self, m, load):
         """Words to the tables of all units."""
+        memory, intersection, traversal = self._memory, self._intersection, self._traversal
         m.submodules.words = words = SkidBuffer(self.i_word.payload.shape())
         m.submodules.tables = tables = TableLoad(config=self._config)
         m.submodules.entries = entries = SkidBuffer(load.o_table.payload.shape())
@@ -153,9 +170,9 @@ class Cluster(wiring.Component):
             m.d.comb += [traversal.i_slack.valid.eq(table.valid & ours.ready),
                          traversal.i_slack.payload.eq(table.payload)]
 
-    def _add_cast(self, m, memory, intersection, traversal, load, control):
-        """A frustum's beginning, cells, patches, the settle map."""
-        numbers = load.numbers
+    def _add_begin(self, m, load, control):
+        """The frustum and the near cells."""
+        memory, intersection, traversal, numbers = self._memory, self._intersection, self._traversal, load.numbers
         frustum = Signal(self._formats.frustum)
         m.d.comb += [
             *(frustum[name].eq(numbers[name]) for name in frustum.shape().members if name in numbers.shape().members),
@@ -181,7 +198,10 @@ class Cluster(wiring.Component):
         with m.If(intersection.i_frustum.valid & intersection.i_frustum.ready):
             m.d.sync += [self.sections[0].eq(load.section), self.sections[1].eq(self.sections[0])]
 
-        # Else the memory system's queue would decide in the same cycle whether the traversal moves.
+    def _add_cast(self, m, control):
+        """Cells, patches, the settle map."""
+        memory, intersection, traversal = self._memory, self._intersection, self._traversal
+        # Registered: no combinational path from the memory system's queue to the traversal.
         met = traversal.o
         m.submodules.cells = cells = SkidBuffer(self._formats.cell)
         wiring.connect(m, cells.o, memory.i_cell)
@@ -190,23 +210,24 @@ class Cluster(wiring.Component):
             met.ready.eq(cells.i.ready | met.payload.final),
             control.final.eq(met.valid & met.ready & met.payload.final),
             control.drained.eq(memory.drained & ~cells.o.valid),
-            # Which stage a patch is for is not known: all of them wait for all patches.
+            # A patch does not say which stage it is for: all stages wait for all patches.
             traversal.settled.eq(control.idle)]
-        # Else the intersection unit would decide in the same cycle what moves in the memory system.
+        # Registered: no combinational path from the intersection unit to the memory system.
         m.submodules.merged = merged = SkidBuffer(memory.o_vertex.payload.shape())
         wiring.connect(m, memory.o_vertex, merged.i)
         wiring.connect(m, merged.o, intersection.i_vertex)
-        vertex, goes = Signal(2), Signal()
+        vertex, moves = Signal(2), Signal()
         m.d.comb += [
-            goes.eq(merged.i.valid & merged.i.ready), control.enters.eq(goes & (vertex == 0)),
+            moves.eq(merged.i.valid & merged.i.ready), control.enters.eq(moves & (vertex == 0)),
             intersection.o_done.ready.eq(1), control.leaves.eq(intersection.o_done.valid)]
-        with m.If(goes):
+        with m.If(moves):
             m.d.sync += vertex.eq(vertex + 1)
         wiring.connect(m, traversal.o_tile, intersection.i_settle)
         wiring.connect(m, intersection.o_settle, traversal.i_word)
 
-    def _add_subshells(self, m, memory, traversal, load):
-        """The list, and its patches beside those that other clusters ask for."""
+    def _add_subshells(self, m, load):
+        """The list, and its patches beside those that other clusters request."""
+        memory, traversal = self._memory, self._traversal
         if not self._config.ctu.subshells:
             wiring.connect(m, wiring.flipped(self.i_asked), memory.i_asked)
             wiring.connect(m, memory.o_answer, wiring.flipped(self.o_answer))
@@ -224,7 +245,7 @@ class Cluster(wiring.Component):
             mine.payload.node.eq(self.number), mine.payload.patch.eq(traversal.o_patch.payload),
             memory.i_asked.valid.eq(asked.o.valid), asked.o.ready.eq(memory.i_asked.ready),
             memory.i_asked.payload.eq(asked.o.payload.item)]
-        # No other cluster asks as this one.
+        # No other cluster requests under this number.
         is_mine = Signal()
         m.d.comb += [
             is_mine.eq(answer.payload.node == self.number), vertices.i.valid.eq(answer.valid & is_mine),
@@ -233,9 +254,9 @@ class Cluster(wiring.Component):
             answer.ready.eq(Mux(is_mine, vertices.i.ready, self.o_answer.ready))]
         wiring.connect(m, vertices.o, traversal.i_vertex)
 
-    def _add_ends(self, m, memory, intersection, traversal, control):
-        """Faults and counters."""
-        fault = self.fault
+    def _add_ends(self, m, control):
+        """The first fault; counters."""
+        memory, traversal, fault = self._memory, self._traversal, self.fault
         with m.If(self.clear):
             m.d.sync += fault.as_value().eq(0)
         with m.Elif(fault.code == ErrorCode.NONE):
@@ -245,11 +266,10 @@ class Cluster(wiring.Component):
                 m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
             with m.Elif(control.final & (traversal.error != ListError.NONE)):
                 m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
-        # Cycles, and what is counted in the units.
-        places = (1, *map(len, _COUNTED.values()))
-        m.submodules.choice = choice = CounterChoice(places=places, number_bits=COUNTER_BITS)
-        units = {"intersection": intersection, "traversal": traversal, "memory": memory}
+        groups = (1, *map(len, _UNIT_COUNTERS.values()))
+        m.submodules.choice = choice = CounterChoice(groups=groups, number_bits=COUNTER_BITS)
+        units = {"intersection": self._intersection, "traversal": traversal, "memory": memory}
         counts = {"cycles": control.cycles} | {
-            f"{unit}_{name}": units[unit].counters[name] for unit, names in _COUNTED.items() for name in names}
+            f"{unit}_{name}": units[unit].counters[name] for unit, names in _UNIT_COUNTERS.items() for name in names}
         m.d.comb += [choice.counter.eq(self.counter), self.count.eq(choice.count),
                      *(choice.counts[number].eq(counts[name]) for number, name in enumerate(COUNTERS))]

@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.cluster import Cluster, cluster_members
+from hw.cluster import Cluster, ClusterSignature
 from hw.control.control_formats import ControlFormats
 from hw.control.engine_control import EngineControl
 from hw.control.load_control import LoadControl
@@ -97,7 +97,8 @@ class Engine(wiring.Component):
         interface = add("interface", SystemBusInterface(config=config, policies=self._policies))
         clusters = []
         for number in range(nodes):
-            cluster = BlackBox(cluster_members(config), name=CLUSTER) if self._black_boxes else Cluster(config=config)
+            cluster = (BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
+                       else Cluster(config=config))
             m.submodules[f"cluster_{number}"] = cluster
             m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops)]
             clusters.append(cluster)

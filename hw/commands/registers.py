@@ -13,10 +13,11 @@ __all__ = ["registers"]
 @click.option("-o", "--output", "path", type=FILE, help="The file to write.  [default: print the page]")
 def registers(path):
     """Write the page on the registers, in Markdown."""
+    from hw.cluster import COUNTERS
     from hw.output import write_text
     from hw.registers.page import page
 
-    text = page()
+    text = page(COUNTERS)
     if path is None:
         console().report({"page": text}, text.rstrip("\n"))
         return

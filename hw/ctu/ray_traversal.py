@@ -17,8 +17,16 @@ from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["COUNTERS", "RayTraversal"]
 
-COUNTERS = ("cycles", "requests", "rays", "steps", "cells", "deferrals", "overlaps", "waits_for_survival",
-            "waits_for_rays", "waits_for_traversal", "waits_for_cells")
+# Since the beginning of the frustum, with what each one counts.
+COUNTERS = {
+    "cycles": "cycles until the last cell", "requests": "grid rays requested", "rays": "grid rays traversed",
+    "steps": "steps from cell to cell", "cells": "cells opened",
+    "deferrals": "requests deferred until a grid ray returned",
+    "overlaps": "cycles in which grid rays of several subshells were in flight",
+    "waits_for_survival": "cycles in which a request stalled at the survival test",
+    "waits_for_rays": "cycles in which a surviving ray stalled at the ray memory",
+    "waits_for_traversal": "cycles in which a ray stalled at the traversal pipelines",
+    "waits_for_cells": "cycles in which an opened cell stalled at the memory system"}
 COUNTER_BITS = 32
 
 
@@ -65,9 +73,7 @@ class RayTraversal(wiring.Component):
     i_word : In, stream of SettleWord
         Their words.
     counters : Out, struct of `COUNTERS`
-        Since the frustum began: ``cycles`` until it was over; grid rays requested, sent; steps; cells; requests
-        deferred; cycles with grid rays of several subshells in flight; cycles in which a request waited for survival, a
-        surviving ray for the ray memory, a ray for traversal, and a cell for its consumer.
+        The counters, since the frustum began.
 
     Timing
     ------

@@ -94,8 +94,7 @@ class TraversalUnit(wiring.Component):
         m.submodules.back = back = self._back
         for block, names in self._straight:
             for outer, inner in names.items():
-                ours, theirs = wiring.flipped(getattr(self, outer)), getattr(block, inner)
-                wiring.connect(m, *((theirs, ours) if outer.startswith("o") else (ours, theirs)))
+                wiring.connect(m, wiring.flipped(getattr(self, outer)), getattr(block, inner))
 
         # A frustum is kept, and then all begin it.
         kept, runs = Signal(self._given), Signal()

@@ -21,7 +21,13 @@ __all__ = ["IntersectionUnit"]
 
 # Patches between the ray generator's input and the taker of the done tokens: enough for one per cycle.
 TOKENS = 128
-COUNTERS = ("cycles", "patches", "visited", "issued", "tested", "inside", "won", "waits_for_slot", "waits_for_rays")
+# Since the beginning of the frustum, with what each one counts.
+COUNTERS = {
+    "cycles": "cycles until the last patch was done", "patches": "patches", "visited": "rays of the patches' windows",
+    "issued": "rays issued", "tested": "intersection tests", "inside": "tests that hit their patch",
+    "won": "hits nearer than the ray's best one",
+    "waits_for_slot": "cycles in which a vertex stalled for a patch slot",
+    "waits_for_rays": "cycles with patches in flight and no ray issued"}
 COUNTER_BITS = 32
 
 
@@ -67,9 +73,7 @@ class IntersectionUnit(wiring.Component):
     i_settle, o_settle
         See `SettleMap`.
     counters
-        Since the frustum began: cycles until the last token, patches, rays visited (in windows), issued, tested, inside
-        their patch, and won; cycles in which a vertex waited for a slot, and in which patches were under way and no ray
-        was issued.
+        `COUNTERS`.
 
     Timing
     ------

@@ -10,12 +10,10 @@ from golden.config import Config
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
 from hw.lib.shared_port import share_port
+from hw.memsys.patch_decoder import PatchDecoder
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["LocalPatchGeometry"]
-
-# Low bits of a vertex, or of the head, in a word of a memory image; a coordinate there.
-LOW, COORDINATE = 64, 24
 
 
 class LocalPatchGeometry(wiring.Component):
@@ -84,25 +82,21 @@ class LocalPatchGeometry(wiring.Component):
         return m
 
     def _add_load(self, m):
-        """Words: id and surface, the top bytes of all beats, and the low bits of each vertex."""
-        given, icu = self.i_load.payload, self._icu
-        vertex, head = (Signal(StructLayout({"comes": 1, "address": range(memory.depth), "data": memory.shape}),
+        """Heads, and vertices as they are decoded."""
+        given, address_bits = self.i_load.payload, self._formats.place_bits
+        m.submodules.decoder = decoder = PatchDecoder(config=self._config)
+        vertex, head = (Signal(StructLayout({"enable": 1, "address": range(memory.depth), "data": memory.shape}),
                                name=name) for name, memory in (("vertex", self._vertices), ("head", self._heads)))
-        tops, place_bits = Signal(LOW, reset_less=True), self._formats.place_bits
-        known, number = Signal(), Signal(2)
-        m.d.comb += [known.eq(self.i_load.valid & (given.address[place_bits:] == 0)), number.eq(given.word - 2)]
-        with m.If(given.word == 1):
-            m.d.sync += tops.eq(given.record)
-        whole = Cat(given.record, tops.word_select(number + 1, 8))
+        known = self.i_load.valid & (given.address[address_bits:] == 0)
+        m.d.comb += [decoder.valid.eq(self.i_load.valid), decoder.word.eq(given.word), decoder.data.eq(given.record)]
         m.d.sync += [
-            head.comes.eq(known & (given.word == 0)), head.address.eq(given.address),
-            head.data.patch.eq(given.record), head.data.surface.eq(given.record[32:]),
-            vertex.comes.eq(known & (given.word >= 2)), vertex.address.eq(Cat(number, given.address[:place_bits])),
-            *(vertex.data[axis].eq(whole.word_select(axis, COORDINATE)[:icu.scene.width]) for axis in range(3))]
-        asked = self._sides[1]
-        for memory, read, write in (self._vertices, asked.vertices, vertex), (self._heads, asked.heads, head):
-            share_port(read, m, memory.write_port(), enable=write.comes, address=write.address,
-                              data=write.data)
+            head.enable.eq(known & (given.word == 0)), head.address.eq(given.address),
+            head.data.patch.eq(decoder.patch), head.data.surface.eq(decoder.surface),
+            vertex.enable.eq(known & (given.word >= 2)),
+            vertex.address.eq(Cat(decoder.index, given.address[:address_bits])), vertex.data.eq(decoder.vertex)]
+        remote = self._sides[1]
+        for memory, read, write in (self._vertices, remote.vertices, vertex), (self._heads, remote.heads, head):
+            share_port(read, m, memory.write_port(), enable=write.enable, address=write.address, data=write.data)
 
 
 class _Side:

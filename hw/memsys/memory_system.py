@@ -22,7 +22,14 @@ from hw.memsys.timeout import Timeout
 from hw.memsys.vertex_merge import VertexMerge
 from hw.memsys.work_count import WorkCount
 
-__all__ = ["MemorySystem"]
+__all__ = ["COUNTERS", "MemorySystem"]
+
+# Since the beginning of the frustum, the last two since reset, with what each one counts.
+COUNTERS = {
+    "seen": "cells from the traversal", "opened": "cells opened, each once", "named": "entries of their patch lists",
+    "found": "patches found, each once", "own": "patches from the cluster's own memory",
+    "remote": "patches from other clusters", "hits": "patches from the cache", "misses": "patches from main memory",
+    "answered": "patches sent to other clusters", "stalls": "cycles in which a vertex stalled at the intersection unit"}
 
 # Cells and patches that wait in front of the filters, and patches that wait for each place where they may be.
 CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE = 16, 32, 4
@@ -73,9 +80,7 @@ class MemorySystem(wiring.Component):
     fault, clear
         What went wrong first, `PathFormats.fault`, until it is cleared.
     counters
-        ``seen`` and ``opened`` cells, ``named`` and ``found`` patches, and those by place: ``own``, ``remote``, bus
-        ``hits`` and ``misses``, of this frustum; ``answered`` patches of others, ``stalls``: cycles in which a
-        vertex waited for the intersection unit, since reset.
+        `COUNTERS`.
 
     Timing
     ------
@@ -90,20 +95,18 @@ class MemorySystem(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, PathFormats(config)
         formats, icu = self._formats, Formats(config)
-        self._icu, node = icu, config.noc.node_bits
-        asked = stream.Signature(StructLayout({"node": node, "patch": icu.patch}))
-        self._counted = ("seen", "opened", "named", "found", "own", "remote", "hits", "misses", "answered", "stalls")
+        self._icu, asked = icu, stream.Signature(formats.remote_request)
         super().__init__({
             **{f"i_load_{name}": In(stream.Signature(getattr(formats, load), always_ready=True))
                for name, load in LOADS.items()},
             "scene": In(formats.scene), "cluster": In(formats.cluster), "i_start": In(stream.Signature(0)),
             "i_cell": In(stream.Signature(icu.cell)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
             "o_request": Out(asked), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_asked": In(asked),
-            "o_answer": Out(stream.Signature(StructLayout({"node": node, "vertex": icu.patch_vertex}))),
+            "o_answer": Out(stream.Signature(formats.remote_reply)),
             "o_bus": Out(stream.Signature(formats.request)),
             "i_bus": In(stream.Signature(formats.bus_reply, always_ready=True)),
             "drained": Out(1), "fault": Out(formats.fault), "clear": In(1),
-            "counters": Out(StructLayout(dict.fromkeys(self._counted, 32)))})
+            "counters": Out(StructLayout(dict.fromkeys(COUNTERS, 32)))})
 
     def elaborate(self, platform):
         m = Module()

@@ -47,6 +47,7 @@ class PathFormats:
     def __init__(self, config: Config):
         memsys = self._memsys = config.memsys
         self._address_bits = config.memory.address_bits
+        self._slot = range(memsys.cache_fetches)
         self._formats = formats = Formats(config)
         self.cell_bits = memsys.scene_cells.bit_length() - 1
         self.listed_bits = formats.patch.width + 1
@@ -54,6 +55,7 @@ class PathFormats:
         self.part_bits = max(1, self.listed_bits - (memsys.reply_ids.bit_length() - 1))
         self.entry_bits = memsys.own_entries.bit_length() - 1
         self.place_bits = memsys.own_patches.bit_length() - 1
+        self._node_bits = config.noc.node_bits
         self.cluster = max(1, config.noc.node_bits)
         self.vertex_bits = 3 * formats.scene.width
         self.beat_bits = max(self.vertex_bits, formats.patch.width + formats.surface.width)
@@ -115,6 +117,27 @@ class PathFormats:
         return StructLayout({"number": self.listed_bits, "is_id": 1, "more": 1})
 
     @property
+    def cell_fetch(self) -> StructLayout:
+        """A part of a cell's list that a slot of the cell cache waits for."""
+        return StructLayout({"slot": self._slot, "key": self.cell_key})
+
+    @property
+    def cell_fill(self) -> StructLayout:
+        """An entry of that part."""
+        return StructLayout({"slot": self._slot, "beat": range(self._memsys.reply_ids), "data": self.cell_beat,
+                             "error": 1})
+
+    @property
+    def patch_fetch(self) -> StructLayout:
+        """A patch that a slot of the patch cache waits for."""
+        return StructLayout({"slot": self._slot, "key": self._formats.patch})
+
+    @property
+    def patch_fill(self) -> StructLayout:
+        """A beat of that patch."""
+        return StructLayout({"slot": self._slot, "beat": range(BEATS), "data": self.beat_bits, "error": 1})
+
+    @property
     def patch_head(self) -> StructLayout:
         """The first beat of a patch."""
         return StructLayout({"patch": self._formats.patch, "surface": self._formats.surface})
@@ -124,6 +147,16 @@ class PathFormats:
         """``key`` is a `cell_key` or a patch id."""
         return StructLayout({"kind": RequestKind,
                              "key": max(self.cell_bits + self.part_bits, self._formats.patch.width)})
+
+    @property
+    def remote_request(self) -> StructLayout:
+        """A patch that another cluster, at ``node``, holds; of a request from there, the node that requests it."""
+        return StructLayout({"node": self._node_bits, "patch": self._formats.patch})
+
+    @property
+    def remote_reply(self) -> StructLayout:
+        """A vertex of a patch for the cluster at ``node``."""
+        return StructLayout({"node": self._node_bits, "vertex": self._formats.patch_vertex})
 
     @property
     def bus_request(self) -> StructLayout:

@@ -1,4 +1,4 @@
-"""CounterChoice: the value of one of many counters."""
+"""Counter choice: the value of one of many counters."""
 
 from amaranth.hdl import Array, Module, Signal
 from amaranth.lib import wiring
@@ -9,49 +9,50 @@ __all__ = ["CounterChoice"]
 
 
 class CounterChoice(wiring.Component):
-    """One of the counters of several places of a chip; of each place one counter crosses it.
+    """Selects a counter in two steps: one of each group, then one of the groups.
+
+    A group is placed near its counters, so one counter of each group crosses the chip.
 
     Parameters
     ----------
-    places
-        How many counters each place has.
+    groups
+        The number of counters of each group.
     number_bits
-        Of a counter's number.
+        Of the number of a counter.
 
     Members
     -------
-    counts
-        The counters, place by place.
-    counter, count
-        Which of them, and its value. Of a number that no counter has, anything.
+    counts : In(ArrayLayout(32, counters))
+        The counters, group after group.
+    counter : In(number_bits); count : Out(32)
+        The number of a counter, and its value; undefined where there is no such counter.
 
     Timing
     ------
-    Latency: ``3`` cycles; the value is that of the cycle behind the number's. One number per cycle; never stalls.
+    Latency: ``3`` cycles; the value is that of the cycle after the number. One number per cycle; never stalls.
 
-    Errors
+    Raises
     ------
     ValueError
-        The numbers have too few bits for the counters.
+        There are more counters than numbers.
     """
 
-    # The same wherever it is, and whoever asks has to wait.
     latency = 3
 
-    def __init__(self, *, places: tuple[int, ...], number_bits: int):
-        if sum(places) > 1 << number_bits:
-            raise ValueError(f"Number bits must be enough for {sum(places)} counters, not {number_bits!r}")
-        self._places = places
-        super().__init__({"counts": In(ArrayLayout(32, sum(places))), "counter": In(number_bits), "count": Out(32)})
+    def __init__(self, *, groups: tuple[int, ...], number_bits: int):
+        if sum(groups) > 1 << number_bits:
+            raise ValueError(f"Number bits must be enough for {sum(groups)} counters, not {number_bits!r}")
+        self._groups = groups
+        super().__init__({"counts": In(ArrayLayout(32, sum(groups))), "counter": In(number_bits), "count": Out(32)})
 
     def elaborate(self, platform):
         m = Module()
-        counter, before, first = Signal.like(self.counter), Signal.like(self.counter), 0
-        m.d.sync += [counter.eq(self.counter), before.eq(counter)]
-        for place in self._places:
-            counts, chosen = [self.counts[number] for number in range(first, first + place)], Signal(32)
+        counter, previous, first = Signal.like(self.counter), Signal.like(self.counter), 0
+        m.d.sync += [counter.eq(self.counter), previous.eq(counter)]
+        for group in self._groups:
+            counts, chosen = [self.counts[number] for number in range(first, first + group)], Signal(32)
             m.d.sync += chosen.eq(Array(counts)[(counter - first)[:len(counter)]])
-            with m.If(before >= first):
+            with m.If(previous >= first):
                 m.d.sync += self.count.eq(chosen)
-            first += place
+            first += group
         return m

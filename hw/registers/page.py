@@ -1,6 +1,7 @@
 """The page on the registers, from the tables that the hardware is made from."""
 
-from hw.cluster import COUNTERS
+from collections.abc import Mapping
+
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import error_table
 from hw.registers.register import WORD_BYTES, register_table
@@ -39,17 +40,24 @@ that ends in a reset.
 {errors}
 ## Counters
 
-Words from {base:#x} on, {stride} bytes for each cluster, that read as 0 beyond the last one. Those of the
-intersection unit and of the traversal unit count from the beginning of the frustum.
+Words from {base:#x} on, {stride} bytes for each cluster; beyond the last one they read as 0. They count from the
+beginning of the frustum, `memory_answered` and `memory_stalls` since reset.
 
-| offset | counter |
-|---|---|
+| offset | counter | counts |
+|---|---|---|
 {counters}
 """
 
 
-def page() -> str:
-    """All of it as Markdown."""
-    counters = "\n".join(f"| {WORD_BYTES * k:#04x} | `{name}` |" for k, name in enumerate(COUNTERS))
+def page(counters: Mapping[str, str]) -> str:
+    """The page as Markdown.
+
+    Parameters
+    ----------
+    counters
+        Names of the counters of a cluster in the order of their addresses, each with what it counts.
+    """
+    counters = "\n".join(f"| {WORD_BYTES * k:#04x} | `{name}` | {about} |"
+                         for k, (name, about) in enumerate(counters.items()))
     return _PAGE.format(registers=register_table(ENGINE_REGISTERS), errors=error_table(), base=COUNTERS_BASE,
                         stride=WORD_BYTES << COUNTER_BITS, counters=counters)

@@ -8,13 +8,13 @@ from amaranth.sim import Simulator
 
 from hw.registers.counter_choice import CounterChoice
 
-PLACES = 1, 5, 8, 3
-COUNT = sum(PLACES)
+GROUPS = 1, 5, 8, 3
+COUNT = sum(GROUPS)
 
 
 @pytest.mark.parametrize("bits", [5, 6])
 def test_every_counter(bits):
-    choice, generator = CounterChoice(places=PLACES, number_bits=bits), random.Random(bits)
+    choice, generator = CounterChoice(groups=GROUPS, number_bits=bits), random.Random(bits)
     values = generator.sample(range(1 << 32), COUNT)
     numbers = [*range(COUNT), *generator.choices(range(COUNT), k=200)]
     simulator, told = Simulator(choice), []
@@ -34,7 +34,7 @@ def test_every_counter(bits):
 
 
 def test_a_value_is_that_of_the_cycle_behind_its_number():
-    choice = CounterChoice(places=PLACES, number_bits=5)
+    choice = CounterChoice(groups=GROUPS, number_bits=5)
     simulator, told = Simulator(choice), []
     simulator.add_clock(1e-8)
 
@@ -53,4 +53,4 @@ def test_a_value_is_that_of_the_cycle_behind_its_number():
 
 def test_init_wrong_number_bits():
     with pytest.raises(ValueError, match=f"^Number bits must be enough for {COUNT} counters, not 4$"):
-        CounterChoice(places=PLACES, number_bits=4)
+        CounterChoice(groups=GROUPS, number_bits=4)
