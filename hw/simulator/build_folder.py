@@ -5,14 +5,14 @@ import hashlib
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 __all__ = ["MOST_BYTES", "build_folder", "content_key", "keep_newest", "locked"]
 
 _CHECKOUT = Path(__file__).parents[2]
-# What is built again before it is kept beyond this size.
-MOST_BYTES = 60 << 20
+# Of each kind of build; those used longest ago go first, and are made again when they are needed.
+MOST_BYTES = 24 << 20
 
 
 def build_folder() -> Path:
@@ -30,21 +30,49 @@ def content_key(*sources) -> str:
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Exclusive access to a folder among all processes: several may request the same build."""
+def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
+    """Exclusive access to a folder among all processes, several of which may request the same build; shared access
+    keeps others from changing or removing it.
+    """
     with folder.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        fcntl.flock(lock, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
         yield
 
 
 def keep_newest(parent: Path, *, most: int = MOST_BYTES) -> None:
-    """Remove the entries of a folder that were used longest ago, until the rest fits in ``most`` bytes."""
+    """Remove the entries of a folder that were used longest ago, until the rest fits in ``most`` bytes.
+
+    What a process has `locked` stays.
+    """
     used = 0
-    for entry in sorted(parent.iterdir(), key=lambda entry: entry.stat().st_mtime, reverse=True):
-        files = entry.rglob("*") if entry.is_dir() else [entry]
-        used += sum(path.stat().st_size for path in files if path.is_file())
-        if used > most and entry.suffix != ".lock":
-            if entry.is_dir():
-                shutil.rmtree(entry, ignore_errors=True)
-            else:
-                entry.unlink(missing_ok=True)
+    for entry in sorted(parent.iterdir(), key=_last_use, reverse=True):
+        if entry.suffix != ".lock":
+            used += sum(_size(path) for path in ([*entry.rglob("*")] if entry.is_dir() else [entry]))
+            if used > most:
+                _remove_unlocked(entry)
+
+
+def _remove_unlocked(entry):
+    lock = entry.with_suffix(".lock")
+    with lock.open("w") if lock.exists() else nullcontext() as file:
+        try:
+            if file is not None:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return
+        if entry.is_dir():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            entry.unlink(missing_ok=True)
+
+
+def _last_use(path):
+    """When it was used; another process may have removed it."""
+    return path.stat().st_mtime if path.exists() else 0
+
+
+def _size(path):
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return 0

