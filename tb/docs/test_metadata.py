@@ -1,0 +1,31 @@
+"""What other programs read of the project: citation and development container."""
+
+import json
+import re
+import tomllib
+
+from tb.docs.language import ROOT
+
+NEEDED = ("gcc", "g++", "make", "perl")
+
+
+def test_the_citation_has_the_package_s_version_and_licence():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    citation = dict(re.findall(r"^([\w-]+): (\S.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE))
+    assert citation["version"] == project["version"]
+    assert citation["license"] == project["license"]
+    assert citation["cff-version"] == "1.2.0"
+
+
+def test_the_container_has_what_the_readme_asks_for():
+    container = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text())
+    readme = (ROOT / "README.md").read_text()
+    assert container["postCreateCommand"] == "make setup"
+    for tool in NEEDED:
+        assert tool in container["onCreateCommand"].split()
+        assert re.search(rf"(?<!\w){re.escape(tool)}(?!\w)", readme)
+
+
+def test_the_readme_is_short():
+    lines = re.sub(r"<!-- area: main -->.*?<!-- area: end -->", "", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    assert len(lines.splitlines()) <= 110
