@@ -41,7 +41,7 @@ class Format:
     def check(self, value: np.ndarray, signal: str) -> np.ndarray:
         """``value`` itself.
 
-        Errors
+        Raises
         ------
         SignalOverflowError
             One of the integers does not fit; the message names ``signal``.

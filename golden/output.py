@@ -13,7 +13,7 @@ __all__ = ["check_outputs", "whole_file"]
 def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
     """Make sure that every path (None is skipped) can be written, before the work starts that fills it.
 
-    Errors
+    Raises
     ------
     InputError
         A path ends in none of ``suffixes``, is a directory, or lies where no file can be made.
@@ -39,7 +39,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Whatever goes wrong, ``path`` holds what it held before or the new content, never a part of it.
 
-    Errors
+    Raises
     ------
     OSError
         The system refuses to rename or write.

@@ -51,7 +51,7 @@ class FixedFrusta(ABC):
     def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
         """What casts the hemispheres at M points; all rays of one together, when the first of them are asked for.
 
-        Errors
+        Raises
         ------
         InputError
             The hemisphere has more than `MOST_RAYS` rays.
@@ -66,7 +66,7 @@ class FixedFrusta(ABC):
     def screen(self, screen: Screen, side: int) -> FrustumHits:
         """What casts the rays of an image through the middles of the pixels' fields.
 
-        Errors
+        Raises
         ------
         InputError
             There are more than `MOST_ACROSS` fields across or down, or more than `MOST_RAYS` in all.
@@ -95,7 +95,7 @@ class ShellingFrusta(FixedFrusta):
     cell
         Cell size, see `Shelling`.
 
-    Errors
+    Raises
     ------
     InputError
         Cell size out of range.

@@ -43,7 +43,7 @@ class Grid(RayFrusta):
     jobs
         Threads, at least 1; what they give does not depend on how many they are. Default: one for each processor.
 
-    Errors
+    Raises
     ------
     InputError
         Cell size or jobs out of range.

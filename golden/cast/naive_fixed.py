@@ -30,7 +30,7 @@ class NaiveFixed:
     def cast(self, record: FrustumRecord) -> FixedHits:
         """The nearest hit of each ray.
 
-        Errors
+        Raises
         ------
         InputError
             The frustum has more rays than ``icu.rays``.

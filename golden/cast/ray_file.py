@@ -18,7 +18,7 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
     The file holds ``origin`` and ``direction``, R x 3. With ``tmax`` (R) the question is whether something is nearer
     than that (any hit); without, what is nearest. Other arrays are ignored.
 
-    Errors
+    Raises
     ------
     InputError
         The file cannot be read, is no archive, lacks an array, or holds something else than real numbers of the right

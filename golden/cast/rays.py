@@ -22,7 +22,7 @@ class Rays:
     tmax
         R float64: only hits nearer than this count; infinity by default.
 
-    Errors
+    Raises
     ------
     InputError
         Shapes do not match, a value is not finite, or a direction is zero.

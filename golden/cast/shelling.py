@@ -109,7 +109,7 @@ class Shelling:
     geometry, table
         The patches, and the cells.
 
-    Errors
+    Raises
     ------
     InputError
         Cell size out of range.
@@ -144,7 +144,7 @@ class Shelling:
         -------
         The hits, and the counts of each cluster.
 
-        Errors
+        Raises
         ------
         InputError
             The frustum has more rays than ``icu.rays``.

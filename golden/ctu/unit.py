@@ -41,7 +41,7 @@ class CellTraversalUnit:
         Grid rays of what was to be opened, those sent out, cells that they have visited, and turns in traversal:
         outside the grid too, and one for a ray that never comes to it.
 
-    Errors
+    Raises
     ------
     InputError
         Directions are too coarse for the cells, or a traversal's parameters are too short: the field of view is too

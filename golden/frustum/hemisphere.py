@@ -27,7 +27,7 @@ class Hemisphere:
     azimuths, polars
         Powers of two from 4 to 4096.
 
-    Errors
+    Raises
     ------
     InputError
         A number of rays that is no power of two or out of range.

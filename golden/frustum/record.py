@@ -124,7 +124,7 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
     axes
         3 x 3, rows as `frame` gives them, which is the default.
 
-    Errors
+    Raises
     ------
     InputError
         The origin is outside the coordinates, or the normal is zero or not finite.
@@ -154,7 +154,7 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     The rays are the middle of a grid of powers of two that spans x and y from -1 to 1; the R axes are right, down and
     forward.
 
-    Errors
+    Raises
     ------
     InputError
         The eye is outside the coordinates.

@@ -26,7 +26,7 @@ class Screen:
     width, height
         Pixels, 1 to 65536 each.
 
-    Errors
+    Raises
     ------
     InputError
         A size out of range.

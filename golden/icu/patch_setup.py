@@ -53,7 +53,7 @@ class PatchSetup:
     record, config
         The frustum, and the configuration.
 
-    Errors
+    Raises
     ------
     InputError
         The frustum has more columns or rows, or the scene more patches, than the configuration has numbers for.

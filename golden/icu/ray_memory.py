@@ -21,7 +21,7 @@ class RayMemory:
     rays
         Rays of the frustum, at most ``icu.rays``.
 
-    Errors
+    Raises
     ------
     InputError
         More rays than the memory holds.

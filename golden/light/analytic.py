@@ -37,7 +37,7 @@ def point_to_polygon(points, normals, polygons) -> np.ndarray:
     P x K: positive where the element sees the polygon's front, negative where it sees its back. An element in the
     polygon's own plane sees none of it.
 
-    Errors
+    Raises
     ------
     InputError
         Shapes do not match or a value is not finite.
@@ -66,7 +66,7 @@ def polygon_to_polygon(source, target, *, tolerance: float = 1e-9) -> float:
     tolerance
         Bound of the summed error estimates, at least 1e-12.
 
-    Errors
+    Raises
     ------
     InputError
         Fewer than three vertices, a value that is not finite, no area, or a tolerance out of range.

@@ -94,7 +94,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     progress
         Shows a bar once two seconds have passed.
 
-    Errors
+    Raises
     ------
     InputError
         Shapes do not match or a value is not finite.
@@ -145,7 +145,7 @@ def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
     -------
     N x order^2 x 3 points and N x order^2 shares, which sum to 1 for each patch.
 
-    Errors
+    Raises
     ------
     InputError
         An order out of range.
@@ -180,7 +180,7 @@ class PatchRows:
     progress
         Shows a bar once two seconds have passed.
 
-    Errors
+    Raises
     ------
     InputError
         Rays or samples out of range.

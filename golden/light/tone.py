@@ -45,7 +45,7 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
     gamma
         Power law of the display; None is the sRGB curve (IEC 61966-2-1).
 
-    Errors
+    Raises
     ------
     InputError
         Exposure or gamma is not a finite value above 0, or the curve is unknown.

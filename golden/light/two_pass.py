@@ -63,7 +63,7 @@ class RenderSettings:
     jobs
         Threads that cast (see `golden.cast.grid.Grid`); the image does not depend on it.
 
-    Errors
+    Raises
     ------
     InputError
         A value out of range, or more primary rays than a method of `FIXED_METHODS` casts at once.
@@ -147,7 +147,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
     progress
         Shows bars for what takes more than two seconds.
 
-    Errors
+    Raises
     ------
     InputError
         The scene has no light, or a setting does not fit the scene.

@@ -31,7 +31,7 @@ class Cache:
     hits, misses
         Since it was made, or cleared.
 
-    Errors
+    Raises
     ------
     InputError
         Fewer lines than ways, or a number that is no power of two.

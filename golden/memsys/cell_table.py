@@ -58,7 +58,7 @@ class CellTable:
     def place(self, point: np.ndarray) -> np.ndarray:
         """Where a point of G is in the grid: 3 int64 from its lower corner, in units of 2^-PLACE_FRACTION cells.
 
-        Errors
+        Raises
         ------
         InputError
             The point is too many cells away.

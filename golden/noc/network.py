@@ -102,7 +102,7 @@ class Network:
         source_pauses, sink_pauses
             Cycles x nodes bool, begun again when they are over: the source sends nothing, the sink takes nothing.
 
-        Errors
+        Raises
         ------
         InputError
             A packet of an unknown node or of no flits.

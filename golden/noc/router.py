@@ -89,7 +89,7 @@ class Routers:
     alone
         Only this node's router, without a neighbour.
 
-    Errors
+    Raises
     ------
     InputError
         Places or kinds out of range.

@@ -52,7 +52,7 @@ class Routing:
     def hops(self) -> np.ndarray:
         """N x N int64, links of the way between any two nodes.
 
-        Errors
+        Raises
         ------
         InputError
             Packets do not arrive.
@@ -95,7 +95,7 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
     virtual_channels
         Of every link; a multiple of the classes that the network needs (`classes_needed`).
 
-    Errors
+    Raises
     ------
     InputError
         Too few channels, with the cycle of links that would wait for each other; or no multiple.
@@ -156,7 +156,7 @@ def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) 
 def check_deadlock_free(routing: Routing) -> None:
     """Refuse a routing with channels that could wait for each other in a circle, or with packets that never arrive.
 
-    Errors
+    Raises
     ------
     InputError
         With the circle.

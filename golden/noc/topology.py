@@ -80,7 +80,7 @@ class Topology:
     columns, rows
         At least 1; of a hypercube powers of two.
 
-    Errors
+    Raises
     ------
     InputError
         Another topology, or a size that it cannot have.
@@ -104,7 +104,7 @@ class Topology:
     def of(cls, name: str, nodes: int) -> "Topology":
         """The topology of that many nodes, in the shape `grid_shape`.
 
-        Errors
+        Raises
         ------
         InputError
             As the constructor.

@@ -21,7 +21,7 @@ class Camera:
         Full vertical field of view in degrees, between 0 and 180 exclusive. The horizontal one follows from the
         image's aspect; pixels are square.
 
-    Errors
+    Raises
     ------
     InputError
         The camera is degenerate: eye and target coincide, ``up`` is zero or along the view, a value is not finite,

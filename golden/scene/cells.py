@@ -39,7 +39,7 @@ class Cells:
     margin
         How near to a cell a patch must come to belong to it, in scene units.
 
-    Errors
+    Raises
     ------
     InputError
         Cell size out of range.

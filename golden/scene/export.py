@@ -190,7 +190,7 @@ def export_scene(scene: Scene, path) -> None:
     exact vertices and materials; PLY exact vertices and diffuse colours; STL float32 triangles only. Quads stay quads,
     in GLB and STL as two triangles one after the other, which `load_scene` merges again.
 
-    Errors
+    Raises
     ------
     InputError
         An unknown suffix, or the file cannot be written.

@@ -41,7 +41,7 @@ class GCoordinates:
     def of(cls, scene: Scene, numbers: Numbers, points=()) -> "GCoordinates":
         """The coordinates that hold the scene, its camera and ``points`` (M x 3: every origin to cast from).
 
-        Errors
+        Raises
         ------
         InputError
             A point is not finite, or everything is at one place.
@@ -60,7 +60,7 @@ class GCoordinates:
     def integers(self, points) -> np.ndarray:
         """... x 3 int64 of ... x 3 scene points.
 
-        Errors
+        Raises
         ------
         InputError
             A point is outside the cube.

@@ -32,7 +32,7 @@ class Material:
     emission
         Radiance that the front side (both sides where the patch is two-sided) sends out by itself, in W/(m2 sr).
 
-    Errors
+    Raises
     ------
     InputError
         A value is not finite, is negative, or a channel's shares add up to more than 1.

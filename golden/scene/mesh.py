@@ -132,7 +132,7 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     where
         The file's path, for messages.
 
-    Errors
+    Raises
     ------
     InputError
         No faces, faces with less than three corners or without area, corners at vertices that do not exist, vertices

@@ -233,7 +233,7 @@ def read_nff(text: str, name: str, *, segments: int = 16) -> Scene:
     segments
         Patches around a sphere, cone or cylinder.
 
-    Errors
+    Raises
     ------
     InputError
         ``NAME:LINE: ...``: an unknown entity, a wrong number of values, a value that is no finite number or that the

@@ -18,7 +18,7 @@ def open_scene(spec: str, *, up=None) -> Scene:
     up
         As of `load_scene`; built-in scenes know theirs.
 
-    Errors
+    Raises
     ------
     InputError
         Neither a built-in scene nor a file has that name, or either cannot be made.

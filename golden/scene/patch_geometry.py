@@ -33,7 +33,7 @@ class PatchGeometry:
     def of(cls, scene: Scene, numbers: Numbers, points=()) -> "PatchGeometry":
         """The patches of a scene in coordinates that also hold its camera and ``points``.
 
-        Errors
+        Raises
         ------
         InputError
             As `GCoordinates.of`.

@@ -229,7 +229,7 @@ def cut_polygon(points: np.ndarray) -> np.ndarray:
         K x 4 x 3 convex quads and triangles with the polygon's orientation; quads are planar and strictly convex
         (`is_convex_quad`). A polygon that is not quite planar is cut as its projection along its main axis.
 
-    Errors
+    Raises
     ------
     InputError
         The polygon has no area, or crosses itself.

@@ -150,7 +150,7 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
     max_area
         Bound of the areas of elements, in squared scene units.
 
-    Errors
+    Raises
     ------
     InputError
         A bound is not a finite value above 0, or would take more than `MOST_ELEMENTS`.

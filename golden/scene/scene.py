@@ -64,7 +64,7 @@ class Scene:
     up
         The scene's own idea of up, for a default camera.
 
-    Errors
+    Raises
     ------
     InputError
         Arrays of the wrong shape, no patches, vertices that are not finite, or material numbers out of range.

@@ -44,7 +44,7 @@ def square(center, side: float, *, facing=(0.0, 0.0, 1.0), cuts: int = 1) -> np.
 
     Where that is along an axis of coordinates, the sides are along the others.
 
-    Errors
+    Raises
     ------
     InputError
         The center or the direction is not finite, the direction is zero, the side is not a finite value above 0, or
@@ -84,7 +84,7 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
     ndarray
         ``(K - 1) * segments`` patches, band after band along the profile.
 
-    Errors
+    Raises
     ------
     InputError
         Fewer than two points, a distance that is negative, two neighbours that coincide or both lie on the axis, a
@@ -124,7 +124,7 @@ def _unit_sphere(segments: int) -> np.ndarray:
 def sphere(center, radius: float, *, segments: int = 16) -> np.ndarray:
     """A sphere as ``segments`` meridians and half as many bands, with its poles along z and its corners on the sphere.
 
-    Errors
+    Raises
     ------
     InputError
         The center is not finite, the radius not a finite value above 0, or ``segments`` no whole number of at least 3.
@@ -156,7 +156,7 @@ def frustum(base, apex, base_radius: float, apex_radius: float, *,
     ndarray
         ``segments`` patches of the base's cap (if it has one), of the side, and of the apex' cap (if it has one).
 
-    Errors
+    Raises
     ------
     InputError
         The ends coincide, a coordinate is not finite, a radius is negative or not finite, both are 0, or ``segments``
@@ -201,7 +201,7 @@ def bezier(control, *, cuts: int) -> np.ndarray:
         At most ``2 * cuts**2`` patches for each Bezier patch: a cell that is planar is one quad, another is cut into
         two triangles, one at a collapsed border is one triangle, one without area is left out.
 
-    Errors
+    Raises
     ------
     InputError
         Control points of the wrong shape or not finite, or ``cuts`` is no whole number of at least 1.

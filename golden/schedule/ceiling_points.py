@@ -26,7 +26,7 @@ def ceiling_points(scene: Scene, count: int = 16) -> tuple[np.ndarray, np.ndarra
     tuple
         M x 3 points and 3.
 
-    Errors
+    Raises
     ------
     InputError
         The count is no power of two, or the scene's up is along no axis.

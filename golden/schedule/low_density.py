@@ -72,7 +72,7 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
     ratio
         Hi_Low_Ratio, a power of two; 1 casts all rays.
 
-    Errors
+    Raises
     ------
     InputError
         The ratio is no power of two or leaves no ray.

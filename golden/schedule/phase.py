@@ -96,7 +96,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     topology
         Assign the heaviest traffic to the nearest processors of this network. Default: cluster i is processor i.
 
-    Errors
+    Raises
     ------
     InputError
         See `low_density`, `cut_sections`, `resident_sets`, `Topology`; or there is no capacity to fill.

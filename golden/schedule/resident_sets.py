@@ -52,7 +52,7 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
     capacity
         Patches that a cluster's memory holds; the most used stay. No limit by default.
 
-    Errors
+    Raises
     ------
     InputError
         Capacity below 0.

@@ -66,7 +66,7 @@ def cut_sections(workload, *, clusters: int, room: int | None = None) -> Partiti
     room
         The most rays that a section may have. No limit by default.
 
-    Errors
+    Raises
     ------
     InputError
         The number of clusters is no power of two or too large, work is negative or not finite, or even equal cuts leave

@@ -48,7 +48,7 @@ class VirtualFrusta:
     def of(cls, columns: int, rows: int, ratio: int) -> "VirtualFrusta":
         """Blocks of ``ratio`` rays, as square as can be, not higher than wide.
 
-        Errors
+        Raises
         ------
         InputError
             The ratio is no power of two, or a block is wider or higher than the frustum.

@@ -49,7 +49,7 @@ def block(name: str) -> tuple[str, Block]:
     tuple
         The whole name, and the block.
 
-    Errors
+    Raises
     ------
     InputError
         No block has the name, or several have.
@@ -63,7 +63,7 @@ def block(name: str) -> tuple[str, Block]:
 def stimulus(name: str, *, count: int, seed: int, config: Config) -> Stimulus:
     """``count`` vectors of a block; the same for the same arguments.
 
-    Errors
+    Raises
     ------
     InputError
         See `block`; or ``count`` or ``seed`` out of range.

@@ -37,7 +37,7 @@ def write_stimulus(path: Path, made: Stimulus) -> None:
 def read_stimulus(path: Path) -> Stimulus:
     """A stimulus that `write_stimulus` wrote, of either form.
 
-    Errors
+    Raises
     ------
     InputError
         The file is not one.

@@ -45,7 +45,7 @@ def over_relaxation(system: RadiositySystem, *, omega: float = 1.2, tolerance: f
     omega
         Above 0 and below 2; radiosity gains from about 1.2.
 
-    Errors
+    Raises
     ------
     InputError
         Omega out of range.

@@ -70,7 +70,7 @@ def error_of(state: State) -> np.ndarray:
 def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progress: bool = False) -> Solution:
     """Draw states until every channel's error is below ``tolerance``, ``max_steps`` at most.
 
-    Errors
+    Raises
     ------
     InputError
         A tolerance that is not a finite number above 0, or no steps.

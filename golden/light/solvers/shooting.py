@@ -59,7 +59,7 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
     group
         Patches in a step, at least 1.
 
-    Errors
+    Raises
     ------
     InputError
         The system has no centres or normals, or a group is less than 1.

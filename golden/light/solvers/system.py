@@ -27,7 +27,7 @@ class RadiositySystem:
     centre, normal
         N x 3 each, for solvers that look for neighbours; else they may be left out.
 
-    Errors
+    Raises
     ------
     InputError
         Shapes do not match, a value is not finite or out of range.

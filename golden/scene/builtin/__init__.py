@@ -58,7 +58,7 @@ BUILTIN = {scene.name: scene for scene in (
 def builtin_scene(spec: str) -> Scene:
     """The scene of a specification ``NAME`` or ``NAME:SIZE``.
 
-    Errors
+    Raises
     ------
     InputError
         Unknown name, or a size that is not a number or out of the scene's range.

@@ -26,7 +26,7 @@ def furnace(size: int = 8, *, diffuse: float = 0.5, emission: float = 1.0, emitt
     emitter
         The one face that emits, which is then black: one of ``"-x"`` to ``"+z"`` (``"+z"`` is the ceiling).
 
-    Errors
+    Raises
     ------
     InputError
         An argument is out of range.
