@@ -1,6 +1,8 @@
-"""The error that the user can correct."""
+"""The error that the user can correct, and checks of types."""
 
-__all__ = ["InputError"]
+import numpy as np
+
+__all__ = ["InputError", "check_int"]
 
 
 class InputError(Exception):
@@ -8,3 +10,15 @@ class InputError(Exception):
 
     The command line prints it as ``error: ...`` and exits with code 2; nothing is written.
     """
+
+
+def check_int(name: str, value: object) -> None:
+    """``value`` is a whole number; bool is none.
+
+    Raises
+    ------
+    TypeError
+        It is not.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} must be an int, not {value!r}")

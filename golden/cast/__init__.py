@@ -1,1 +1,1 @@
-"""Casting: which patch a ray meets first."""
+"""Casting: the nearest patch that each ray hits."""

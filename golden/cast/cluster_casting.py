@@ -1,4 +1,4 @@
-"""One cluster casting its section of a frustum, one shell of one subshell after the other."""
+"""One cluster casts its section of a frustum, one shell of one subshell after the other."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,19 +18,19 @@ __all__ = ["ClusterCasting", "Stage"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stage:
-    """One shell of one subshell: what was opened and found.
+    """One shell of one subshell: cells opened and patches found.
 
     Parameters
     ----------
     subshell
-        Its number; the last one is all of the sector. The cells of shell 1 belong to number 0.
+        Number of the subshell; the last one is the whole sector. The cells of shell 1 belong to number 0.
     shell, window
-        Which; the window as `subshell_rays` takes it, None of the last subshell and of shell 1.
-    looked_at, grid_rays, cell_steps, turns
-        Grid rays in sector and window, those sent out, cells that they visited, and turns in traversal, see
+        Number of the shell, and the window of the subshell (`subshell_rays`): None for the last subshell and shell 1.
+    scanned, grid_rays, cell_steps, passes
+        Grid rays in sector and window, grid rays issued, cells that they visited, and traversal passes, see
         `CellTraversalUnit`.
     cells
-        In the order in which they were met, as often as they were.
+        Cell numbers in the order in which grid rays met them, with repetitions.
     opened, found
         Cells not opened before, and patches not found before, each once.
     """
@@ -38,17 +38,17 @@ class Stage:
     subshell: int
     shell: int
     window: tuple[int, int, int, int] | None
-    looked_at: int
+    scanned: int
     grid_rays: int
     cell_steps: int
-    turns: int
+    passes: int
     cells: np.ndarray
     opened: np.ndarray
     found: np.ndarray
 
 
 class ClusterCasting:
-    """Opens cells and finds patches; who tests them is asked from outside.
+    """Opens cells and finds patches; the caller tests them.
 
     Parameters
     ----------
@@ -57,11 +57,16 @@ class ClusterCasting:
     table
         The cells.
     patches
-        Patches of the scene.
+        Number of patches of the scene.
     config
         The configuration.
     by_code
-        Survival is judged by settle codes, as the machine does it, rather than by stored inverse distances.
+        The survival test compares settle codes, as in the machine, instead of stored inverse distances.
+
+    Members
+    -------
+    traversal
+        The cell traversal unit, with its counts.
     """
 
     def __init__(self, record: FrustumRecord, sector: Sector, table: CellTable, *, patches: int, config: Config,
@@ -72,15 +77,17 @@ class ClusterCasting:
         self._cells, self._patches = Filter(len(table)), Filter(patches)
 
     def schedule(self, subshells, window) -> Iterator[tuple[int, int, tuple | None]]:
-        """Number, shell and window of the stages in the order in which they are explored: shell 1, the subshells, each
-        from shell 2 to its own, and the last subshell, which has no window.
+        """Subshell, shell and window of the stages in the order of their exploration.
+
+        Shell 1 is first. Each subshell follows, from shell 2 to its own shell, then the last subshell, which has no
+        window.
 
         Parameters
         ----------
         subshells
-            A `SubshellList`, or None: the last one only.
+            A `SubshellList`, or None: the last subshell only.
         window
-            From the number of a patch to its window.
+            Function from the number of a patch to its window.
         """
         last, number = self.traversal.last_shell, 0
         yield 0, 1, None
@@ -93,9 +100,14 @@ class ClusterCasting:
             yield number, shell, None
 
     def explore(self, subshell: int, shell: int, window, inverse: np.ndarray) -> Stage | None:
-        """One stage, with the stored inverse distances of all rays as survival sees them; None: all have settled.
+        """Explore one stage; None if all rays have settled.
 
-        Distances from earlier on open more, and never less.
+        Parameters
+        ----------
+        subshell, shell, window
+            The stage, see `schedule`.
+        inverse
+            R int64, stored inverse distances for the survival test. Outdated distances open a superset of the cells.
         """
         traversal, shape = self.traversal, self._own.shape
         threshold = traversal.threshold(shell, self._config) if self._by_code else None
@@ -109,12 +121,12 @@ class ClusterCasting:
             return None
         before = _work(traversal)
         cells = traversal.open(shell, seen, window, subshell=subshell, threshold=threshold)
-        looked_at, grid_rays, steps, turns = np.subtract(_work(traversal), before).tolist()
+        scanned, grid_rays, steps, passes = np.subtract(_work(traversal), before).tolist()
         opened = self._cells.first(cells)
         found = self._patches.first(self._table.patches.read(self._table.entries(opened)))
-        return Stage(subshell=subshell, shell=shell, window=window, looked_at=looked_at, grid_rays=grid_rays,
-                     cell_steps=steps, turns=turns, cells=cells, opened=opened, found=found)
+        return Stage(subshell=subshell, shell=shell, window=window, scanned=scanned, grid_rays=grid_rays,
+                     cell_steps=steps, passes=passes, cells=cells, opened=opened, found=found)
 
 
 def _work(traversal):
-    return traversal.looked_at, traversal.grid_rays, traversal.steps, traversal.turns
+    return traversal.scanned, traversal.grid_rays, traversal.steps, traversal.passes

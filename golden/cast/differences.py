@@ -1,4 +1,4 @@
-"""Fixed point against the oracle: which rays differ, and why they may."""
+"""Fixed point against the oracle: the rays that differ, by cause."""
 
 from dataclasses import dataclass
 
@@ -25,14 +25,16 @@ class Differences:
     edge
         The ray passes the plane through the origin and an edge of one of the two patches within 2^-14 + 2^-21/t.
     long_edge
-        It does so within 2^-14 + (2^-21 + 2^-16 L)/t, L the distance of the edge's farther end: V' is rounded in
-        proportion to that, and an edge that passes the origin much nearer than it is long takes the angle up.
+        The same within 2^-14 + (2^-21 + 2^-16 L)/t, L the distance of the edge's farther end: V' is rounded in
+        proportion to L, so an edge that passes the origin much nearer than it is long turns by more.
     depth
         The two patches' 1/t differ by less than the sum of both lengths of m times (2^-16 + 2^-21/t).
     dropped
         The oracle hits a patch whose plane passes through the origin within two units.
     unexplained
-        None of these: a fault.
+        No such cause: a fault.
+
+    Source: docs/exactness.md, Against the oracle.
     """
 
     edge: np.ndarray
@@ -49,7 +51,7 @@ class Differences:
 def oracle_rays(record: FrustumRecord, geometry: PatchGeometry) -> Rays:
     """The record's rays for the float64 casters: the inverse of its rounded matrix times its integer directions.
 
-    So the oracle's t is in the machine's unit.
+    The oracle's t is then in the machine's unit.
     """
     coordinates, unit = geometry.coordinates, 2.0**-record.numbers.direction_fraction
     to_scene = np.linalg.inv(record.matrix * unit) / coordinates.scale
@@ -60,7 +62,7 @@ def oracle_rays(record: FrustumRecord, geometry: PatchGeometry) -> Rays:
 
 def differences(fixed: FixedHits, oracle: Hits, record: FrustumRecord, scene: Scene, geometry: PatchGeometry,
                 config: Config) -> Differences:
-    """Sort the rays that hit different patches by cause.
+    """The rays that hit different patches, sorted by cause.
 
     Parameters
     ----------
@@ -68,6 +70,8 @@ def differences(fixed: FixedHits, oracle: Hits, record: FrustumRecord, scene: Sc
         Hits of the record's rays.
     oracle
         Hits of `oracle_rays`.
+    record, scene, geometry, config
+        The frustum, the scene in float64 and in G coordinates, and the configuration.
     """
     ray = np.flatnonzero(fixed.patch != oracle.patch)
     direction = record.directions(ray % record.columns, ray // record.columns) \
@@ -89,14 +93,14 @@ def differences(fixed: FixedHits, oracle: Hits, record: FrustumRecord, scene: Sc
 
 
 def _exact_vertices(record, scene, geometry):
-    """Vertices in the R frame without any rounding but that of the matrix and the origin."""
+    """Vertices in the R frame: only matrix and origin are rounded."""
     coordinates = geometry.coordinates
     offset = (scene.vertices - coordinates.points(record.origin)) * coordinates.scale
     return offset @ (record.matrix.T * 2.0**-record.numbers.direction_fraction)
 
 
 def _candidate(vertices, direction, exists):
-    """Whether rays pass near an edge and a long edge, their 1/t, and how much of it rounding may change."""
+    """Whether rays pass near an edge and a long edge, their 1/t, and the bound of its rounding error."""
     normal = np.cross(vertices[:, 2] - vertices[:, 0], vertices[:, 3] - vertices[:, 1])
     near, near_long = np.zeros((2, len(vertices)), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):

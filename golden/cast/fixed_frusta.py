@@ -1,4 +1,4 @@
-"""Frusta in the machine's integers, for those who go on in float64."""
+"""Frusta cast in the machine's integers, with hits in float64."""
 
 from abc import ABC, abstractmethod
 
@@ -17,19 +17,21 @@ from golden.scene.scene import Scene
 
 __all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta"]
 
-# Rays of a frustum at most: the largest ray memory that there is.
+# Most rays of a frustum: the largest ray memory.
 MOST_RAYS = 1 << 22
-# Fields of a screen across and down at most.
+# Most fields of a screen across and down.
 MOST_ACROSS = 1 << 16
 CONFIG = Config(icu=Icu(rays=MOST_RAYS, side_bits=16, patch_bits=24))
-# Cell size of shelling. In a model that works on all rays at once few large shells cost less than many small ones.
+# Default cell size of shelling. This model works on all rays of a shell at once: few large shells cost it less than
+# many small ones.
 CELL = 0.125
 
 
 class FixedFrusta(ABC):
-    """Casts hemispheres and screens as the machine does it. It has the members of `golden.cast.ray_frusta.RayFrusta`.
+    """Casts hemispheres and screens in fixed point, with the members of `golden.cast.ray_frusta.RayFrusta`.
 
-    The machine says which patch a ray hits. Where on it follows in float64 from the ray that its integers stand for.
+    Fixed point decides which patch a ray hits. The position of the hit follows in float64 from the ray that the
+    integers represent.
 
     Parameters
     ----------
@@ -46,10 +48,10 @@ class FixedFrusta(ABC):
 
     @abstractmethod
     def _machine(self, geometry: PatchGeometry):
-        """What gives a record's `FixedHits`, and tests and steps of each of its rays."""
+        """Function from a record to its `FixedHits` and to the tests and steps of each ray."""
 
     def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
-        """What casts the hemispheres at M points; all rays of one together, when the first of them are asked for.
+        """Caster of the hemispheres at M points; a request for one ray casts its whole hemisphere.
 
         Raises
         ------
@@ -64,7 +66,7 @@ class FixedFrusta(ABC):
         return _Bundles(self._oracle, cast, record).hits
 
     def screen(self, screen: Screen, side: int) -> FrustumHits:
-        """What casts the rays of an image through the middles of the pixels' fields.
+        """Caster of the rays of a picture through the middles of the pixels' fields.
 
         Raises
         ------
@@ -76,7 +78,7 @@ class FixedFrusta(ABC):
         return _Bundles(self._oracle, cast, lambda number: screen_record(fields, coordinates)).hits
 
     def _for(self, points):
-        """Coordinates that hold the points, and the machine in them."""
+        """Coordinates that hold the points, and the caster in them."""
         geometry, cast = self._geometry, self._cast
         lower, upper = geometry.coordinates.points([[0] * 3, [CONFIG.numbers.scene.high] * 3])
         if not ((points >= lower) & (points <= upper)).all():
@@ -86,7 +88,7 @@ class FixedFrusta(ABC):
 
 
 class ShellingFrusta(FixedFrusta):
-    """By shelling. A ray's tests are its own; cell steps are grid rays', so the frustum's are shared out evenly.
+    """Shelling in fixed point. Tests are counted per ray; the frustum's cell steps are divided evenly among its rays.
 
     Parameters
     ----------
@@ -117,7 +119,7 @@ class ShellingFrusta(FixedFrusta):
 
 
 class NaiveFixedFrusta(FixedFrusta):
-    """All patches against all rays: the same hits."""
+    """Brute force in fixed point: all patches against all rays. The hits are those of `ShellingFrusta`."""
 
     def _machine(self, geometry):
         naive = NaiveFixed(geometry, CONFIG)
@@ -129,7 +131,7 @@ class NaiveFixedFrusta(FixedFrusta):
 
 
 class _Bundles:
-    """Frusta that are cast when they are needed; the last one is kept."""
+    """Frusta that are cast on first use; the last one is kept."""
 
     def __init__(self, oracle, cast, record):
         self._oracle, self._cast, self._record = oracle, cast, record

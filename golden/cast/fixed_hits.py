@@ -1,4 +1,4 @@
-"""What the rays of a frustum hit, in the machine's integers."""
+"""Hits of a frustum's rays in the machine's integers."""
 
 from dataclasses import dataclass
 
@@ -12,13 +12,13 @@ from golden.icu.ray_memory import RayMemory
 
 __all__ = ["FixedHits", "read_out"]
 
-# Hits at a time: what the subdivision works with stays in a second-level cache.
+# Hits per block, such that the arrays of the subdivision stay in a second-level cache.
 BLOCK = 1 << 12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FixedHits:
-    """Of R rays, in the order of their numbers.
+    """Hits of R rays, in the order of their numbers.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class FixedHits:
     patch
         R int64, -1 for no hit.
     u, v
-        R int64, 0 where there is no hit.
+        R int64, position on the patch in units of 2^-``uv_bits``; 0 for no hit.
     """
 
     inverse: np.ndarray
@@ -36,18 +36,22 @@ class FixedHits:
     v: np.ndarray
 
     def differences(self, other: "FixedHits") -> np.ndarray:
-        """The numbers of the rays of which any field differs."""
+        """Numbers of the rays that differ in any field."""
         return np.flatnonzero((self.inverse != other.inverse) | (self.patch != other.patch)
                               | (self.u != other.u) | (self.v != other.v))
 
 
 def read_out(memory: RayMemory, record: FrustumRecord, patches: Patches, config: Config) -> FixedHits:
-    """The hits that a ray memory holds, with (u, v), which follow from ray and patch.
+    """The hits in a ray memory, with (u, v), which follow from ray and patch.
 
     Parameters
     ----------
+    memory, record
+        The ray memory, and the frustum of its rays.
     patches
         All patches of the scene, in the order of their ids.
+    config
+        The configuration.
     """
     patch = memory.patch
     hits = np.flatnonzero(patch >= 0)

@@ -1,4 +1,4 @@
-"""The conventional technique: each ray from cell to cell of a uniform grid until it has hit something."""
+"""The conventional technique: each ray traverses a uniform grid until its first hit, in float64."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -16,23 +16,23 @@ from golden.scene.scene import Scene
 
 __all__ = ["Grid"]
 
-# Rays at a time: what a step reads and writes of them stays in a second-level cache.
+# Rays per block, such that the arrays of a step stay in a second-level cache.
 BLOCK = 1 << 15
-# The share of rays in a block that are done when it is worth while to close the ranks.
+# Share of finished rays from which compacting a block pays.
 IDLE = 0.25
 FAR = 1e300
-# What a test takes, in steps; measured.
+# Cost of a test in steps; measured.
 TEST_COST = 1.6
-# Rays and cell sizes, relative to the balanced one, that the default cell size is chosen by.
+# Rays, and cell sizes relative to the balanced one, that choose the default cell size.
 TRIAL_RAYS, TRIAL_SIZES = 4096, np.array([1, 0.7, 0.5, 0.35])
 MOST_JOBS = 256
 
 
 class Grid(RayFrusta):
-    """Casts by 3-D digital differential analysis, all rays of a block one cell onwards at a time.
+    """Casts by 3-D digital differential analysis; all rays of a block advance by one cell at a time.
 
-    Rays that are done make room for waiting ones, so that a few long rays do not hold up the block. A ray stops in
-    the first cell in which it has a hit before the cell's exit, so no nearer hit can follow.
+    Waiting rays replace finished ones, so a few long rays do not hold up a block. A ray stops in the first cell in
+    which it has a hit before the cell's exit: no nearer hit can follow.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Grid(RayFrusta):
     cell
         Cell size, see `Cells`. Default: of a few sizes the one at which rays from the patches cost least.
     jobs
-        Threads, at least 1; what they give does not depend on how many they are. Default: one for each processor.
+        Threads, at least 1; the hits do not depend on it. Default: one per processor.
 
     Raises
     ------
@@ -55,12 +55,12 @@ class Grid(RayFrusta):
         self._jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
         self.oracle = Oracle(scene)
         self.cells = Cells(scene, _cheapest(scene) if cell is None else cell)
-        # A shell of cells around the grid, told by a count of -1, ends a ray without a test of its indices.
+        # A border of cells around the grid, marked by a count of -1, ends a ray without a test of its indices.
         counts = np.pad(np.diff(self.cells.start).reshape(self.cells.shape), 1, constant_values=-1)
         start = np.pad(self.cells.start[:-1].reshape(self.cells.shape), 1)
         self._counts, self._start = counts.astype(np.int32).ravel(), start.ravel()
         self._strides = np.array([counts.shape[1] * counts.shape[2], counts.shape[2], 1])
-        # Planes n . x = offset, and how far vertices and rounding leave them.
+        # Planes n . x = offset, and the largest distance of their vertices from them.
         self._normal = np.ascontiguousarray(scene.normals.T)
         self._offset = np.einsum("ij,ij->i", scene.normals, scene.centres)
         distance = np.einsum("ij,ikj->ik", scene.normals, scene.vertices) - self._offset[:, None]
@@ -77,18 +77,18 @@ class Grid(RayFrusta):
     def _cast(self, rays, *, any_hit):
         best = Nearest(rays.tmax)
         sheared = self.oracle.sheared(rays)
-        # Components first: a component is then gathered from without a copy of the whole.
+        # Components first, so that gathering one component copies no other.
         lines = _Lines(np.ascontiguousarray(rays.origin.T), np.ascontiguousarray(rays.direction.T), rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
-        # Each thread walks rays of its own, so none writes where another reads.
+        # Each thread has rays of its own, so none writes what another reads.
         parts = np.array_split(np.arange(len(rays)), min(self._jobs, max(1, len(rays) // BLOCK)))
         with ThreadPoolExecutor(len(parts)) as threads:
-            for _ in threads.map(lambda part: self._walk(lines, sheared, part, best, tests, steps, any_hit), parts):
+            for _ in threads.map(lambda part: self._traverse(lines, sheared, part, best, tests, steps, any_hit), parts):
                 pass
         return best.hits(self.oracle, sheared, tests=tests, steps=steps)
 
-    def _walk(self, lines, sheared, part, best, tests, steps, any_hit):
-        """Walk the rays numbered ``part`` through the grid."""
+    def _traverse(self, lines, sheared, part, best, tests, steps, any_hit):
+        """Traverse the grid with the rays numbered ``part``."""
         waiting = 0
         live = self._enter(lines, part[:0])
         while len(live.ray) or waiting < len(part):
@@ -112,7 +112,7 @@ class Grid(RayFrusta):
                 live.keep(np.flatnonzero(~done))
 
     def _enter(self, lines, ray):
-        """The rays that meet the grid at all, each in its first cell."""
+        """The rays that meet the grid, each in its first cell."""
         cells = self.cells
         origin, direction = lines.origin[:, ray], lines.direction[:, ray]
         still = direction == 0
@@ -133,11 +133,11 @@ class Grid(RayFrusta):
             crossing = np.where(still, FAR, (cells.lower[:, None] + (index + forward) * cells.size - origin) * inverse)
             between = np.where(still, 0.0, np.abs(cells.size * inverse))
         stride = np.where(still, 0, np.where(forward, 1, -1)) * self._strides[:, None]
-        return _Walk(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
+        return _Block(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
                      crossing=crossing, between=between, stride=stride)
 
     def _test(self, lines, sheared, live, full, count, exit_, best):
-        """Test the rays ``full`` of the walk against the patches of their cells."""
+        """Test the rays ``full`` of the traversal against the patches of their cells."""
         ray = live.ray[full]
         direction = [component.take(ray) for component in lines.direction]
         entry = live.entry[full]
@@ -146,7 +146,7 @@ class Grid(RayFrusta):
         pair = np.repeat(np.arange(len(full)), count)
         first = self._start.take(live.cell[full]) - (np.cumsum(count) - count)
         patch = self.cells.patch.take(np.arange(len(pair)) + first.take(pair))
-        # Only where the ray crosses the patch's plane within this cell the patch can be hit here.
+        # A ray that does not cross the patch's plane within this cell cannot hit the patch here.
         normal = [component.take(patch) for component in self._normal]
         begin = sum(n * p.take(pair) for n, p in zip(normal, point, strict=True)) - self._offset.take(patch)
         end = begin + sum(n * (d * span).take(pair) for n, d in zip(normal, direction, strict=True))
@@ -159,11 +159,11 @@ class Grid(RayFrusta):
 
 
 def _cheapest(scene):
-    """The best of a few cell sizes, tried with rays from the patches; half of these chosen by area."""
+    """The best of a few cell sizes for rays from the patches; half of the rays start on patches chosen by area."""
     random = np.random.default_rng(0)
     patch = np.concatenate([random.integers(len(scene), size=TRIAL_RAYS // 2),
                             random.choice(len(scene), TRIAL_RAYS // 2, p=scene.areas / scene.areas.sum())])
-    # A point on the unit sphere added to the normal gives the cosine's distribution.
+    # The normal plus a point on the unit sphere is cosine-distributed.
     direction = random.normal(size=(len(patch), 3))
     direction = scene.normals[patch] + 0.999 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
     rays = Rays(scene.centres[patch], direction, scene.surface[patch])
@@ -183,8 +183,8 @@ class _Lines(NamedTuple):
     tmax: np.ndarray
 
 
-class _Walk:
-    """The state of the rays that are still walking; three rows per axis array."""
+class _Block:
+    """The state of the rays in traversal; three rows per axis array."""
 
     def __init__(self, *, ray, cell, entry, crossing, between, stride):
         self.ray, self.cell, self.entry = ray, cell, entry
@@ -192,11 +192,11 @@ class _Walk:
         self.crossing, self.between, self.stride = list(crossing), list(between), list(stride)
 
     def exit(self):
-        """Where each ray leaves its cell, as t."""
+        """T at which each ray leaves its cell."""
         return np.minimum(np.minimum(self.crossing[0], self.crossing[1]), self.crossing[2])
 
     def advance(self, exit_):
-        """One cell onwards; through an edge or a corner straight into the cell opposite."""
+        """Advance each ray by one cell; through an edge or a corner directly into the opposite cell."""
         for crossing, between, stride in zip(self.crossing, self.between, self.stride, strict=True):
             moves = crossing <= exit_
             self.cell += np.where(moves, stride, 0)
@@ -204,17 +204,17 @@ class _Walk:
         self.entry = exit_
 
     def stop(self, rows):
-        """Move rays out of the grid for good."""
+        """Move rays out of the grid."""
         self.cell[rows] = 0
         for stride in self.stride:
             stride[rows] = 0
 
     def keep(self, rows):
-        """Forget the other rays."""
+        """Drop all other rays."""
         self._change(lambda own: own.take(rows))
 
     def join(self, other):
-        """Take in another walk's rays."""
+        """Append the rays of another block."""
         self._change(lambda own, others: np.concatenate([own, others]), other)
 
     def _change(self, change, *others):

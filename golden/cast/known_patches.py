@@ -1,4 +1,4 @@
-"""Where rays meet patches that they are known to hit."""
+"""Positions of hits on known patches."""
 
 import numpy as np
 
@@ -11,17 +11,17 @@ __all__ = ["hits_of_patches"]
 def hits_of_patches(oracle: Oracle, rays: Rays, patch: np.ndarray, *, tests: np.ndarray, steps: np.ndarray) -> Hits:
     """The hits in float64 of rays whose nearest patches another caster has found.
 
-    That caster may have rounded: t is where the ray meets the patch's plane, but no nearer and no farther than the
-    patch's vertices lie along the ray, and (u, v) of a ray beside the patch is on its border.
+    That caster may have rounded. t is at the patch's plane, clipped to the range of the patch's vertices along the ray;
+    (u, v) of a ray beside the patch is on its border.
 
     Parameters
     ----------
     rays
         R rays.
     patch
-        R, -1 for no hit.
+        R int, -1 for no hit.
     tests, steps
-        R int64, what the other caster spent.
+        R int64, counts of the other caster.
     """
     hit = np.flatnonzero(patch >= 0)
     which, direction = patch[hit], rays.direction[hit]
@@ -30,7 +30,7 @@ def hits_of_patches(oracle: Oracle, rays: Rays, patch: np.ndarray, *, tests: np.
     normal = oracle.scene.normals[which]
     offset = np.einsum("kj,kij->k", normal, vertices) / 4
     fall = np.einsum("kj,kj->k", normal, direction)
-    # A ray that only rounding lets reach the plane meets it far away.
+    # A ray that reaches the plane by rounding only gets the farthest t.
     meets = offset * fall > 0
     far = along.max(axis=1)
     t = np.full(len(rays), np.inf)

@@ -1,4 +1,4 @@
-"""Ways to cast, by name."""
+"""Casting methods by name."""
 
 from golden.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.cast.grid import Grid
@@ -7,7 +7,8 @@ from golden.scene.scene import Scene
 
 __all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster"]
 
-# Those that cast any rays, those that cast frusta only, and together those that cast frusta.
+# Methods in float64, which cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
+# "naive" is brute force in float64, "naive-fixed" brute force in fixed point.
 RAY_METHODS = {"grid": Grid, "naive": Naive}
 FIXED_METHODS = {"shelling": ShellingFrusta, "naive-fixed": NaiveFixedFrusta}
 FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
@@ -18,10 +19,12 @@ def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs
 
     Parameters
     ----------
+    scene, method
+        The scene, and a name in `FRUSTUM_METHODS`.
     cell
-        Cell size for methods that have cells. Default: theirs.
+        Cell size for methods with cells. Default: that of the method.
     jobs
-        Threads for methods that have any. Default: theirs.
+        Threads for methods with threads. Default: that of the method.
     """
     if method == "grid":
         return Grid(scene, cell, jobs=jobs)

@@ -1,4 +1,4 @@
-"""The naive algorithm: all patches against all rays."""
+"""Brute force in float64: all patches against all rays."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from golden.scene.scene import Scene
 
 __all__ = ["Naive"]
 
-# Pairs at a time: their two dozen float64 arrays stay in a second-level cache.
+# Pairs per block, such that their two dozen float64 arrays stay in a second-level cache.
 BLOCK = 1 << 14
 
 
 class Naive(RayFrusta):
-    """Tests every ray against every patch: the judge of all other casting methods.
+    """Tests every ray against every patch in float64: the reference of `golden.cast.grid.Grid`.
 
     Parameters
     ----------
@@ -39,5 +39,5 @@ class Naive(RayFrusta):
         return best.hits(self.oracle, sheared, tests=tests, steps=np.zeros_like(tests))
 
     def occluded(self, rays: Rays) -> Hits:
-        """Some hit of each ray before its ``tmax``: here the nearest one."""
+        """A hit of each ray before its ``tmax``: here the nearest one."""
         return self.nearest(rays)

@@ -1,4 +1,4 @@
-"""The naive algorithm in the machine's integers: all patches against all rays, without windows."""
+"""Brute force in fixed point: all patches against all rays in the machine's integers, without windows."""
 
 from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
@@ -11,12 +11,12 @@ from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["NaiveFixed"]
 
-# Rays and cones at a time: their products stay in a second-level cache.
+# Rays and cones per block, such that their products stay in a second-level cache.
 RAYS, CONES = 1 << 12, 4
 
 
 class NaiveFixed:
-    """The judge of shelling and of the machine: neither cells nor windows nor skipped tests.
+    """The reference of shelling and of the machine: no cells, no windows, no test omitted.
 
     Parameters
     ----------

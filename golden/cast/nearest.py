@@ -9,12 +9,12 @@ __all__ = ["Nearest"]
 
 
 class Nearest:
-    """Keeps the smallest t of each ray, and of equal ones the smaller patch number, whatever the order of the hits.
+    """Keeps the smallest t of each ray, and the smaller patch number of equal ones; the order of hits does not matter.
 
     Parameters
     ----------
     tmax
-        R float64: only hits nearer than this count.
+        R float64: hits at this distance or farther do not count.
 
     Members
     -------
@@ -29,7 +29,7 @@ class Nearest:
         self.patch = np.full(len(tmax), -1, dtype=np.int32)
 
     def update(self, ray: np.ndarray, patch: np.ndarray, t: np.ndarray) -> None:
-        """Take in the hits ``(ray[k], patch[k], t[k])``; a ray may occur several times."""
+        """Add the hits ``(ray[k], patch[k], t[k])``; a ray may occur several times."""
         order = np.lexsort((patch, t, ray))
         order = order[np.diff(ray[order], prepend=-1) != 0]
         ray, patch, t = ray[order], patch[order], t[order]

@@ -1,4 +1,4 @@
-"""Rays and hits as NumPy archives, so that others can cast with us and compare."""
+"""Rays and hits as NumPy archives, for exchange with other programs."""
 
 import zipfile
 from pathlib import Path
@@ -13,19 +13,18 @@ __all__ = ["read_rays", "write_hits"]
 
 
 def read_rays(path: Path) -> tuple[Rays, bool]:
-    """The rays of an ``.npz`` file, and whether any hit will do.
+    """The rays of an ``.npz`` file, and whether any hit suffices.
 
-    The file holds ``origin`` and ``direction``, R x 3. With ``tmax`` (R) the question is whether something is nearer
-    than that (any hit); without, what is nearest. Other arrays are ignored.
+    The file holds ``origin`` and ``direction``, R x 3. With ``tmax`` (R) any hit nearer than that suffices; without it
+    the nearest hit is sought. Other arrays are ignored.
 
     Raises
     ------
     InputError
-        The file cannot be read, is no archive, lacks an array, or holds something else than real numbers of the right
-        shape.
+        The file cannot be read, is no archive, lacks an array, or holds anything but real numbers of the right shape.
     """
     try:
-        with path.open("rb") as file:  # np.load by itself leaves a damaged archive open
+        with path.open("rb") as file:  # np.load leaves a damaged archive open
             arrays = _arrays(np.load(file, allow_pickle=False))
         return Rays(**arrays), "tmax" in arrays
     except OSError as error:
@@ -37,6 +36,7 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
 
 
 def _arrays(archive) -> dict[str, np.ndarray]:
+    """The arrays of real numbers that rays consist of; InputError if they are not there."""
     if isinstance(archive, np.ndarray):
         raise InputError("rays: it is a single array, not an .npz archive")
     arrays = {name: archive[name] for name in ("origin", "direction", "tmax") if name in archive}
@@ -50,6 +50,6 @@ def _arrays(archive) -> dict[str, np.ndarray]:
 
 
 def write_hits(path: Path, hits: Hits) -> None:
-    """Write ``patch`` (int32, -1 for none), ``t``, ``u`` and ``v`` (float64), R each: whole or not at all."""
+    """Write ``patch`` (int32, -1 for none), ``t``, ``u`` and ``v`` (float64), R each, atomically."""
     with whole_file(path) as part:
         np.savez(part, patch=hits.patch, t=hits.t, u=hits.u, v=hits.v)

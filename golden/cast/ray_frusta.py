@@ -1,4 +1,4 @@
-"""Frusta as so many single rays."""
+"""Frusta cast as single rays."""
 
 from collections.abc import Callable
 
@@ -6,25 +6,26 @@ from golden.cast.rays import Hits
 
 __all__ = ["FrustumHits", "RayFrusta"]
 
-# Gives the hits of rays (one row each) from the numbers of their frusta, their numbers therein, and the `Rays`.
+# Function from the numbers of frusta, the numbers of rays in them, and the `Rays` (one row each) to the hits.
 FrustumHits = Callable[..., Hits]
 
 
 class RayFrusta:
-    """What makes a caster of any rays a caster of frusta too: a base class for casters with ``nearest``.
+    """Base class of casters with ``nearest``, which makes them casters of frusta.
 
-    A caster of frusta has the three members below; `golden.cast.fixed_frusta.FixedFrusta` is the other kind.
+    A caster of frusta has the member below and the two methods; `golden.cast.fixed_frusta.FixedFrusta` is the other
+    kind.
 
     Members
     -------
     regular
-        Whether a screen's rays must go through the middles of the pixels' fields.
+        Whether a screen's rays must pass through the middles of the pixels' fields.
     """
 
     regular = False
 
     def hemispheres(self, hemisphere, points, frames, surfaces) -> FrustumHits:
-        """What casts the hemispheres at M points.
+        """Caster of the hemispheres at M points.
 
         Parameters
         ----------
@@ -33,19 +34,19 @@ class RayFrusta:
         points, frames
             M x 3 origins, and M x 3 x 3 axes as `golden.frustum.frame` gives them.
         surfaces
-            M int: the surface that each point lies on, which its rays never hit, or -1.
+            M int: the surface of each point, which its rays never hit, or -1.
         """
         return self._each
 
     def screen(self, screen, side: int) -> FrustumHits:
-        """What casts the rays of an image.
+        """Caster of the rays of a picture.
 
         Parameters
         ----------
         screen
-            The image's pixels.
+            The picture's pixels.
         side
-            Each is ``side`` x ``side`` fields with a ray of their own. Rays are numbered as the pixels of an image so
+            Each pixel is ``side`` x ``side`` fields with a ray each. Rays are numbered as the pixels of a picture that
             many times finer.
         """
         return self._each

@@ -1,4 +1,4 @@
-"""Rays and what they hit."""
+"""Rays and their hits in float64."""
 
 from dataclasses import dataclass
 
@@ -18,9 +18,9 @@ class Rays:
     origin, direction
         R x 3 float64; directions need not be unit vectors.
     source
-        R int32: the surface (``Scene.surface``) on which the ray starts and which it therefore never hits, or -1.
+        R int32: the surface (``Scene.surface``) on which the ray starts and which it never hits, or -1.
     tmax
-        R float64: only hits nearer than this count; infinity by default.
+        R float64: hits at this distance or farther do not count; infinity by default.
 
     Raises
     ------
@@ -67,18 +67,18 @@ class Rays:
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """What R rays met.
+    """Hits of R rays.
 
     Parameters
     ----------
     patch
-        R int32, the nearest patch (the smaller number where two are equally near), or -1.
+        R int32, the nearest patch (the smaller number of two equally near ones), or -1.
     t
         R float64, distance in units of the direction's length; infinity where ``patch`` is -1.
     u, v
         R float64, bilinear coordinates on the patch: (0, 0) at vertex 0, (1, 0) at 1, (1, 1) at 2, (0, 1) at 3.
     tests, steps
-        R int64, ray-patch tests and cell steps that the casting method spent.
+        R int64, ray-patch tests and cell steps of the casting method.
     """
 
     patch: np.ndarray

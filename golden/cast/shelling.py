@@ -1,8 +1,8 @@
-"""Shelling: sparse grid rays open the cells of one shell after the other; each patch found is tested once, at once
-against all rays of its window that it may improve.
+"""Shelling in fixed point.
 
-In the machine's integers. The hits are those of `NaiveFixed` to the bit, whatever the cell size, the order of the
-patches and the number of clusters.
+Sparse grid rays open the cells of one shell after the other. Each patch found is tested once, against all rays of its
+window that it may improve. The hits are bit-exact with `NaiveFixed` for every cell size, order of patches and number of
+clusters.
 
 Source: Shen 1993, section 3.4; docs/exactness.md derives the margins.
 """
@@ -29,37 +29,37 @@ from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["Requests", "Shelling", "ShellingCounts", "Tests"]
 
-# Rays of windows looked at together: patches so near each other in time do not see each other's hits.
+# Rays of windows per block: patches of one block are tested with the inverse distances before the block.
 BLOCK = 1 << 14
 
 
 @dataclass(kw_only=True)
 class ShellingCounts:
-    """What one cluster did for one frustum.
+    """Counts of one cluster for one frustum.
 
     Members
     -------
     rays
         Intersection rays of its section.
     shells
-        Shells until no hit could change any more.
-    looked_at, grid_rays, cell_steps, turns
-        Grid rays of the subshells' windows, those sent out, cells that they visited, cells that had been opened before
-        included, and turns in traversal, see `CellTraversalUnit`.
+        The last shell with a ray that could still change.
+    scanned, grid_rays, cell_steps, passes
+        Grid rays scanned in the subshells' windows, grid rays issued, cells that they visited (with repetitions), and
+        traversal passes, see `CellTraversalUnit`.
     cells, patches
         Different cells opened, and patches found in them: each is fetched once.
     in_windows, tests
         Rays in the windows of the patches found, and those of them that were tested.
     walk_cycles
-        Cycles that the machine walks the windows for, a tile or a test in each.
+        Cycles in which the machine scans the windows, a tile or a test in each.
     """
 
     rays: int = 0
     shells: int = 0
-    looked_at: int = 0
+    scanned: int = 0
     grid_rays: int = 0
     cell_steps: int = 0
-    turns: int = 0
+    passes: int = 0
     cells: int = 0
     patches: int = 0
     in_windows: int = 0
@@ -80,12 +80,12 @@ class ShellingCounts:
 
 @dataclass(frozen=True, kw_only=True)
 class Requests:
-    """What one cluster asked its memory for, for one frustum.
+    """Requests of one cluster to its memory for one frustum.
 
     Parameters
     ----------
     cells, patches
-        Numbers, in the order in which they were asked for.
+        Numbers in the order of the requests.
     """
 
     cells: list[int]
@@ -102,7 +102,7 @@ class Shelling:
     cell
         Cell size as a share of the scene box's longest side, 1/256 to 1.
     by_code
-        Grid rays survive by settle codes, as in the machine. They open more cells then, and the hits are the same.
+        The survival test compares settle codes, as in the machine. It opens more cells; the hits are the same.
 
     Members
     -------
@@ -130,9 +130,9 @@ class Shelling:
         Parameters
         ----------
         sectors
-            The clusters' parts of the frustum, which together hold each ray once. Default: one cluster.
+            The clusters' parts of the frustum: a partition of its rays. Default: one cluster.
         subshells
-            A `SubshellList` for each sector. Default: none but the last subshell, which is all of the sector.
+            A `SubshellList` for each sector. Default: the last subshell only, which is the whole sector.
         references
             N int64, to which the tests of each patch are added.
         ray_tests
@@ -157,22 +157,22 @@ class Shelling:
         return read_out(memory, record, tests.patches, self._config), counts
 
     def _cluster(self, record, sector, subshells, tests, memory, requests):
-        """All subshells of one section; what other clusters do does not matter to it."""
+        """All subshells of one section; clusters do not depend on each other."""
         cluster = self.cluster(record, sector)
         counts = ShellingCounts(rays=int(sector.mask(record).sum()))
-        asked = Requests(cells=[], patches=[])
-        for place in cluster.schedule(subshells, tests.window):
-            stage = cluster.explore(*place, memory.inverse)
+        requested = Requests(cells=[], patches=[])
+        for where in cluster.schedule(subshells, tests.window):
+            stage = cluster.explore(*where, memory.inverse)
             if stage is not None:
-                asked.cells.extend(stage.opened.tolist())
-                asked.patches.extend(stage.found.tolist())
+                requested.cells.extend(stage.opened.tolist())
+                requested.patches.extend(stage.found.tolist())
                 tests.run(stage, sector, counts)
         if requests is not None:
-            requests.append(asked)
+            requests.append(requested)
         return counts
 
     def cluster(self, record: FrustumRecord, sector: Sector) -> ClusterCasting:
-        """A cluster that begins with its part of a frustum."""
+        """A cluster before its first stage of a frustum."""
         return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
 
@@ -209,7 +209,7 @@ class Tests:
         return window.column_first, window.column_count, window.row_first, window.row_count
 
     def run(self, stage: Stage, section: Sector, counts: ShellingCounts) -> None:
-        """Test the patches found, as many of them together as `BLOCK` allows, and count what the stage did."""
+        """Test the patches found, in blocks of up to `BLOCK` rays, and add the stage's counts."""
         own = section.mask(self._record).ravel()
         found = stage.found[self.patches.window.rays[stage.found] > 0]
         total = np.cumsum(self.patches.window.rays[found])
@@ -217,13 +217,13 @@ class Tests:
             if len(block):
                 self._block(block, own, section, counts)
         counts.shells = max(counts.shells, stage.shell)
-        counts.looked_at += stage.looked_at
+        counts.scanned += stage.scanned
         counts.grid_rays += stage.grid_rays
         counts.cell_steps += stage.cell_steps
-        counts.turns += stage.turns
+        counts.passes += stage.passes
         counts.cells += len(stage.opened)
         counts.patches += len(stage.found)
-        # A window without rays takes a cycle too.
+        # A window without rays takes one cycle.
         counts.walk_cycles += len(stage.found) - len(found)
 
     def _block(self, block, own, section, counts):
@@ -231,7 +231,7 @@ class Tests:
         ray, patch = row * self._record.columns + column, block[which]
         mine = own[ray]
         counts.in_windows += int(np.count_nonzero(mine))
-        # Lazy isolation: a ray that already has something nearer than the patch can be is not tested.
+        # Lazy isolation: a ray whose hit is nearer than the patch can be is not tested.
         may_improve = np.flatnonzero(mine & (self._memory.inverse[ray] <= self.patches.bound[patch]))
         ray, patch = ray[may_improve], patch[may_improve]
         counts.tests += len(ray)
@@ -251,7 +251,7 @@ class Tests:
         self._memory.update(ray, inverse, patch)
 
     def _inside(self, cone, ray):
-        """Whether ray k is inside cone k."""
+        """Whether ray k is inside cone k: K bool."""
         x, y, z = (component.take(ray) for component in self._components)
         inside = np.ones(len(ray), dtype=bool)
         for edge in range(4):

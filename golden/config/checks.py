@@ -1,8 +1,6 @@
 """Checks of parameters: messages name the parameter in words and by path."""
 
-import numpy as np
-
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 
 __all__ = ["check_choice", "check_power_of_two", "check_range"]
 
@@ -17,8 +15,7 @@ def check_range(group: str, name: str, value: object, low: int, high: int):
     InputError
         It is out of range.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise TypeError(_message(group, name, "an int", value))
+    check_int(_label(group, name), value)
     if not low <= value <= high:
         raise InputError(_message(group, name, f"{low} to {high}", value))
 
@@ -50,6 +47,9 @@ def check_choice(group: str, name: str, value: object, choices: tuple[str, ...])
         raise InputError(_message(group, name, ", ".join(choices), value))
 
 
+def _label(group, name):
+    return f"configuration: {name.replace('_', ' ').capitalize()} ({group}.{name})"
+
+
 def _message(group, name, requirement, value):
-    label = name.replace("_", " ").capitalize()
-    return f"configuration: {label} ({group}.{name}) must be {requirement}, not {value!r}"
+    return f"{_label(group, name)} must be {requirement}, not {value!r}"

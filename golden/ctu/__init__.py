@@ -1,1 +1,1 @@
-"""The cell-traversal unit: sparse grid rays that open the cells of one shell after the other."""
+"""The cell traversal unit (CTU): sparse grid rays open the cells of one shell after the other."""

@@ -1,7 +1,7 @@
-"""From cell to cell along many grid rays at once: integer digital differential analysis in units of a cell.
+"""Cell traversal: integer digital differential analysis (DDA) of many grid rays at once, in units of a cell.
 
-A ray starts where its shell begins. From there on only its way within the shell counts: parameters are short, and a
-step compares and adds integers. The one division is a reciprocal per axis when a ray starts.
+A ray starts at the inner border of its shell. Parameters count from there, so they are short, and a step compares and
+adds integers. The one division is a reciprocal per axis when a ray starts.
 
 Source: Shen 1993, section 5.3.4.5; Shen & Deprettere, cell traversal with ties on several axes at once.
 """
@@ -10,30 +10,30 @@ import numpy as np
 
 from golden.ctu.grid_rays import FRACTION
 
-__all__ = ["BEGIN_BITS", "INDEX_BITS", "NEVER", "PARAMETER_BITS", "PLACE_FRACTION", "RECIPROCAL_BITS", "Traversal",
+__all__ = ["BEGIN_BITS", "INDEX_BITS", "NEVER", "PARAMETER_BITS", "POSITION_FRACTION", "RECIPROCAL_BITS", "Traversal",
            "reciprocal", "reciprocal_table"]
 
-# Bits of a reciprocal's mantissa and of the magnitude that it is of; of them the leading ones choose a table's row.
+# Bits of a reciprocal's mantissa and of the magnitude that it inverts; the leading ROW_BITS select the table's row.
 RECIPROCAL_BITS = 20
 ROW_BITS = 9
-# Bits of a table's value behind those of the mantissa.
+# Guard bits of a table's value below those of the mantissa.
 GUARD = 3
-# Fraction bits of places and parameters, both in cells.
-PLACE_FRACTION = 16
-# A cell's number along an axis is signed; beyond it a ray is outside for good.
+# Fraction bits of positions and parameters, both in cells.
+POSITION_FRACTION = 16
+# Bits of a cell's signed index along an axis; a ray beyond that range never returns to the grid.
 INDEX_BITS = 13
-# Bits of a parameter within a shell, and of the one at which it begins.
-PARAMETER_BITS = 10 + PLACE_FRACTION
-BEGIN_BITS = 14 + PLACE_FRACTION
+# Bits of a parameter within a shell, and of the parameter at which a shell begins.
+PARAMETER_BITS = 10 + POSITION_FRACTION
+BEGIN_BITS = 14 + POSITION_FRACTION
 # A parameter that no ray reaches within its shell.
 NEVER = (1 << PARAMETER_BITS) - 1
 
 
 def reciprocal_table():
-    """Value and slope of each row, of which `reciprocal` is made: 2^ROW_BITS int64 each.
+    """Value and slope of each row of the table of `reciprocal`: 2^ROW_BITS int64 each.
 
-    A chord of 1/x lies above it, by at most the eighth of a row's squared width times the second derivative: a row is
-    taken down by half of that, and up by half a unit of the mantissa since what is behind it will be cut off.
+    A chord of 1/x is above 1/x by at most an eighth of the row's squared width times the second derivative. A row's
+    value is lowered by half of that, and raised by half a unit of the mantissa, since the guard bits are truncated.
     """
     rows = 1 << ROW_BITS
     ends = 2.0 ** (RECIPROCAL_BITS + GUARD) / (1 + np.arange(rows + 1) / rows)
@@ -59,25 +59,30 @@ def reciprocal(magnitude: np.ndarray):
 
 
 class Traversal:
-    """Grid rays of one shell on their way through the cells.
+    """Grid rays of one shell in traversal.
 
     Parameters
     ----------
     origin
-        3 int64, in units of 2^-PLACE_FRACTION cells from the grid's lower corner, see `CellTable.place`.
+        3 int64, in units of 2^-POSITION_FRACTION cells from the grid's lower corner, see `CellTable.position`.
     direction
         K x 3 int64 in units of 2^-FRACTION, below 2^RECIPROCAL_BITS in magnitude.
     begin, end
-        The shell: parameters in units of 2^-PLACE_FRACTION cells, at most `NEVER` apart.
+        The shell: parameters in units of 2^-POSITION_FRACTION cells, at most `NEVER` apart.
     shape
         Cells along x, y and z.
 
     Members
     -------
     ray
-        Numbers of the rays under way.
+        M int64, numbers of the rays in traversal.
     index
-        M x 3 int64, the cell of each. Outside the grid too: on their way to it.
+        M x 3 int64, the cell of each ray. A ray may start outside the grid and enter it later.
+
+    Raises
+    ------
+    ValueError
+        Begin or end is out of range.
     """
 
     def __init__(self, origin, direction, *, begin: int, end: int, shape):
@@ -85,25 +90,25 @@ class Traversal:
             raise ValueError(f"Begin and end must be below 2^{BEGIN_BITS} and at most {NEVER} apart, not {begin!r} and "
                              f"{end!r}")
         self._length, self._shape = end - begin, np.asarray(shape)
-        place = np.asarray(origin) + (direction * begin >> FRACTION)
-        self.ray, self.index, self._step = np.arange(len(direction)), place >> PLACE_FRACTION, np.sign(direction)
+        position = np.asarray(origin) + (direction * begin >> FRACTION)
+        self.ray, self.index, self._step = np.arange(len(direction)), position >> POSITION_FRACTION, np.sign(direction)
         magnitude = np.abs(direction)
         mantissa, shift = reciprocal(np.maximum(magnitude, 1))
-        within = place & (1 << PLACE_FRACTION) - 1
-        # To the next border, at which a ray that goes down may already be.
-        distance = np.where(direction > 0, (1 << PLACE_FRACTION) - within, within)
+        within = position & (1 << POSITION_FRACTION) - 1
+        # To the next border; a ray of negative direction may start on it.
+        distance = np.where(direction > 0, (1 << POSITION_FRACTION) - within, within)
         never = direction == 0
         self._next = np.where(never, NEVER, np.minimum(distance * mantissa >> shift, NEVER))
-        self._between = np.where(never, NEVER, np.minimum((mantissa << PLACE_FRACTION) >> shift, NEVER))
+        self._between = np.where(never, NEVER, np.minimum((mantissa << POSITION_FRACTION) >> shift, NEVER))
         self._drop(np.ones(len(direction), dtype=bool))
 
     @property
     def inside(self) -> np.ndarray:
-        """M bool: is the cell one of the grid?"""
+        """M bool: the cell is one of the grid."""
         return ((self.index >= 0) & (self.index < self._shape)).all(axis=1)
 
     def advance(self) -> None:
-        """One step of every ray: those that pass the shell's border or leave the grid are done."""
+        """One step of every ray; rays that pass the shell's outer border or leave the grid are dropped."""
         nearest = self._next.min(axis=1)
         crossed = self._next == nearest[:, None]
         self.index += self._step * crossed
@@ -111,7 +116,7 @@ class Traversal:
         self._drop(nearest < self._length)
 
     def _drop(self, keep):
-        """Go on with some rays; none of them is outside the grid for good."""
+        """Keep these rays, less those that can no longer enter the grid."""
         away = ((self.index < 0) & (self._step <= 0)) | ((self.index >= self._shape) & (self._step >= 0))
         far = np.abs(2 * self.index + 1) > 1 << INDEX_BITS
         keep = keep & ~(away | far).any(axis=1)

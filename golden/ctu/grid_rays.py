@@ -1,6 +1,6 @@
-"""The sparse grid rays of each shell, and which intersection rays each of them stands for.
+"""The sparse grid rays of each shell, and the intersection rays that each of them represents.
 
-*Density*: every cell whose centre lies in shell s is met, within shell s, by a grid ray of shell s.
+*Density*: every cell whose centre is in shell s is met, within shell s, by a grid ray of shell s.
 
 Source: docs/exactness.md, Shelling; Shen 1993, Eq. 3.1, with the nearest grid ray measured to the cell's centre, which
 saves an eighth of the rays.
@@ -13,44 +13,44 @@ import numpy as np
 
 from golden.ctu import margins
 from golden.fixed import round_shift
-from golden.frustum.record import screen_stretch
+from golden.frustum.record import screen_slope_scale
 
 __all__ = ["FRACTION", "INDEX_FRACTION", "GridRays", "hemisphere_rays", "screen_rays", "steps"]
 
-# Fraction bits of the direction tables, and of intersection-ray numbers in the windows.
+# Fraction bits of the direction tables, and of positions among the intersection rays.
 FRACTION = 16
 INDEX_FRACTION = 8
 
 
 @dataclass(frozen=True, eq=False)
 class GridRays:
-    """Grid rays of one shell, ``rows`` x ``columns``, by row.
+    """Grid rays of one shell, ``rows`` x ``columns``, in row-major order.
 
     The intersection rays near grid ray (k, l) are the ``row_count[k]`` rows from ``first_row[k]`` and, in each, the
-    ``column_count[k, l]`` columns from ``first_column[k, l]``; a hemisphere's go on around the circle.
+    ``column_count[k, l]`` columns from ``first_column[k, l]``; in a hemisphere columns wrap around the circle.
 
     Members
     -------
     shell
-        2 and up: what shell 1 holds is opened without grid rays.
+        Number of the shell, at least 2: the cells of shell 1 are opened without grid rays.
     direction
         rows x columns x 3 int64 in units of 2^-FRACTION, below 2: of unit length in the frustum's R frame (hemisphere),
-        or slopes to the right and down, over the frustum's stretch, and 1 (screen).
+        or slopes to the right and down divided by `FrustumRecord.slope_scale`, and 1 (screen).
     first_row, row_count
         ``rows`` int64.
     first_column, column_count
         rows x columns int64.
     row_position, column_position
-        ``rows`` and ``columns`` int64: where the grid rays are among the intersection rays, in units of
+        ``rows`` and ``columns`` int64: positions of the grid rays among the intersection rays, in units of
         2^-INDEX_FRACTION of their rows and columns; ray number j covers j to j + 1.
     row_border, column_border
-        How far past a sector's border its grid rays go, in the same units: a number, and ``rows`` int64.
+        Margin of a sector's grid rays beyond its border, in the same units: a number, and ``rows`` int64.
     row_table, column_table
-        What `direction` is made of. Hemisphere: ``rows`` x 2, sin and cos of the polar angle, and ``columns`` x 2, cos
-        and sin of the azimuth. Screen: ``rows`` x 1 and ``columns`` x 1, slopes over the stretch.
+        Tables of `direction`. Hemisphere: ``rows`` x 2, sin and cos of the polar angle, and ``columns`` x 2, cos and
+        sin of the azimuth. Screen: ``rows`` x 1 and ``columns`` x 1, scaled slopes.
     column_reach
-        ``rows`` int64: `first_column` and `column_count` are the columns whose middle is this near to the grid ray's
-        position.
+        ``rows`` int64: a column of intersection rays is near if its middle is at most this far from the grid ray's
+        position; `first_column` and `column_count` follow from it.
     """
 
     shell: int
@@ -69,17 +69,17 @@ class GridRays:
 
     @property
     def rows(self) -> int:
-        """Rows: of equal polar angle, or of equal y."""
+        """Number of rows, each of one polar angle or one y."""
         return self.direction.shape[0]
 
     @property
     def columns(self) -> int:
-        """Columns: of equal azimuth, or of equal x."""
+        """Number of columns, each of one azimuth or one x."""
         return self.direction.shape[1]
 
 
 def steps(shell: int):
-    """Azimuth and polar step of a hemisphere's grid rays of a shell, at most: radians."""
+    """Largest azimuth step and polar step of a hemisphere's grid rays of a shell, in radians."""
     covered = margins.RADIUS - margins.slack(shell)
     r = np.tan(2 * np.arcsin(covered / (2 * shell)))
     return 2 * np.arctan(r / np.sqrt(2)), 2 * np.arctan(r / np.sqrt(2 + r * r))
@@ -89,8 +89,8 @@ def steps(shell: int):
 def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     """Grid rays of a shell for a hemisphere of ``azimuths`` x ``polars`` intersection rays.
 
-    Row k has the polar angle ``(k + 1/2)`` polar steps, column k the azimuth ``(k + 1/2)`` azimuth steps; the rows end
-    where the cells of hits above the horizon do.
+    Row k has the polar angle ``(k + 1/2)`` polar steps, column k the azimuth ``(k + 1/2)`` azimuth steps. Rows extend
+    below the horizon as far as a cell that holds a hit above it may have its centre (`margins.horizon`).
     """
     azimuth_step, polar_step = steps(shell)
     lowest = np.pi / 2 + margins.horizon(shell)
@@ -126,21 +126,21 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
     pixels
         Columns and rows of the screen.
     bits, half_angles
-        The grid of which they are the middle: ``2^bits`` columns (rows) over the slopes ``-half_angles`` to
-        ``half_angles``.
+        The full grid: ``2^bits`` columns (rows) over the slopes ``-half_angles`` to ``half_angles``; the pixels are its
+        middle.
     """
     halves = [angle * count / 2.0**bit for count, bit, angle in zip(pixels, bits, half_angles, strict=True)]
-    stretch, axes = screen_stretch(halves), []
-    step = 2 * (margins.RADIUS - margins.slack(shell, stretch)) / (np.sqrt(2) * shell)
+    slope_scale, axes = screen_slope_scale(halves), []
+    step = 2 * (margins.RADIUS - margins.slack(shell, slope_scale)) / (np.sqrt(2) * shell)
     for count, half in zip(pixels, halves, strict=True):
         scale = count / (2 * half)
-        border = margins.screen_border(shell, half, stretch)
+        border = margins.screen_border(shell, half, slope_scale)
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
         position = _position((slope + half) * scale)
-        reach = _reach(margins.screen_reach(shell, half, step, stretch) * scale)
-        border = int(_reach(margins.screen_sector_reach(shell, half, step, stretch) * scale))
-        axes.append((_table(slope / stretch), position, border, reach, *_window(position, reach, count)))
+        reach = _reach(margins.screen_reach(shell, half, step, slope_scale) * scale)
+        border = int(_reach(margins.screen_sector_reach(shell, half, step, slope_scale) * scale))
+        axes.append((_table(slope / slope_scale), position, border, reach, *_window(position, reach, count)))
     (x, column_position, column_border, column_reach, first_column, column_count), (
         y, row_position, row_border, _, first_row, row_count) = axes
     across = (len(y), len(x))
@@ -160,7 +160,7 @@ def _position(index):
 
 
 def _reach(index):
-    """Rounded up, and by one unit more since positions are truncated."""
+    """A reach rounded up, plus one unit since positions are truncated."""
     return np.ceil(np.asarray(index) * (1 << INDEX_FRACTION)).astype(np.int64) + 1
 
 
@@ -171,7 +171,7 @@ def _span(position, reach):
 
 
 def _window(position, reach, count):
-    """`_span` clipped to 0 ... count - 1, as first and number."""
+    """`_span` clipped to 0 ... count - 1, as first ray and number of rays."""
     first, last = _span(position, reach)
     first, last = np.maximum(first, 0), np.minimum(last, count - 1)
     return np.minimum(first, count), np.maximum(last - first + 1, 0)

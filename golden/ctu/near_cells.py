@@ -1,4 +1,4 @@
-"""The cells of shell 1, which are opened without grid rays.
+"""The cells of shell 1, opened without grid rays.
 
 Source: docs/exactness.md, Shelling.
 """
@@ -13,14 +13,16 @@ __all__ = ["near_cells"]
 
 
 def near_cells(record: FrustumRecord, table: CellTable, slopes: tuple[float, float]) -> np.ndarray:
-    """Numbers of the cells, ascending: of a hemisphere the origin's and its 26 neighbours; of a screen those with their
-    centre at depth 1 or less that may meet the pyramid between the slopes.
+    """Numbers of the cells of shell 1, ascending.
+
+    A hemisphere opens the origin's cell and its 26 neighbours. A screen opens the cells with their centre at depth 1
+    or less that may meet the pyramid between the slopes.
     """
     home = (record.origin - table.lower) // table.cell
     if not record.is_screen:
         index = home + _cube(1)
     else:
-        # The far corner of what the pyramid may meet, in cells from the eye.
+        # Distance of the far corner of the cells that the pyramid may meet, in cells from the eye.
         reach = margins.DIAGONAL + (1 + margins.DIAGONAL) * np.sqrt(1 + np.square(slopes).sum())
         index = home + _cube(int(np.ceil(reach)))
         centre = (table.lower - record.origin) + table.cell * (index + 0.5)

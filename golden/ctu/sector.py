@@ -1,4 +1,4 @@
-"""Sectors and subshells: which grid rays of a shell belong to a part of the frustum."""
+"""Sectors and subshells: the grid rays of a shell that belong to a part of the frustum."""
 
 from dataclasses import dataclass
 
@@ -34,8 +34,8 @@ class Sector:
 def sector_rays(rays: GridRays, sector: Sector, record: FrustumRecord) -> np.ndarray:
     """Which grid rays can open a cell that holds a hit of the sector's intersection rays: rows x columns bool.
 
-    They lie in the sector or as far past its border as `GridRays.row_border` and `GridRays.column_border` say, also
-    where that is beyond the frustum's own border, such as below the horizon.
+    They are in the sector or within `GridRays.row_border` and `GridRays.column_border` of it, also beyond the border
+    of the frustum, such as below the horizon.
     """
     rows = (rays.row_position >= (sector.first_row << INDEX_FRACTION) - rays.row_border) \
         & (rays.row_position <= (sector.end_row << INDEX_FRACTION) + rays.row_border)
@@ -50,7 +50,7 @@ def subshell_rays(rays: GridRays, window, record: FrustumRecord) -> np.ndarray:
     Parameters
     ----------
     window
-        First column, columns, first row, rows; of a hemisphere the columns go on around the circle.
+        First column, columns, first row, rows; in a hemisphere columns wrap around the circle.
     """
     first_column, columns, first_row, rows = (int(value) << INDEX_FRACTION for value in window)
     inside = (rays.row_position >= first_row) & (rays.row_position < first_row + rows)
@@ -58,7 +58,7 @@ def subshell_rays(rays: GridRays, window, record: FrustumRecord) -> np.ndarray:
 
 
 def _offset(columns, record):
-    """Offsets of columns from a first one: around the circle, or (screen) beyond every length if negative."""
+    """Offsets of columns from a first one: modulo the circle, or (screen) larger than any length if negative."""
     if record.is_screen:
         return np.where(columns < 0, np.iinfo(np.int64).max, columns)
     return columns % (record.columns << INDEX_FRACTION)

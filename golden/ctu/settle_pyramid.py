@@ -1,4 +1,4 @@
-"""Smallest settle codes of squares of rays, by which survival is judged."""
+"""Settle pyramid: the smallest settle code of each square of rays, for the survival test."""
 
 import numpy as np
 
@@ -12,13 +12,15 @@ __all__ = ["SettlePyramid"]
 class SettlePyramid:
     """Squares of 2^``config.icu.tile_bits`` rays each way, counted from the section's first column and row.
 
-    A square's code is the smallest one of its rays, so that one that says "settled" says it of all of them. What
-    survives on old codes also survives on new ones or need not: codes only grow.
+    A square's code is the smallest of its rays' codes: if it is settled, all its rays are. Codes only grow, so a
+    survival test on outdated codes keeps a superset.
 
     Parameters
     ----------
     codes
-        rows x columns int64 of the section's rays.
+        rows x columns int64, settle codes of the section's rays.
+    config
+        The configuration.
 
     Members
     -------
@@ -36,15 +38,15 @@ class SettlePyramid:
 
     @classmethod
     def of(cls, inverse: np.ndarray, section: Sector, config: Config) -> "SettlePyramid":
-        """From the stored inverse distances of the whole frustum's rays, rows x columns."""
+        """The pyramid of a section from the stored inverse distances of all rays of the frustum, rows x columns."""
         own = inverse[section.first_row:section.end_row, section.first_column:section.end_column]
         return cls(settle_code(own, config), config)
 
     def live(self, threshold: int) -> np.ndarray:
-        """Of each square whether a ray in it may have a code below the threshold: bool."""
+        """Whether each square holds a code below the threshold: bool."""
         return self.squares < threshold
 
     def touched(self, first: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """First and end (not among them) of the squares that ``count`` columns, or rows, from ``first`` on are in."""
+        """Half-open ranges of the squares that hold ``count`` columns, or rows, from ``first``: first, and end."""
         some = count > 0
         return np.where(some, first >> self._bits, 0), np.where(some, (first + count - 1 >> self._bits) + 1, 0)

@@ -1,4 +1,4 @@
-"""Which grid rays go on: those near an intersection ray whose hit may still change.
+"""Survival: a grid ray survives while an intersection ray near it may still change.
 
 Source: docs/exactness.md, Shelling.
 """
@@ -18,14 +18,14 @@ __all__ = ["survivors", "survivors_by_code"]
 def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
     """Whether any intersection ray near a grid ray may still change.
 
-    Judged on older distances it is never less: distances only shrink.
+    With outdated distances the result is a superset: distances only shrink.
 
     Parameters
     ----------
     rays
         Grid rays of the shell.
     may_change
-        rows x columns bool, of the bundle's intersection rays; of other clusters' rays False.
+        rows x columns bool of the frustum's intersection rays; False for other clusters' rays.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
     if may_change.all():
         return (rays.row_count[:, None] > 0) & (rays.column_count > 0)
     width = may_change.shape[1]
-    # Twice around, so that a window may pass the end of a row.
+    # Columns twice, so that a window may wrap past the end of a row.
     total = _sums(np.concatenate([may_change, may_change], axis=1))
     top, bottom = rays.first_row[:, None], (rays.first_row + rays.row_count)[:, None]
     left, right = rays.first_column, rays.first_column + rays.column_count
@@ -43,18 +43,20 @@ def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
 
 def survivors_by_code(rays: GridRays, pyramid: SettlePyramid, threshold: int, section: Sector,
                       record: FrustumRecord) -> np.ndarray:
-    """The same as the machine judges it: a grid ray goes on while a square that holds rays near it is live.
+    """Survival as the machine computes it: a grid ray survives while a square that holds rays near it is live.
 
     Parameters
     ----------
     pyramid
-        Of the section.
+        Settle pyramid of the section.
     threshold
-        The shell's: a ray with a code below it may still change.
+        Threshold of the shell: a ray with a smaller code may still change.
+    section
+        The section of the frustum ``record``.
 
     Returns
     -------
-    rows x columns bool of the grid rays: never less than `survivors`.
+    rows x columns bool of the grid rays: a superset of `survivors`.
     """
     near = Window(*(np.broadcast_to(value, rays.first_column.shape).ravel() for value in (
         rays.first_column, rays.column_count, rays.first_row[:, None], rays.row_count[:, None])))
@@ -67,7 +69,7 @@ def survivors_by_code(rays: GridRays, pyramid: SettlePyramid, threshold: int, se
 
 
 def _sums(mask):
-    """Of everything above and to the left of each place."""
+    """Summed-area table: counts above and to the left of each entry."""
     total = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1), dtype=np.int32)
     total[1:, 1:] = mask
     np.cumsum(total, axis=0, out=total)
@@ -76,5 +78,5 @@ def _sums(mask):
 
 
 def _some(total, top, bottom, left, right):
-    """Whether there is any in these rows and columns, the ends not among them."""
+    """Whether the half-open ranges of rows and columns hold any."""
     return total[bottom, right] - total[top, right] > total[bottom, left] - total[top, left]

@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 
 __all__ = ["Hemisphere"]
 
-# The least and the largest number of rays around and down a hemisphere.
+# Least and largest number of azimuths, and of polar angles.
 _GRID = (4, 4096)
 
 
@@ -20,7 +20,7 @@ class Hemisphere:
     Ray ``polar * azimuths + azimuth`` has the angles ``(2 polar + 1) (pi/2) / (2 polars)`` from the normal and
     ``(2 azimuth + 1) (2 pi) / (2 azimuths)`` around it. Its weight is the exact form factor of its cell as an integer
     number of 2^-``weight_bits``: all weights of a hemisphere sum to 2^``weight_bits`` exactly, and each is within one
-    unit of its cell's integral.
+    unit of its cell's integral (docs/exactness.md).
 
     Parameters
     ----------
@@ -30,7 +30,9 @@ class Hemisphere:
     Raises
     ------
     InputError
-        A number of rays that is no power of two or out of range.
+        A number of rays is no power of two or out of range.
+    TypeError
+        A number of rays is no int.
 
     Source: Shen 1993, section 2.2.1 and Eq. 3.4.
     """
@@ -41,8 +43,8 @@ class Hemisphere:
     def __post_init__(self):
         for name in ("azimuths", "polars"):
             value = getattr(self, name)
-            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) \
-                    or not _GRID[0] <= value <= _GRID[1] or value & (value - 1):
+            check_int(f"hemisphere: {name.capitalize()}", value)
+            if not _GRID[0] <= value <= _GRID[1] or value & (value - 1):
                 raise InputError(f"hemisphere: {name.capitalize()} must be a power of two "
                                  f"from {_GRID[0]} to {_GRID[1]}, not {value!r}")
 

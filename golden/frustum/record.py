@@ -13,12 +13,12 @@ from golden.frustum.hemisphere import Hemisphere
 from golden.frustum.screen import Screen
 from golden.scene.g_coordinates import GCoordinates
 
-__all__ = ["FrustumRecord", "hemisphere_record", "screen_record", "screen_stretch"]
+__all__ = ["FrustumRecord", "hemisphere_record", "screen_record", "screen_slope_scale"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrustumRecord:
-    """What the host gives the machine to cast one bundle.
+    """Parameters of one bundle of rays, from the host to the machine.
 
     Ray ``row * columns + column`` has the direction, in the R frame and signed 1.16,
 
@@ -28,30 +28,30 @@ class FrustumRecord:
     Parameters
     ----------
     is_screen
-        Which of the two.
+        Whether the bundle is a screen; else it is a hemisphere.
     numbers
-        Widths.
+        Widths of the integers.
     origin
         3 int64, G coordinates.
     matrix
-        3 x 3 int64 signed 1.16, G to R. A screen's field of view is folded in: the largest row is of unit length.
+        3 x 3 int64 signed 1.16, G to R. It includes a screen's field of view: the longest row is of unit length.
     to_global
-        3 x 3 int64 signed 1.16: directions of grid rays to G. Of a hemisphere from R; of a screen (slopes over
-        `stretch`, and 1) to the ray's direction over `stretch`.
+        3 x 3 int64 signed 1.16: directions of grid rays to G. Hemisphere: from R. Screen: from (slopes divided by
+        `slope_scale`, and 1) to the ray's direction divided by `slope_scale`.
     z_scale
         Unsigned 1.16: a point at depth z along the view (or the normal) has the R coordinate ``z_scale`` z.
     half_angles
-        (h_x, h_y): the true slopes that a screen's x = 1 and y = 1 stand for; (1, 1) in a hemisphere.
+        (h_x, h_y): the slopes of a screen at x = 1 and y = 1; (1, 1) for a hemisphere.
     columns, rows
         Rays: azimuths and polars, or pixels.
     column_bits, row_bits
-        Logarithms of the sizes of the grid of which they are the middle; equal to it in a hemisphere.
+        Binary logarithms of the sizes of the full grid, of which the rays are the middle; all of it in a hemisphere.
     column_table
         Hemisphere: ``columns`` x 2 int64, cos and sin of the azimuth. Screen: ``columns`` x 1, x.
     row_table
         Hemisphere: ``rows`` x 2 int64, sin and cos of the polar angle. Screen: ``rows`` x 1, y.
     source
-        The surface (`Scene.surface`) that the rays leave and never hit, or -1.
+        The surface (`Scene.surface`) that the rays start on and never hit, or -1.
     """
 
     is_screen: bool
@@ -74,17 +74,17 @@ class FrustumRecord:
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Of a screen's border, in x and y."""
+        """Slopes of a screen's border, in x and y."""
         return tuple(angle * count / 2.0**bits for angle, count, bits in zip(
             self.half_angles, (self.columns, self.rows), (self.column_bits, self.row_bits), strict=True))
 
     @property
-    def stretch(self) -> float:
-        """By what a grid ray's parameter is longer than its distance (hemisphere: 1) or depth."""
-        return screen_stretch(self.slopes) if self.is_screen else 1.0
+    def slope_scale(self) -> float:
+        """Ratio of a grid ray's parameter to its distance (hemisphere: 1) or depth (screen)."""
+        return screen_slope_scale(self.slopes) if self.is_screen else 1.0
 
     def directions(self, column, row) -> np.ndarray:
-        """... x 3 int64 directions of the rays in ``column`` and ``row`` (arrays that broadcast)."""
+        """Directions of the rays in ``column`` and ``row`` (arrays that broadcast): ... x 3 int64, signed 1.16."""
         column, row = np.broadcast_arrays(column, row)
         if self.is_screen:
             one = np.full(column.shape, 1 << self.numbers.direction_fraction, dtype=np.int64)
@@ -94,20 +94,20 @@ class FrustumRecord:
         return np.concatenate([across, cosine[..., None]], axis=-1)
 
     def all_directions(self) -> np.ndarray:
-        """R x 3 int64, in the order of the rays' numbers."""
+        """Directions of all rays in the order of their numbers: R x 3 int64, signed 1.16."""
         return self.directions(np.arange(self.columns), np.arange(self.rows)[:, None]).reshape(-1, 3)
 
     @cached_property
     def longest_direction(self) -> int:
-        """An upper bound of the lengths of all directions, in units of 2^-16."""
+        """Upper bound of the lengths of a hemisphere's directions, in units of 2^-16."""
         if self.is_screen:
-            raise InputError("frustum: Only a hemisphere bounds inverse distances by the length of its directions")
+            raise TypeError("longest_direction is of hemispheres only")
         directions = self.all_directions()
         return int(ceil_sqrt((directions * directions).sum(axis=1).max()[None])[0])
 
 
-def screen_stretch(slopes) -> float:
-    """A screen's `FrustumRecord.stretch`: slopes over it stay below 2, those of grid rays beyond the border too."""
+def screen_slope_scale(slopes) -> float:
+    """A screen's `FrustumRecord.slope_scale`: scaled slopes are below 2, also of grid rays beyond the border."""
     return 1.125 * max(*slopes, 1.0)
 
 
@@ -117,12 +117,14 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
 
     Parameters
     ----------
+    hemisphere, coordinates
+        The grid of rays, and the coordinates of the scene.
     origin, normal
         Scene point and direction (of any length).
     source
-        The surface that the point lies on, or -1.
+        The surface of the point, or -1.
     axes
-        3 x 3, rows as `frame` gives them, which is the default.
+        3 x 3 float64, rows as those of `frame`, which is the default.
 
     Raises
     ------
@@ -149,20 +151,20 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
 
 
 def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
-    """The pixels of an image, row 0 on top.
+    """The pixels of a picture, row 0 on top.
 
-    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1; the R axes are right, down and
+    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1. The R axes are right, down and
     forward.
 
     Raises
     ------
     InputError
-        The eye is outside the coordinates.
+        The eye is outside the coordinates, or the picture is too large.
     """
     numbers = coordinates.numbers
     bits = [max(1, (size - 1).bit_length()) for size in (screen.width, screen.height)]
     if max(bits) > numbers.direction_fraction:
-        raise InputError(f"frustum: Image must be at most {1 << numbers.direction_fraction} pixels wide and high, "
+        raise InputError(f"frustum: Picture must be at most {1 << numbers.direction_fraction} pixels wide and high, "
                          f"not {screen.width} x {screen.height}")
     half = np.array([screen.pitch * 2.0 ** (bit - 1) for bit in bits] + [1.0])
     axes = screen.camera.axes * [[1], [-1], [1]]
@@ -170,11 +172,11 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     encode = numbers.direction.encode
     x, y = (encode((2 * np.arange(size) + 1 - size) / 2.0**bit, "screen table")[:, None]
             for size, bit in zip((screen.width, screen.height), bits, strict=True))
-    stretch = screen_stretch(half[:2] * (screen.width, screen.height) / 2.0**np.array(bits))
+    slope_scale = screen_slope_scale(half[:2] * (screen.width, screen.height) / 2.0**np.array(bits))
     return FrustumRecord(
         is_screen=True, numbers=numbers, origin=coordinates.integers(screen.camera.eye),
         matrix=encode(axes * (z_scale / half)[:, None], "frustum matrix"),
-        to_global=encode(axes.T / [1, 1, stretch], "frustum matrix"),
+        to_global=encode(axes.T / [1, 1, slope_scale], "frustum matrix"),
         z_scale=int(encode(z_scale, "z scale")), half_angles=(float(half[0]), float(half[1])),
         columns=screen.width, rows=screen.height, column_bits=bits[0], row_bits=bits[1],
         column_table=x, row_table=y)

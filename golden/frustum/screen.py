@@ -1,4 +1,4 @@
-"""The pixels of an image as rays."""
+"""The pixels of a picture as rays."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from golden.cast.rays import Rays
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 from golden.scene.camera import Camera
 
 __all__ = ["Screen"]
@@ -14,10 +14,10 @@ __all__ = ["Screen"]
 
 @dataclass(frozen=True, kw_only=True)
 class Screen:
-    """The pixels of an image as rays from a camera's eye.
+    """The pixels of a picture as rays from a camera's eye.
 
-    In the camera's axes (right, up, forward) the ray through a pixel is (x, y, 1), so that ``t`` of its hit is the
-    depth along the view.
+    In the camera's axes (right, up, forward) the ray through a pixel is (x, y, 1), so ``t`` of its hit is the depth
+    along the view.
 
     Parameters
     ----------
@@ -29,7 +29,9 @@ class Screen:
     Raises
     ------
     InputError
-        A size out of range.
+        A size is out of range.
+    TypeError
+        A size is no int.
     """
 
     camera: Camera
@@ -39,7 +41,8 @@ class Screen:
     def __post_init__(self):
         for name in ("width", "height"):
             value = getattr(self, name)
-            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not 1 <= value <= 65536:
+            check_int(f"screen: {name.capitalize()}", value)
+            if not 1 <= value <= 65536:
                 raise InputError(f"screen: {name.capitalize()} must be 1 to 65536 pixels, not {value!r}")
 
     def __len__(self) -> int:
@@ -47,7 +50,7 @@ class Screen:
 
     @property
     def pitch(self) -> float:
-        """Width and height of a pixel at depth 1."""
+        """Width and height of a pixel at depth 1, in scene units."""
         return 2.0 * float(np.tan(np.radians(self.camera.fov) / 2)) / self.height
 
     @cached_property
@@ -68,8 +71,8 @@ class Screen:
         pixels
             R numbers ``row * width + column``, row 0 on top. Default: all pixels in that order.
         offsets
-            R x 2, where in its pixel each ray passes: right and down of the centre, in pixels (-0.5 to 0.5 stays
-            inside). Default: the centre.
+            R x 2 float64, offset of each ray from the centre of its pixel: right and down, in pixels; -0.5 to 0.5 is
+            inside. Default: 0.
 
         Returns
         -------

@@ -1,1 +1,1 @@
-"""Intersection computation, bit for bit: from a patch and a bundle of rays to the rays' nearest hits."""
+"""Intersection computation, bit-exact: from a patch and a bundle of rays to the nearest hits."""

@@ -8,20 +8,20 @@ __all__ = ["collect"]
 def collect(patch: np.ndarray, weights: np.ndarray, patches: int) -> np.ndarray:
     """Sum of the weights of the rays that hit each patch.
 
-    Sums of several clusters are merged by addition.
+    The sums of several clusters are merged by addition.
 
     Parameters
     ----------
     patch
-        R, the patch of each ray or -1.
+        R int, the patch of each ray or -1.
     weights
         R int64, see `Hemisphere.weights`.
     patches
-        N.
+        Number of patches N.
 
     Returns
     -------
-    N int64.
+    N int64, in units of 2^-W.
     """
     hit = patch >= 0
     sums = np.zeros(patches, dtype=np.int64)

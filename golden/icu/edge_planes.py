@@ -8,15 +8,15 @@ from golden.config import Numbers
 
 __all__ = ["DIAGONAL", "EDGES", "EdgePlanes", "edge_planes"]
 
-# The vertices that the planes pass through, in the order of `EdgePlanes.planes`: four edges, two diagonals.
+# Vertices of each plane, in the order of `EdgePlanes.planes`: four edges, two diagonals.
 EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3))
-# Where in that order the diagonal is that cuts a patch in the triangles (0, 1, 2) and (0, 2, 3).
+# Index of the diagonal that cuts a patch into the triangles (0, 1, 2) and (0, 2, 3).
 DIAGONAL = 4
 
 
 @dataclass(frozen=True, eq=False)
 class EdgePlanes:
-    """Of P patches.
+    """Edge planes of P patches.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class EdgePlanes:
         P x 2 int64: sign of det(V'_0, V'_1, V'_2) and of det(V'_0, V'_2, V'_3). The second is 0 for a triangle.
     split
         P bool: the projection is not strictly convex, so the patch is tested as its two triangles, each with its own
-        orientation. Of the others the first orientation is that of the whole patch.
+        orientation. The first orientation of an unsplit patch is that of the whole patch.
     """
 
     planes: np.ndarray
@@ -38,11 +38,11 @@ class EdgePlanes:
 
 
 def edge_planes(directions: np.ndarray, numbers: Numbers) -> EdgePlanes:
-    """The planes of P patches from their V' (P x 4 x 3 int64)."""
+    """The planes of P patches from their V' (P x 4 x 3 int64), exact."""
     first, second = (directions[:, [edge[end] for edge in EDGES]] for end in range(2))
     planes = numbers.edge_plane.check(np.cross(first, second), "edge plane")
     # The triples (0, 1, 2), (1, 2, 3), (2, 3, 0) and (3, 0, 1): each edge with the vertex after it.
-    turns = np.sign(np.einsum("pei,pei->pe", planes[:, :4], np.roll(directions, -2, axis=1)))
-    convex = (turns[:, 0] != 0) & (turns == turns[:, :1]).all(axis=1)
+    winding = np.sign(np.einsum("pei,pei->pe", planes[:, :4], np.roll(directions, -2, axis=1)))
+    convex = (winding[:, 0] != 0) & (winding == winding[:, :1]).all(axis=1)
     is_triangle = (directions[:, 2] == directions[:, 3]).all(axis=1)
-    return EdgePlanes(planes, turns[:, [0, 2]], ~convex & ~is_triangle)
+    return EdgePlanes(planes, winding[:, [0, 2]], ~convex & ~is_triangle)

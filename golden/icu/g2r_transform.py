@@ -13,12 +13,15 @@ def g2r_transform(record: FrustumRecord, vertices: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
+    record
+        The frustum.
     vertices
         ... x 3 int64, G coordinates.
 
     Returns
     -------
-    ... x 3 int64. A row of the matrix is at most sqrt(1 + 2^-15) long and an offset at most sqrt 3, which is below 2.
+    ... x 3 int64, units of 2^-22 by default. A row of the matrix is at most sqrt(1 + 2^-15) long and an offset at most
+    sqrt(3), so the product is below 2.
     """
     numbers = record.numbers
     offset = numbers.offset.check(vertices - record.origin, "vertex offset")

@@ -27,7 +27,7 @@ def intersect(patches: Patches, which: np.ndarray, directions: np.ndarray,
 
 def hit_uv(patches: Patches, which: np.ndarray, directions: np.ndarray,
            config: Config) -> tuple[np.ndarray, np.ndarray]:
-    """(u, v) of K pairs that are known to meet."""
+    """(u, v) of K pairs that are known to meet: K int64 each, units of 2^-``uv_bits``."""
     planes = patches.planes[which]
     distances = edge_distances(planes, directions, config.numbers)
     _, orientation = inside(distances, planes)

@@ -1,4 +1,4 @@
-"""Inverse distance: 1/t as an unsigned float that compares as an integer; larger is nearer, 0 is no hit."""
+"""Inverse distance: 1/t as an unsigned float that compares as an integer; larger is nearer, 0 means no hit."""
 
 import numpy as np
 
@@ -10,37 +10,39 @@ from golden.icu.window import Window
 
 __all__ = ["SMALLEST", "bound", "decode", "encode", "inverse_distance"]
 
-# What a hit has whose inverse distance rounds to nothing.
+# Stored inverse distance of a hit whose 1/t is not positive after rounding.
 SMALLEST = 1
-# Bits that the bound of a hemisphere takes of each component of m.
+# Leading bits of each component of m in the bound of a hemisphere.
 BOUND_BITS = 12
 
 
 def encode(value: np.ndarray, exponent: np.ndarray, numbers: Numbers, *, up: bool = False) -> np.ndarray:
     """``value 2^exponent`` in the stored format.
 
-    Cut off, or rounded ``up``; `SMALLEST` for what is not positive or too small, the largest number for what is too
-    large.
+    Truncated, or rounded ``up``. A value that is not positive or too small gives `SMALLEST`, too large a value the
+    largest number.
 
     Parameters
     ----------
     value
         int64 below 2^44 in magnitude.
+    exponent
+        int64, broadcasts with ``value``.
     """
     fraction = numbers.fraction_bits
     length = bit_length(np.maximum(value, 1)) - 1
-    # The leading one stands at the exponent's lowest bit, so that one addition makes 1.f 2^e of both.
+    # The leading one has the weight of the exponent's lowest bit, so one addition combines exponent and fraction.
     down = np.maximum(length - fraction, 0)
     leading = (np.maximum(value, 1) >> down) << np.maximum(fraction - length, 0)
     if up:
         leading = leading + ((leading >> np.maximum(fraction - length, 0) << down) != np.maximum(value, 1))
-    place = length + exponent + numbers.inverse_bias
-    key = (place << fraction) + leading - (1 << fraction)
+    biased = length + exponent + numbers.inverse_bias
+    key = (biased << fraction) + leading - (1 << fraction)
     return np.where(value > 0, np.clip(key, SMALLEST, numbers.inverse.high), SMALLEST)
 
 
 def decode(key: np.ndarray, numbers: Numbers) -> np.ndarray:
-    """The real number that a stored inverse distance stands for: float64, 0 for no hit."""
+    """The value of a stored inverse distance: float64, 0 for no hit."""
     key = np.asarray(key)
     fraction = numbers.fraction_bits
     leading = (key & ((1 << fraction) - 1)) + (1 << fraction)
@@ -49,23 +51,27 @@ def decode(key: np.ndarray, numbers: Numbers) -> np.ndarray:
 
 
 def inverse_distance(factor: PlaneFactor, directions: np.ndarray, numbers: Numbers) -> np.ndarray:
-    """1/t at which ray k meets the plane of patch k, stored.
+    """Stored 1/t at which ray k meets the plane of patch k.
 
     Parameters
     ----------
     factor
-        Of K patches, none of them dropped.
+        Plane factors of K patches, none of them dropped.
     directions
         K x 3 int64.
+
+    Returns
+    -------
+    K int64.
     """
     value = np.einsum("ki,ki->k", factor.mantissa, directions)
     return encode(value, factor.exponent - numbers.direction_fraction, numbers)
 
 
 def bound(factor: PlaneFactor, window: Window, record: FrustumRecord, config: Config) -> np.ndarray:
-    """An upper bound of the inverse distances of a patch to the rays of its window, stored.
+    """Stored upper bound of the inverse distances of each patch for the rays of its window: P int64.
 
-    A ray that is strictly nearer need not be tested. Hemisphere: an upper bound of the length of m, from the leading
+    A ray with a strictly larger one need not be tested. Hemisphere: an upper bound of the length of m, from the leading
     12 bits of its components, times the longest direction. Screen: the largest m . d of the window's four corners.
     """
     numbers = config.numbers

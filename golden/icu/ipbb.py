@@ -1,4 +1,4 @@
-"""IPBB: the window of pixels that holds a patch seen through a screen."""
+"""IPBB: the window of pixels of a patch seen through a screen."""
 
 import numpy as np
 
@@ -15,8 +15,10 @@ class ImagePlaneWindows:
     """The IPBB block for one screen.
 
     Per patch and axis: the smallest and the largest x/z (y/z) of the vertices in front of the eye, widened by the
-    error of CORDIC. Where an edge passes from the front to behind the eye the window reaches the border of the screen
-    on the side to which the edge runs off, which the edge plane's sign says. No vertex in front: no window.
+    error of CORDIC. Where an edge passes behind the eye the window extends to the border of the screen, on the side
+    that the sign of the edge plane gives. A patch with no vertex in front has no window.
+
+    Source: docs/exactness.md, Windows.
     """
 
     def __init__(self, record: FrustumRecord, config: Config):
@@ -27,7 +29,7 @@ class ImagePlaneWindows:
         """The windows of P patches, from their V' (P x 4 x 3 int64) and edge planes."""
         record = self._record
         front = directions[..., 2] > 0
-        # Where an edge meets the plane of the eye: (x, y) = (n_y, -n_x), from the end in front to the one behind.
+        # An edge meets the plane z = 0 in the direction (x, y) = (n_y, -n_x), from the end in front to the one behind.
         first, second = (front[:, [edge[end] for edge in EDGES[:DIAGONAL + 1]]] for end in range(2))
         crosses = first != second
         crosses[~planes.split, DIAGONAL] = False
@@ -40,7 +42,7 @@ class ImagePlaneWindows:
                            *self._indices(*row, record.rows, record.row_bits))
 
     def quotients(self, across: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """``across / z`` of vertices, in units of 2^-``cordic_stages``; 1 or -1 unless it is between them and z > 0."""
+        """``across / z`` of vertices in units of 2^-``cordic_stages``, clipped to -1 and 1; 1 or -1 where z <= 0."""
         one = 1 << self._config.icu.cordic_stages
         outside = np.abs(across) >= z
         y, x, _ = normalise(np.where(outside, 0, across), np.where(outside, 1, z), self._config.numbers.vertex_bits)

@@ -1,4 +1,4 @@
-"""Patch setup: all that the intersection needs of a patch, once per frustum."""
+"""Patch setup: the parameters of a patch for the intersection, once per frustum."""
 
 from dataclasses import dataclass
 
@@ -22,19 +22,19 @@ __all__ = ["PatchSetup", "Patches"]
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """P patches as a frustum's rays see them.
+    """P patches, set up for a frustum.
 
     Parameters
     ----------
     exponents
-        P x 4, of the vertex directions.
+        P x 4 int64, exponents of the vertex directions.
     planes, factor, window
-        See there; the window of a patch that is not live is empty.
+        Edge planes, plane factors and windows; the window of a patch that is not live is empty.
     bound
-        P int64, stored: no ray of the window has a larger inverse distance to the patch.
+        P int64: no ray of the window has a larger stored inverse distance to the patch.
     live
-        P bool: the patch can be hit. Not so the rays' own source, a patch whose plane passes through the origin, and
-        one that is seen edge-on.
+        P bool: the patch can be hit. It is false for the rays' source, for a patch whose plane passes through the
+        origin, and for one seen edge-on.
     """
 
     exponents: np.ndarray
@@ -56,7 +56,7 @@ class PatchSetup:
     Raises
     ------
     InputError
-        The frustum has more columns or rows, or the scene more patches, than the configuration has numbers for.
+        The frustum has more columns or rows, or the scene more patches, than the configuration allows.
     """
 
     def __init__(self, record: FrustumRecord, config: Config):

@@ -1,4 +1,4 @@
-"""Plane factor: m = N/V, of which m . d is a ray's inverse distance to the plane of a patch."""
+"""Plane factor m = N/V: m . d is the inverse distance of the plane of a patch along a ray."""
 
 from dataclasses import dataclass
 
@@ -12,15 +12,15 @@ __all__ = ["PlaneFactor", "plane_factor"]
 
 # A patch is dropped if its plane meets the cube of this many units around the origin.
 NEAREST_PLANE = 2
-# Bits that the two operands of the product N x 1/V have beyond the result's.
+# Guard bits of the operands of the product N x 1/V.
 GUARD = 2
-# N is cut in two limbs for its product with a vertex.
+# Bits of the low limb of N in its product with a vertex.
 LIMB = 25
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneFactor:
-    """Of P patches: m is ``mantissa 2^exponent`` per unit of the G cube's side.
+    """Plane factors of P patches: m is ``mantissa 2^exponent`` per unit of the G cube's side.
 
     Parameters
     ----------
@@ -43,15 +43,15 @@ class PlaneFactor:
 def plane_factor(vertices: np.ndarray, numbers: Numbers) -> PlaneFactor:
     """The factors of P patches from their vertices (P x 4 x 3 int64, R frame).
 
-    N is the cross product of the diagonals and V = N . V_0, both exact. Their leading ``mantissa_bits`` + 2 bits, cut
-    off, enter the division and the product, which is rounded to ``mantissa_bits``.
+    N is the cross product of the diagonals and V = N . V_0, both exact. Division and product use their leading
+    ``mantissa_bits`` + 2 bits, truncated; the result is rounded to ``mantissa_bits``. docs/exactness.md derives it.
     """
     bits = numbers.mantissa_bits + GUARD
     normal = np.cross(vertices[:, 2] - vertices[:, 0], vertices[:, 3] - vertices[:, 1])
     normal = numbers.plane_normal.check(normal, "plane normal")
     negative, high, low = _triple(normal, vertices[:, 0])
 
-    # What does not fit 62 bits is far from the origin.
+    # A V of more than 62 bits is far from the origin.
     small = high < 1 << (62 - LIMB)
     whole = np.where(small, (high << LIMB) | low, 0)
     dropped = small & (whole <= NEAREST_PLANE * np.abs(normal).sum(axis=1))
@@ -65,13 +65,13 @@ def plane_factor(vertices: np.ndarray, numbers: Numbers) -> PlaneFactor:
     lost = np.maximum(bit_length(product.max(axis=1)) - numbers.mantissa_bits, 0)
     mantissa = np.minimum(round_shift(product, lost[:, None]), (1 << numbers.mantissa_bits) - 1)
     mantissa = np.where((normal < 0) != negative[:, None], -mantissa, mantissa)
-    # N is in units of 2^-2f and V in units of 2^-3f, f the bits behind the point of a vertex.
+    # N is in units of 2^-2f and V in units of 2^-3f, f the fraction bits of a vertex.
     exponent = lost + (size - bits) - (2 * bits - 1) - (length - bits) + numbers.vector_fraction
     return PlaneFactor(np.where(dropped[:, None], 0, mantissa), np.where(dropped, 0, exponent), dropped)
 
 
 def _cut(value: np.ndarray, by: np.ndarray) -> np.ndarray:
-    """``value`` / 2^``by`` of values that are not negative, cut off; ``by`` < 0 multiplies."""
+    """``value`` / 2^``by`` of values that are not negative, truncated; ``by`` < 0 multiplies."""
     return (value << np.maximum(-by, 0)) >> np.maximum(by, 0)
 
 

@@ -11,15 +11,16 @@ _LAST_PATCH = (1 << 31) - 1
 
 
 class RayMemory:
-    """Larger 1/t wins, equal 1/t goes to the smaller patch id; so the order of updates does not matter.
+    """The largest 1/t wins, and the smallest patch id among equal ones; the order of updates does not matter.
 
-    Both are one integer to compare, 1/t above the complement of the id: an update is one read, one comparison and one
-    write.
+    Both form one integer, 1/t above the complement of the id: an update is one read, one comparison and one write.
 
     Parameters
     ----------
     rays
         Rays of the frustum, at most ``icu.rays``.
+    config
+        The configuration.
 
     Raises
     ------
@@ -33,7 +34,7 @@ class RayMemory:
         self._key = np.zeros(rays, dtype=np.int64)
 
     def update(self, ray: np.ndarray, inverse: np.ndarray, patch: np.ndarray) -> None:
-        """Take in hits: ray, stored inverse distance (not 0) and patch of each; a ray may occur several times."""
+        """Add hits: ray, stored inverse distance (not 0) and patch of each; a ray may occur several times."""
         np.maximum.at(self._key, ray, (inverse << 31) | (_LAST_PATCH - patch))
 
     @property

@@ -8,6 +8,6 @@ __all__ = ["reciprocal"]
 def reciprocal(mantissa: np.ndarray, bits: int) -> np.ndarray:
     """``floor(2^(2 bits - 1) / mantissa)`` for mantissas of exactly ``bits`` bits: again ``bits`` bits.
 
-    The one result that would have a bit more, that of 2^(bits - 1), is 2^bits - 1.
+    The reciprocal of 2^(bits - 1), the only one that would have another bit, is 2^bits - 1.
     """
     return np.minimum((1 << (2 * bits - 1)) // mantissa, (1 << bits) - 1)

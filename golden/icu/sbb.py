@@ -1,4 +1,4 @@
-"""SBB: the window of azimuths and polar angles that holds a patch seen from a hemisphere's origin."""
+"""SBB: the window of azimuths and polar angles of a patch seen from a hemisphere's origin."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +14,7 @@ from golden.icu.window import Window, make_window
 
 __all__ = ["SphericalWindows", "WindowErrors", "sagitta_table", "window_errors"]
 
-# Bits behind the point of the factor that brings z to the length of the first CORDIC's results.
+# Fraction bits of the gain by which z is multiplied for the second CORDIC.
 GAIN_FRACTION = 16
 # A sagitta is stored in units of a quarter turn / 2^12, rounded up.
 SAGITTA_BITS = 12
@@ -22,14 +22,14 @@ SAGITTA_BITS = 12
 
 @dataclass(frozen=True, kw_only=True)
 class WindowErrors:
-    """Upper bounds, in units of an angle.
+    """Upper bounds of errors, in units of 2^-``angle_bits`` turns.
 
     Parameters
     ----------
     azimuth, polar
-        Of a vertex' angles as CORDIC finds them.
+        Of a vertex' angles by CORDIC.
     polar_slack
-        Of the polar angle of a direction of the tables.
+        Of the polar angle of a table direction.
     """
 
     azimuth: int
@@ -39,29 +39,29 @@ class WindowErrors:
 
 @cache
 def window_errors(config: Config) -> WindowErrors:
-    """The errors of a configuration."""
+    """The error bounds of a configuration; docs/exactness.md derives them."""
     icu, numbers = config.icu, config.numbers
     turn = 2.0**icu.angle_bits / (2 * np.pi)
     azimuth = circular_error(icu, numbers.vertex_bits)
-    # The length that enters the second CORDIC is cut once per stage and once when it is shifted back; the factor for z
-    # is rounded.
+    # The length for the second CORDIC is truncated once per stage and once when it is shifted back; the gain of z is
+    # rounded.
     length = (icu.cordic_stages * np.sqrt(2) + 2) / 2.0 ** (numbers.vertex_bits - 1 + icu.cordic_guard)
     return WindowErrors(azimuth=azimuth, polar=azimuth + int(np.ceil((length + 2.0**-GAIN_FRACTION / 2) * turn)),
                         polar_slack=int(np.ceil(_table_error(config) * turn)))
 
 
 def _table_error(config):
-    """How far a table direction is from the one that it stands for: three roundings by half a unit each way."""
+    """Distance of a table direction from the exact one: three roundings by half a unit per component."""
     return 2.0 ** (1 - config.numbers.direction_fraction)
 
 
 class SphericalWindows:
-    """The SBB block for one hemisphere: supersets for the directions that the tables hold.
+    """The SBB block for one hemisphere: its windows hold all table directions that may hit a patch.
 
-    Per patch: the azimuths of the four vertices, followed from one to the next the way the edge goes round the axis
-    (the sign of the edge plane's z), widened by the errors of CORDIC and of the tables; the whole ring if the axis
-    meets the patch or more than a half turn results. The polar angles of the vertices, less what an edge rises above
-    its lower end (`sagitta_table`), from 0 if the normal meets the patch, to the horizon.
+    Azimuth: that of the four vertices, followed in the direction in which each edge runs around the axis (the sign of
+    the edge plane's z), widened by the errors of CORDIC and of the tables; the whole ring if the axis meets the patch
+    or the span exceeds a half turn. Polar angle: that of the vertices, less the sagitta of each edge (`sagitta_table`);
+    from 0 if the normal meets the patch, and at most the horizon.
 
     Source: Shen 1993, Theorem 3.1 and Eq. 3.5; the sagitta also by polar angle, and the cases that the thesis omits.
     """
@@ -75,15 +75,15 @@ class SphericalWindows:
         off = _table_error(config)
         sine = np.sin((2 * np.arange(record.rows) + 1) * (np.pi / 4 / record.rows))
         half = 1 << (icu.angle_bits - 1)
-        # Rows so near the pole that the tables' error turns them by more than a radian get the whole ring.
-        turned = np.ceil(off / sine * 2.0**icu.angle_bits / (2 * np.pi))
-        self.azimuth_slack = np.where(off < sine, turned, half).astype(np.int64)
+        # Rows so near the pole that the tables' error rotates them by more than a radian get the whole ring.
+        rotated = np.ceil(off / sine * 2.0**icu.angle_bits / (2 * np.pi))
+        self.azimuth_slack = np.where(off < sine, rotated, half).astype(np.int64)
         self._gain = round(gain(icu) * 2**GAIN_FRACTION)
 
     def angles(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Azimuth and polar angle of vertices V' (... x 3), 2^``angle_bits`` to a turn.
+        """Azimuth and polar angle of vertices V' (... x 3), in units of 2^-``angle_bits`` turns.
 
-        A polar angle may be less than 0 or more than a half turn by `polar_error`.
+        A polar angle may be below 0 or above a half turn by up to `polar_error`.
         """
         icu, bits = self._config.icu, self._config.numbers.vertex_bits
         x, y, by = normalise(directions[..., 0], directions[..., 1], bits)
@@ -101,7 +101,7 @@ class SphericalWindows:
         directions
             P x 4 x 3 int64, V'.
         planes
-            Their edge planes.
+            The edge planes of these patches.
         """
         record, icu = self._record, self._config.icu
         quarter, half = 1 << (icu.angle_bits - 2), 1 << (icu.angle_bits - 1)
@@ -115,10 +115,10 @@ class SphericalWindows:
         highest = np.minimum(polar.max(axis=1) + self.polar_error, quarter) + self.polar_slack
         row_first, row_last = _indices(lowest, highest, icu.angle_bits - 2 - record.row_bits)
 
-        walked = azimuth[:, :1] + np.concatenate(
+        followed = azimuth[:, :1] + np.concatenate(
             [np.zeros((len(turn), 1), dtype=np.int64), np.cumsum(turn[:, :3], axis=1)], axis=1)
         slack = self.azimuth_error + self.azimuth_slack[np.clip(row_first, 0, record.rows - 1)]
-        left, right = walked.min(axis=1) - slack, walked.max(axis=1) + slack
+        left, right = followed.min(axis=1) - slack, followed.max(axis=1) + slack
         ring = pole | nadir | (right - left > half)
         column_first, column_last = _indices(left, right, icu.angle_bits - record.column_bits)
         return make_window(record, ~planes.orientation.any(axis=1), np.where(ring, 0, column_first),
@@ -127,7 +127,7 @@ class SphericalWindows:
 
 @cache
 def sagitta_table(icu: Icu) -> np.ndarray:
-    """How much nearer to the pole than its lower end an edge can come.
+    """Sagitta of an edge: how much nearer to the pole than its lower end it comes, at most.
 
     Entry [p, s] holds for ends with a polar angle in the p-th part of a quarter turn (the smaller of the two) whose
     azimuths differ by at most the upper end of the s-th part of a half turn. The worst edge has both ends at that polar
@@ -146,9 +146,9 @@ def sagitta_table(icu: Icu) -> np.ndarray:
 
 
 def _axis_inside(around, orientation):
-    """Whether the R frame's z axis meets the patch, upwards and downwards.
+    """Whether the R frame's z axis meets the patch, upwards and downwards: P bool each.
 
-    It does where no edge of one of the two triangles passes it on the wrong side; zero counts as inside.
+    It does where no edge of one of the two triangles passes it on the outer side; zero counts as inside.
     """
     diagonal = around[:, DIAGONAL]
     triangles = (np.stack([around[:, 0], around[:, 1], -diagonal], axis=1),
@@ -159,9 +159,9 @@ def _axis_inside(around, orientation):
 
 
 def _edge_turns(azimuth, around, half):
-    """By how much the azimuth changes along edges and the diagonal: P x 5, signed.
+    """Change of the azimuth along edges and the diagonal: P x 5, signed.
 
-    The sign is that of the edge plane's z, however near to 0 or a half turn the change is.
+    The sign is that of the edge plane's z, also where the change is near 0 or a half turn.
     """
     first, second = (azimuth[:, [edge[end] for edge in EDGES[:DIAGONAL + 1]]] for end in range(2))
     least = np.where(around == 0, -half, -(half >> 1))
@@ -177,7 +177,7 @@ def _lowest(polar, span, split, icu):
     span = np.minimum(span >> (icu.angle_bits - 1 - icu.sagitta_span_bits), (1 << icu.sagitta_span_bits) - 1)
     sagitta = sagitta_table(icu)[part, span] << (icu.angle_bits - 2 - SAGITTA_BITS)
     reach = np.where(lower < quarter, lower - sagitta, lower)
-    # The diagonal is on the border of the patch only where it is not convex.
+    # The diagonal is part of the border only where the patch is split.
     reach[~split, DIAGONAL] = reach[~split, 0]
     return reach.min(axis=1)
 

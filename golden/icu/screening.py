@@ -1,4 +1,4 @@
-"""Screening: is a ray inside the edges of a patch? Exact, and so watertight."""
+"""Screening: whether a ray is inside the edges of a patch. It is exact, and so watertight (docs/exactness.md)."""
 
 import numpy as np
 
@@ -16,19 +16,19 @@ def edge_distances(planes: EdgePlanes, directions: np.ndarray, numbers: Numbers)
 def inside(distances: np.ndarray, planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
     """Whether no distance has the sign opposite to the orientation, zero counting as inside.
 
-    A split patch is its two triangles, the first of which goes first.
+    A split patch is its two triangles; the first takes precedence.
 
     Parameters
     ----------
     distances
         K x 6, see `edge_distances`.
     planes
-        Of the same K patches.
+        Edge planes of the same K patches.
 
     Returns
     -------
     tuple
-        K bool, and the K orientations that held.
+        K bool: inside; and K int64: the orientation for which it is.
     """
     d01, d12, d23, d30, d02, _ = distances.T
     first, second = planes.orientation.T
@@ -38,13 +38,13 @@ def inside(distances: np.ndarray, planes: EdgePlanes) -> tuple[np.ndarray, np.nd
 
 
 def cones(planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
-    """The planes of everything that can be hit, turned inwards.
+    """The planes of all that can be hit, oriented inwards.
 
     Returns
     -------
     tuple
-        C patch numbers (twice that of a split patch), and C x 4 x 3 planes: a ray is inside a cone if no one of the
-        four has a negative product with it. Of a triangle of a split patch one plane comes twice.
+        C patch numbers (a split patch twice), and C x 4 x 3 planes: a ray is inside a cone if none of the four has a
+        negative product with it. A triangle of a split patch has one plane twice.
     """
     first, second = planes.orientation.T
     sets = ((~planes.split & (first != 0), first, [0, 1, 2, 3], 1),
@@ -53,15 +53,15 @@ def cones(planes: EdgePlanes) -> tuple[np.ndarray, np.ndarray]:
     patches, inwards = [], []
     for which, orientation, edges, last in sets:
         patch = np.flatnonzero(which)
-        turned = planes.planes[patch][:, edges] * orientation[patch, None, None]
-        turned[:, 3] *= last
+        oriented = planes.planes[patch][:, edges] * orientation[patch, None, None]
+        oriented[:, 3] *= last
         patches.append(patch)
-        inwards.append(turned)
+        inwards.append(oriented)
     return np.concatenate(patches), np.concatenate(inwards)
 
 
 def inside_cones(planes: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All pairs of one of C `cones` and one of R directions (R x 3 int64) inside it: numbers of the two.
+    """All pairs of one of C `cones` and one of R directions (R x 3 int64) inside it: their numbers.
 
     The products are below 2^53, and so are all their partial sums: exact in float64, whose matrix product is fast.
     """

@@ -1,4 +1,4 @@
-"""Section clip: the part of a window that belongs to a cluster's section."""
+"""Section clip: the part of a window in a cluster's section."""
 
 from dataclasses import dataclass
 
@@ -13,10 +13,10 @@ __all__ = ["SectionWindow", "section_clip"]
 
 @dataclass(frozen=True, eq=False)
 class SectionWindow:
-    """Of P patches, counted from the section's first column and row: ``column_count`` columns from ``column_first`` on
-    and, where the window goes round, ``wrapped_count`` others from 0 on, by ``row_count`` rows from ``row_first`` on.
+    """Windows of P patches relative to the section's first column and row.
 
-    P int64 each; all are 0 in a window without rays in the section.
+    A window is ``row_count`` rows from ``row_first``, by ``column_count`` columns from ``column_first`` and, where it
+    wraps, ``wrapped_count`` further columns from 0. P int64 each; all are 0 without rays in the section.
     """
 
     column_first: np.ndarray
@@ -32,13 +32,13 @@ class SectionWindow:
 
 
 def section_clip(window: Window, section: Sector, record: FrustumRecord) -> SectionWindow:
-    """The windows' parts in ``section``."""
+    """The part of each window in ``section``."""
     across, down = section.end_column - section.first_column, section.end_row - section.first_row
     first = window.column_first - section.first_column
     last = first + window.column_count
     front = np.where(first >= 0, np.clip(np.minimum(last, across) - first, 0, None), 0)
-    # What begins before the section reaches into it from there, what goes on after the frustum's last column begins
-    # anew at the first one.
+    # A window that begins before the section extends into it; one that passes the frustum's last column wraps to the
+    # first.
     over = np.where(first < 0, last, last - (0 if record.is_screen else record.columns))
     wrapped = np.where((first < 0) | (not record.is_screen), np.clip(np.minimum(over, across), 0, None), 0)
     top = np.maximum(window.row_first - section.first_row, 0)

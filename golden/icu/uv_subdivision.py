@@ -1,4 +1,4 @@
-"""(u, v) by bounding-plane subdivision: a patch is cut in halves around the ray, by adders alone."""
+"""(u, v) by bounding-plane subdivision: a patch is bisected around the ray, with adders only."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ __all__ = ["align", "uv_subdivision"]
 def align(distances: np.ndarray, exponents: np.ndarray, icu: Icu) -> np.ndarray:
     """The six distances of each hit brought to one exponent.
 
-    Each V' has an exponent of its own, and n_ij has the sum of two. The largest distance gets 2 ``uv_bits`` +
+    Each V' has an exponent of its own, and n_ij the sum of two. The largest distance gets 2 ``uv_bits`` +
     ``uv_guard`` bits; the others are rounded to its unit.
 
     Parameters
@@ -20,7 +20,7 @@ def align(distances: np.ndarray, exponents: np.ndarray, icu: Icu) -> np.ndarray:
     distances
         K x 6 int64, see `edge_distances`.
     exponents
-        K x 4, of the vertices.
+        K x 4 int64, exponents of the vertex directions.
     """
     scale = np.stack([exponents[:, i] + exponents[:, j] for i, j in EDGES], axis=1)
     top = np.where(distances != 0, bit_length(np.abs(distances)) + scale, -(1 << 10)).max(axis=1)
@@ -29,18 +29,18 @@ def align(distances: np.ndarray, exponents: np.ndarray, icu: Icu) -> np.ndarray:
 
 
 def uv_subdivision(distances: np.ndarray, orientation: np.ndarray, icu: Icu) -> tuple[np.ndarray, np.ndarray]:
-    """The step of each patch's lattice that its ray hits: one bit of u, one bit of v, and so on.
+    """The step of each patch's lattice that its ray hits, from alternate bits of u and v (docs/exactness.md).
 
     Parameters
     ----------
     distances
-        K x 6, aligned.
+        K x 6 int64, aligned.
     orientation
-        K, the orientations with which the rays are inside.
+        K int64, the orientations for which the rays are inside.
 
     Returns
     -------
-    K int64 u and v, 0 to 2^``uv_bits`` - 1. At a repeated vertex one of them means nothing.
+    K int64 u and v, 0 to 2^``uv_bits`` - 1. At a repeated vertex one of them is undefined.
 
     Source: Shen 1993, section 5.3.5.
     """

@@ -12,7 +12,7 @@ def vertex_direction(vertices: np.ndarray, numbers: Numbers) -> tuple[np.ndarray
     """``V' 2^exponent`` is V with the larger components rounded to ``vertex_bits`` bits.
 
     A magnitude that would round up to 2^vertex_bits becomes 2^vertex_bits - 1. Equal vertices give equal integers,
-    which is what makes neighbours watertight.
+    so neighbours are watertight (docs/exactness.md).
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ def vertex_direction(vertices: np.ndarray, numbers: Numbers) -> tuple[np.ndarray
     Returns
     -------
     tuple
-        ... x 3 V', and the ... exponents. The largest component has exactly ``vertex_bits`` bits but in the vertex
-        (0, 0, 0), which stays.
+        V', ... x 3 int64, and the exponents, ... int64. The largest component has exactly ``vertex_bits`` bits; the
+        vertex (0, 0, 0) stays.
     """
     exponent = bit_length(np.abs(vertices).max(axis=-1)) - numbers.vertex_bits
     limit = (1 << numbers.vertex_bits) - 1

@@ -11,8 +11,9 @@ __all__ = ["Window", "make_window"]
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """Of P patches: ``column_count`` columns from ``column_first`` on, which in a hemisphere go on from the last column
-    to the first, by ``row_count`` rows from ``row_first`` on. P int64 each. A window without rays has counts of 0.
+    """Windows of P patches: ``column_count`` columns from ``column_first`` by ``row_count`` rows from ``row_first``.
+
+    In a hemisphere columns wrap from the last to the first. P int64 each. A window without rays has counts of 0.
     """
 
     column_first: np.ndarray
@@ -24,7 +25,7 @@ class Window:
         return Window(self.column_first[rows], self.column_count[rows], self.row_first[rows], self.row_count[rows])
 
     def only(self, which: np.ndarray) -> "Window":
-        """These windows, those of the patches that are not among ``which`` (P bool) without rays."""
+        """The windows of the patches ``which`` (P bool); all other windows are empty."""
         return Window(*(np.where(which, value, 0) for value in
                         (self.column_first, self.column_count, self.row_first, self.row_count)))
 
@@ -42,13 +43,16 @@ class Window:
         """All rays of all windows: number of the window, column and row, window by window and row by row."""
         count = self.rays
         window = np.repeat(np.arange(len(count)), count)
-        place = np.arange(len(window)) - np.repeat(np.cumsum(count) - count, count)
-        row, column = np.divmod(place, self.column_count[window])
+        rank = np.arange(len(window)) - np.repeat(np.cumsum(count) - count, count)
+        row, column = np.divmod(rank, self.column_count[window])
         return window, (self.column_first[window] + column) % columns, self.row_first[window] + row
 
 
 def make_window(record: FrustumRecord, never, column_first, column_last, row_first, row_last) -> Window:
-    """From first and last indices: rows clipped to the grid, columns clipped (screen) or taken modulo (hemisphere)."""
+    """Windows from first and last indices: rows are clipped to the grid, columns clipped (screen) or wrapped.
+
+    ``never`` (P bool): the window is empty.
+    """
     if record.is_screen:
         column_first, column_last = np.maximum(column_first, 0), np.minimum(column_last, record.columns - 1)
     row_first, row_last = np.maximum(row_first, 0), np.minimum(row_last, record.rows - 1)

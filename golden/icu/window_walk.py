@@ -1,4 +1,4 @@
-"""Window walk: a window tile by tile, as the settle map holds its rays."""
+"""Window walk: the scan of a window tile by tile, in the layout of the settle map."""
 
 import numpy as np
 
@@ -9,12 +9,12 @@ __all__ = ["ray_address", "walk_cycles", "window_rays", "window_tiles"]
 
 
 def ray_address(column: np.ndarray, row: np.ndarray, tiles_across: int, icu: Icu) -> np.ndarray:
-    """Place of rays in the ray memory: number of the tile, row in it, column in it.
+    """Address of rays in the ray memory: number of the tile, row in it, column in it.
 
     Parameters
     ----------
     column, row
-        Counted from the section's first.
+        int64, relative to the section's first.
     tiles_across
         Tiles in a row of tiles of the section.
     """
@@ -25,7 +25,7 @@ def ray_address(column: np.ndarray, row: np.ndarray, tiles_across: int, icu: Icu
 
 
 def window_tiles(window: SectionWindow, icu: Icu) -> np.ndarray:
-    """P int64: the words of the settle map that each window's walk reads, a tile of both pieces twice; at least 1."""
+    """P int64: words of the settle map that the scan of each window reads, a tile of both pieces twice; at least 1."""
     side = icu.tile_bits
 
     def tiles(first, count):
@@ -37,9 +37,9 @@ def window_tiles(window: SectionWindow, icu: Icu) -> np.ndarray:
 
 
 def window_rays(window: SectionWindow, which: int, icu: Icu) -> tuple[np.ndarray, np.ndarray]:
-    """Columns and rows of a window's rays, counted from the section's first, in the order of the walk.
+    """Columns and rows of a window's rays, relative to the section's first, in the order of the scan.
 
-    Tile by tile, in each row of tiles the first piece before the one that goes round; in a tile row by row.
+    Tile by tile, in each row of tiles the first piece before the wrapped one; in a tile row by row.
     """
     first, count, wrapped, top, rows = (int(value[which]) for value in vars(window).values())
     piece = np.repeat([0, 1], [count, wrapped])
@@ -52,5 +52,5 @@ def window_rays(window: SectionWindow, which: int, icu: Icu) -> tuple[np.ndarray
 
 
 def walk_cycles(window: SectionWindow, live: np.ndarray, icu: Icu) -> np.ndarray:
-    """P int64: cycles that the windows take, one after the other, if ``live`` (P) of their rays may improve."""
+    """P int64: cycles of the scan of each window if ``live`` (P) of its rays may improve."""
     return np.maximum(window_tiles(window, icu), live)

@@ -82,7 +82,7 @@ def _phase_regions(plan, patches):
 def _frustum_regions(record, table, config, weights):
     is_screen = record.is_screen
     frustum = _records("frustum", 1, is_screen=int(is_screen), half_angles=record.half_angles,
-                       grid_origin=table.place(record.origin),
+                       grid_origin=table.position(record.origin),
                        longest_direction=0 if is_screen else record.longest_direction, **{
         name: np.ravel(getattr(record, name)) for name in
         ("source", "columns", "rows", "column_bits", "row_bits", "origin", "matrix", "to_global", "z_scale")})

@@ -1,1 +1,1 @@
-"""The memory unit of a cluster: which patches are in a cell, and what has been asked for already."""
+"""The memory system of a cluster: patch lists of cells, filters, caches and the I-structure."""

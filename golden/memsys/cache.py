@@ -1,4 +1,4 @@
-"""A cache: which of the requests are served from its lines, which line each one takes, and what goes for it."""
+"""A cache: hit or miss of each request, its line, and the key that it evicts."""
 
 import numpy as np
 
@@ -12,24 +12,23 @@ __all__ = ["Cache"]
 
 
 class Cache:
-    """One interface for all policies. A line takes one record: a cell's, or a patch's.
+    """One interface for all policies. A line holds one record, of a cell or of a patch.
 
-    What has been asked for is in its line from then on, although it may still be on its way: a second request for it is
-    a hit, and waits.
+    A request allocates its line at once, while the fetch is in flight: a second request for the same key is a hit.
 
     Parameters
     ----------
     policy
-        Where records are put.
+        Placement and replacement.
     lines
-        A power of two.
+        Lines of the cache, a power of two.
     ways, lfu_lines, lfu_count_bits
-        See `golden.config.Memsys`. ``LFU`` uses the first ``lfu_lines`` of the lines and leaves the others empty.
+        See `golden.config.Memsys`. ``LFU`` uses the first ``lfu_lines`` lines only.
 
     Members
     -------
     hits, misses
-        Since it was made, or cleared.
+        Counts since construction or `clear`.
 
     Raises
     ------
@@ -54,12 +53,12 @@ class Cache:
                    lfu_lines=memsys.lfu_lines, lfu_count_bits=memsys.lfu_count_bits)
 
     def clear(self) -> None:
-        """Empty all lines, and count from 0 again."""
+        """Invalidate all lines and reset the counts."""
         self._placement.clear()
         self.hits = self.misses = 0
 
     def access(self, keys) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Requests one after the other.
+        """Serve requests in their order.
 
         Parameters
         ----------
@@ -68,7 +67,8 @@ class Cache:
 
         Returns
         -------
-        N each: whether it is a hit, the line, and the key that goes for it, or -1.
+        tuple
+            N bool: the request is a hit; N int64: its line; N int64: the key that it evicts, or -1.
         """
         hit, line, victim = self._placement.access(keys)
         self.hits += int(hit.sum())
@@ -77,5 +77,5 @@ class Cache:
 
     @property
     def miss_ratio(self) -> float:
-        """Misses over requests; 0 of none."""
+        """Misses divided by requests; 0 without requests."""
         return self.misses / max(1, self.hits + self.misses)

@@ -1,4 +1,4 @@
-"""Where a cache puts what it fetches."""
+"""Placement and replacement policies of a cache."""
 
 import enum
 
@@ -8,8 +8,8 @@ __all__ = ["CachePolicy"]
 class CachePolicy(enum.Enum):
     """Placement and replacement.
 
-    ``DIRECT``: line = key mod lines. ``LRU``: a set is key mod sets; of its lines the one goes that was used least
-    recently. ``LFU``: any line; the one goes that was used least often.
+    ``DIRECT``: line = key mod lines. ``LRU``: a set is key mod sets; the least recently used line of the set
+    is evicted. ``LFU``: any line; the least frequently used one is evicted.
 
     Source: Shen 1993, section 5.3.7, for ``DIRECT`` and ``LFU``.
     """

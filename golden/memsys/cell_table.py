@@ -1,16 +1,16 @@
-"""The cell address table: where the patch list of each cell begins and how long it is."""
+"""The cell address table: pointer and length of the patch list of each cell."""
 
 import numpy as np
 
-from golden.ctu.cell_traversal import INDEX_BITS, PLACE_FRACTION
+from golden.ctu.cell_traversal import INDEX_BITS, POSITION_FRACTION
 from golden.errors import InputError
 from golden.memsys.patch_table import PatchTable
 from golden.scene.cells import patches_by_cell
 
 __all__ = ["MARGIN", "CellTable"]
 
-# A patch also belongs to cells that it misses by this many units of G. The R frame rounds a vertex by half of 2^-22,
-# which is two units of G, along each axis, and the middle of a traversal step is off by less than one.
+# A patch is also listed in cells that it misses by up to this many units of G (docs/exactness.md). The R frame rounds a
+# vertex by half of 2^-22, two units of G, along each axis, and a traversal step is off by less than one unit.
 MARGIN = 4
 
 
@@ -40,7 +40,7 @@ class CellTable:
         vertices = np.asarray(vertices, dtype=np.int64)
         points = vertices.reshape(-1, 3)
         self.cell = int(cell)
-        # The outermost patches lie exactly on the scene box: the margin keeps them inside.
+        # The outermost patches are exactly on the scene box: the margin keeps them inside.
         self.lower = points.min(axis=0) - MARGIN
         self.shape = (points.max(axis=0) + MARGIN - self.lower) // self.cell + 1
         start, patch = patches_by_cell(
@@ -55,22 +55,22 @@ class CellTable:
         """Cell numbers of ``... x 3`` cells (x, y, z)."""
         return (index[..., 0] * self.shape[1] + index[..., 1]) * self.shape[2] + index[..., 2]
 
-    def place(self, point: np.ndarray) -> np.ndarray:
-        """Where a point of G is in the grid: 3 int64 from its lower corner, in units of 2^-PLACE_FRACTION cells.
+    def position(self, point: np.ndarray) -> np.ndarray:
+        """Position of a point of G in the grid: 3 int64 from the lower corner, in units of 2^-POSITION_FRACTION cells.
 
         Raises
         ------
         InputError
-            The point is too many cells away.
+            The point is too far from the grid.
         """
-        place = ((np.asarray(point) - self.lower) << PLACE_FRACTION) // self.cell
-        if (np.abs(place) >> PLACE_FRACTION + INDEX_BITS - 2).any():
+        position = ((np.asarray(point) - self.lower) << POSITION_FRACTION) // self.cell
+        if (np.abs(position) >> POSITION_FRACTION + INDEX_BITS - 2).any():
             raise InputError(f"cells: The point must be at most {1 << INDEX_BITS - 2} cells from the grid, not "
-                             f"{int(np.abs(place).max()) >> PLACE_FRACTION}; take larger cells")
-        return place
+                             f"{int(np.abs(position).max()) >> POSITION_FRACTION}; use larger cells")
+        return position
 
     def entries(self, cells: np.ndarray) -> np.ndarray:
-        """Addresses in the patch address table of everything in the cells, cell by cell."""
+        """Addresses in the patch address table of all entries of the cells, cell by cell."""
         count = self.count[cells]
         first = np.cumsum(count) - count
         return np.repeat(self.pointer[cells] - first, count) + np.arange(count.sum())

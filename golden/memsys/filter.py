@@ -1,4 +1,4 @@
-"""Lets each cell, and each patch, pass once per frustum and cluster."""
+"""Filter: each cell, and each patch, passes once per frustum and cluster."""
 
 import numpy as np
 
@@ -6,19 +6,19 @@ __all__ = ["Filter"]
 
 
 class Filter:
-    """A tag per number: equal to the current generation when the number has passed already.
+    """One tag per number; it equals the current generation if the number has passed.
 
     Parameters
     ----------
     count
-        Numbers, from 0.
+        Numbers are from 0 to ``count`` - 1.
     tag_bits
-        Width of a tag. After 2^tag_bits - 1 generations the tags are cleared, which is the only pass over them.
+        Bits of a tag. The tags are cleared only after 2^tag_bits - 1 generations.
 
     Members
     -------
     seen, passed
-        Numbers looked up and let through in this generation.
+        Numbers looked up, and numbers that passed, in this generation.
     """
 
     def __init__(self, count: int, *, tag_bits: int = 8):
@@ -36,11 +36,11 @@ class Filter:
         self.seen = self.passed = 0
 
     def first(self, numbers: np.ndarray) -> np.ndarray:
-        """Those of the numbers that have not passed before, each once, in the order of their first occurrence."""
+        """The numbers that have not passed before, each once, in the order of their first occurrence."""
         self.seen += len(numbers)
         numbers = numbers[self._tag[numbers] != self._generation]
-        # Of writes to one place the last one stays: from back to front that is the first occurrence. A negative tag
-        # is no generation.
+        # The last of several writes to one tag stays: in reverse order that is the first occurrence. A negative tag is
+        # no generation.
         order = np.arange(len(numbers))
         self._tag[numbers[::-1]] = ~order[::-1]
         numbers = numbers[self._tag[numbers] == ~order]

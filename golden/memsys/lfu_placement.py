@@ -8,17 +8,17 @@ __all__ = ["LfuPlacement"]
 
 
 class LfuPlacement:
-    """Any line; the one goes that has been used least often since it was filled.
+    """Any line holds any key; the line used least often since it was filled is evicted.
 
     The first use counts 1; a count stays at 2^``count_bits`` - 1. An empty line has count 0, so empty lines are filled
-    first. Of lines with equal counts the first one goes after the line that was filled last, round and round.
+    first. Among equal counts the first line after the last one filled is evicted, cyclically.
 
     Parameters
     ----------
     lines
-        Any number from 1.
+        Lines, at least 1.
     count_bits
-        Of a counter.
+        Bits of a counter, at least 1.
     """
 
     def __init__(self, *, lines: int, count_bits: int):
@@ -38,21 +38,21 @@ class LfuPlacement:
         keys = np.asarray(keys, dtype=np.int64).tolist()
         hit, line, victim = np.zeros(len(keys), dtype=bool), np.empty(len(keys), np.int64), np.full(len(keys), -1)
         for number, key in enumerate(keys):
-            place = self._line.get(key)
-            if place is None:
-                victim[number], place = self._fill(key)
+            slot = self._line.get(key)
+            if slot is None:
+                victim[number], slot = self._fill(key)
             else:
                 hit[number] = True
-                self._count[place] = min(self._count[place] + 1, self._top)
-            line[number] = place
+                self._count[slot] = min(self._count[slot] + 1, self._top)
+            line[number] = slot
         return hit, line, victim
 
     def _fill(self, key):
-        """The key that goes, and the line."""
-        # From the next line on to the end, and round.
-        place = (int(np.roll(self._count, -self._next).argmin()) + self._next) % self._lines
-        gone = int(self._key[place])
-        self._line.pop(gone, None)
-        self._line[key], self._key[place], self._count[place] = place, key, 1
-        self._next = (place + 1) % self._lines
-        return gone, place
+        """Evict a key and store another: the evicted key, and the line."""
+        # Cyclic order from the next line.
+        slot = (int(np.roll(self._count, -self._next).argmin()) + self._next) % self._lines
+        evicted = int(self._key[slot])
+        self._line.pop(evicted, None)
+        self._line[key], self._key[slot], self._count[slot] = slot, key, 1
+        self._next = (slot + 1) % self._lines
+        return evicted, slot

@@ -1,4 +1,4 @@
-"""Reference strings: what the clusters ask for, frustum after frustum, as a shared cache sees it."""
+"""Reference strings: the requests of the clusters to a shared cache, frustum after frustum."""
 
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -18,7 +18,7 @@ class ReferenceStrings:
     Parameters
     ----------
     cells, patches
-        Arrays of numbers, in the order in which they were asked for.
+        Arrays of int64 numbers in the order of the requests.
     """
 
     cells: tuple[tuple[np.ndarray, ...], ...]
@@ -26,35 +26,35 @@ class ReferenceStrings:
 
     @classmethod
     def of(cls, shelling: Shelling, records: list[FrustumRecord], sectors: tuple = ()) -> "ReferenceStrings":
-        """Of casts one after the other.
+        """The requests of a sequence of casts.
 
         Parameters
         ----------
         records
             The frusta.
         sectors
-            The parts of the clusters, see `Shelling.cast`.
+            Parts of the frustum per cluster, see `Shelling.cast`.
         """
-        asked = []
+        frusta = []
         for record in records:
             requests = []
             shelling.cast(record, sectors, requests=requests)
-            asked.append(requests)
+            frusta.append(requests)
         return cls(**{name: tuple(tuple(np.array(getattr(cluster, name), dtype=np.int64) for cluster in frustum)
-                                  for frustum in asked) for name in ("cells", "patches")})
+                                  for frustum in frusta) for name in ("cells", "patches")})
 
 
 def interleaved(frusta, *, resident=None) -> np.ndarray:
-    """One string of all clusters: each asks for one number in turn, and the next frustum begins when all have ended.
+    """One string of all clusters in round-robin order; a frustum begins when all clusters have finished the one before.
 
     Parameters
     ----------
     frusta
         ``cells`` or ``patches`` of a `ReferenceStrings`.
     resident
-        Of each number whether it is held nearer than in the cache and never asked for here. Default: none is.
+        Per number: it is in a resident set, so the cache receives no request for it. Default: none is.
     """
-    turns = [number for clusters in frusta for turn in zip_longest(*(cluster.tolist() for cluster in clusters))
-             for number in turn if number is not None]
-    string = np.array(turns, dtype=np.int64)
+    numbers = [number for clusters in frusta for one in zip_longest(*(cluster.tolist() for cluster in clusters))
+             for number in one if number is not None]
+    string = np.array(numbers, dtype=np.int64)
     return string if resident is None else string[~np.asarray(resident, dtype=bool)[string]]

@@ -8,14 +8,14 @@ __all__ = ["SetPlacement"]
 
 
 class SetPlacement:
-    """Line ``way sets + key mod sets``; a set forgets what it has used least recently.
+    """Line ``way sets + key mod sets``; a set evicts its least recently used key.
 
     With one way this is direct placement. Lines are filled in the order of their ways.
 
     Parameters
     ----------
     sets, ways
-        Powers of two.
+        Sets, and lines of a set: powers of two.
     """
 
     def __init__(self, *, sets: int, ways: int):
@@ -27,7 +27,7 @@ class SetPlacement:
 
     def clear(self) -> None:
         """Empty all lines."""
-        # Of each set the keys, used least recently first, and their ways.
+        # Per set: ways by key, least recently used first.
         self._used = [{} for _ in range(self._sets)]
 
     def access(self, keys) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -35,8 +35,8 @@ class SetPlacement:
         keys = np.asarray(keys, dtype=np.int64).tolist()
         hit, line, victim = np.zeros(len(keys), dtype=bool), np.empty(len(keys), np.int64), np.full(len(keys), -1)
         for number, key in enumerate(keys):
-            place = key % self._sets
-            used = self._used[place]
+            index = key % self._sets
+            used = self._used[index]
             way = used.pop(key, None)
             hit[number] = way is not None
             if way is None:
@@ -45,5 +45,5 @@ class SetPlacement:
                     victim[number] = oldest = next(iter(used))
                     way = used.pop(oldest)
             used[key] = way
-            line[number] = way * self._sets + place
+            line[number] = way * self._sets + index
         return hit, line, victim

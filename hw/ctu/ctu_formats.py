@@ -5,7 +5,7 @@ from amaranth.lib import enum
 from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
-from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, PLACE_FRACTION, RECIPROCAL_BITS
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, POSITION_FRACTION, RECIPROCAL_BITS
 from golden.ctu.grid_rays import INDEX_FRACTION
 from hw.formats import Formats
 
@@ -69,7 +69,7 @@ class CtuFormats(Formats):
     def __init__(self, config: Config):
         super().__init__(config)
         self.grid_direction = signed(RECIPROCAL_BITS + 1)
-        self.place = signed(INDEX_BITS + PLACE_FRACTION)
+        self.place = signed(INDEX_BITS + POSITION_FRACTION)
         self.grid_index = signed(INDEX_BITS)
         self.grid_count = unsigned(GRID_COUNT_BITS)
         self.parameter = unsigned(PARAMETER_BITS)

@@ -11,7 +11,7 @@ from golden.ctu.cell_traversal import (
     GUARD,
     NEVER,
     PARAMETER_BITS,
-    PLACE_FRACTION,
+    POSITION_FRACTION,
     RECIPROCAL_BITS,
     ROW_BITS,
     reciprocal_table,
@@ -81,15 +81,16 @@ class TraversalStart(wiring.Component):
             down = pipeline.combine(lambda value: value[-1], direction)
             still = pipeline.combine(lambda value: ~value.any(), direction)
             distance = pipeline.register(
-                lambda up, within: Mux(up, (1 << PLACE_FRACTION) - within, within)[:PLACE_FRACTION + 1], up, within)
+                lambda up, within: Mux(up, (1 << POSITION_FRACTION) - within, within)[:POSITION_FRACTION + 1],
+                up, within)
             shift = pipeline.register(lambda by: (RECIPROCAL_BITS + 3 - by)[:5], by)
             low = pipeline.combine(lambda value: value[:LIMB], lacking)
             high = pipeline.combine(lambda value: Cat(value[LIMB:], 0).as_signed(), lacking)
             product = self._product(low, distance)
             more = small_product(pipeline, high, pipeline.combine(lambda value: Cat(value, 0).as_signed(), distance))
-            whole = pipeline.register(lambda a, b: (a + (b << LIMB))[:RECIPROCAL_BITS + PLACE_FRACTION + 2], product,
+            whole = pipeline.register(lambda a, b: (a + (b << LIMB))[:RECIPROCAL_BITS + POSITION_FRACTION + 2], product,
                                       more)
-            wide = pipeline.combine(lambda value: Cat(Const(0, PLACE_FRACTION), value), lacking)
+            wide = pipeline.combine(lambda value: Cat(Const(0, POSITION_FRACTION), value), lacking)
             for name, value in (("next", whole), ("between", wide)):
                 pipeline.output(walk[name][axis], self._parameter(value, shift, still))
             pipeline.output(walk.index[axis], index)
@@ -129,10 +130,10 @@ class TraversalStart(wiring.Component):
         way = pipeline.register(lambda upper, third: (upper + (third << LIMB - half)) >> FRACTION - half, upper, third)
         place = pipeline.register(lambda way: origin + way, way)
         width = len(self.o.payload.walk.index[0])
-        index = pipeline.combine(lambda place: place[PLACE_FRACTION:PLACE_FRACTION + width].as_signed(), place)
-        rest = pipeline.combine(lambda place: place[PLACE_FRACTION + width - 1:], place)
+        index = pipeline.combine(lambda place: place[POSITION_FRACTION:POSITION_FRACTION + width].as_signed(), place)
+        rest = pipeline.combine(lambda place: place[POSITION_FRACTION + width - 1:], place)
         far = pipeline.register(lambda rest: rest.any() & ~rest.all(), rest)
-        return index, pipeline.combine(lambda place: place[:PLACE_FRACTION], place), far
+        return index, pipeline.combine(lambda place: place[:POSITION_FRACTION], place), far
 
     def _mantissa(self, direction):
         """Of the reciprocal, and by how much the magnitude was shifted to the left for it."""

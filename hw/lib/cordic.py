@@ -3,7 +3,7 @@
 from amaranth.hdl import Array, Const, Mux
 
 from golden.config import Icu
-from golden.cordic import turns
+from golden.cordic import rotations
 from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline, Staged
 
@@ -39,7 +39,7 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Staged, icu: Icu
     Golden counterpart: `golden.cordic.circular`, `golden.cordic.linear`.
     """
     bits, stages = accumulator_bits(icu), icu.cordic_stages
-    circular = Array(Const(int(turn), bits) for turn in [*turns(icu), 0])
+    circular = Array(Const(int(turn), bits) for turn in [*rotations(icu), 0])
     quotient = Array(Const(step, bits) for step in [0, *(1 << stages - k for k in range(1, stages + 1))])
 
     def forward(value, behind):

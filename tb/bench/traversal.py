@@ -47,8 +47,8 @@ class Rates:
     looks: int
 
     def cycles(self, work, pipelines: int) -> int:
-        """Of a stage, or of all of them: ``looked_at``, ``grid_rays`` and ``turns`` of ``work``."""
-        return max(-(-work.looked_at // self.looks), self.issue * work.grid_rays, -(-work.turns // pipelines))
+        """Of a stage, or of all of them: ``scanned``, ``grid_rays`` and ``passes`` of ``work``."""
+        return max(-(-work.scanned // self.looks), self.issue * work.grid_rays, -(-work.passes // pipelines))
 
 
 SLOW, FAST, FASTER = Rates(issue=2, looks=1), Rates(issue=1, looks=4), Rates(issue=1, looks=8)
@@ -124,8 +124,8 @@ def owned(place: Place, record, sections: tuple[Sector, ...]) -> tuple[np.ndarra
             of = owner[row[:, None], rays.column_position >> INDEX_FRACTION][going]
             begin, end = unit.borders(stage.shell)
             table = place.shelling.table
-            walk = Traversal(table.place(record.origin), global_directions(rays.direction[going], record), begin=begin,
-                             end=end, shape=table.shape)
+            walk = Traversal(table.position(record.origin), global_directions(rays.direction[going], record),
+                             begin=begin, end=end, shape=table.shape)
             sent += np.bincount(of, minlength=len(sections))
             # A ray that never comes to the grid takes a turn too.
             turns += np.bincount(np.delete(of, walk.ray), minlength=len(sections))
@@ -155,8 +155,8 @@ def balance(name: str, place: Place) -> list[str]:
             return np.array([max(map(cycles, counts)) for counts in casts])
 
         icu = worst(patch_cycles)
-        turns = worst(lambda one: one.turns)
-        parts = [worst(lambda one: one.looked_at), worst(lambda one: 2 * one.grid_rays), -(-turns // pipelines), turns]
+        turns = worst(lambda one: one.passes)
+        parts = [worst(lambda one: one.scanned), worst(lambda one: 2 * one.grid_rays), -(-turns // pipelines), turns]
         designs = [worst(lambda one, rates=rates, lanes=lanes: rates.cycles(one, lanes)) for rates, lanes in (
             (SLOW_BLIND, pipelines), (SLOW, pipelines), (FAST, pipelines), (FASTER, pipelines), (FASTER, 1))]
         sent, owned_turns = (np.mean([one.max() for one in each]) for each in zip(

@@ -124,7 +124,7 @@ def test_tables_and_numbers(given):
     payload.pop("tiles_across")
     assert {name: numbers["numbers"][name] for name in payload} == payload
     assert numbers["numbers"]["to_global"] == record.to_global.tolist()
-    assert numbers["numbers"]["place"] == made.shelling.table.place(record.origin).tolist()
+    assert numbers["numbers"]["place"] == made.shelling.table.position(record.origin).tolist()
     assert numbers["numbers"]["cells"] == made.shelling.table.shape.tolist()
     assert (numbers["last_shell"], numbers["near_cells"], numbers["subshells"]) == (
         unit.last_shell, len(near), len(listed))

@@ -9,7 +9,7 @@ import pytest
 from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.ctu.cell_traversal import NEVER, PLACE_FRACTION
+from golden.ctu.cell_traversal import NEVER, POSITION_FRACTION
 from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
@@ -29,7 +29,7 @@ from tb.lib.timing import documented_latency
 MODULE = "tb.ctu.test_cell_traversal"
 TAG = 12
 RAYS = 120
-ONE = 1 << PLACE_FRACTION
+ONE = 1 << POSITION_FRACTION
 
 
 class Case:
@@ -246,13 +246,13 @@ async def rays_of_a_scene(dut):
         direction = global_directions(place.rays[shell].direction.reshape(-1, 3)[rays], record.record)
         items += [{"tag": shell, "direction": way, "begin": begin, "length": end - begin} for way in direction.tolist()]
     table = record.shelling.table
-    await bench.prepare(SimpleNamespace(ports={"origin": table.place(record.record.origin).tolist(),
+    await bench.prepare(SimpleNamespace(ports={"origin": table.position(record.record.origin).tolist(),
                                                "shape": table.shape.tolist()}))
     await bench.source.send([pack(bench._in, item) for item in items])
     await ClockCycles(dut.clk, 200)
     came, cycles = [unpack(bench._out, item) for item in bench.sink.items], bench.sink.cycles
     assert sum(item["last"] for item in came) == len(items)
-    assert len(came) == sum(played.stage.turns for played in one.played)
+    assert len(came) == sum(played.stage.passes for played in one.played)
     got = Counter((item["tag"], item["cell"]) for item in came if item["is_cell"])
     assert got == Counter((played.stage.shell, cell) for played in one.played[1:]
                           for cell in played.stage.cells.tolist())

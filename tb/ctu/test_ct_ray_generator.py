@@ -136,7 +136,7 @@ def test_rays_of_scenes(scene, cell, clusters):
         stages = RecordStages(place, number, CONFIG)
         asked = stages.asked()
         # Golden leaves out stages in which nothing may change.
-        assert {stage: asked.get(stage, 0) for stage in stages.looked_at} == stages.looked_at
+        assert {stage: asked.get(stage, 0) for stage in stages.scanned} == stages.scanned
         came, _, _ = run(make(CONFIG), stages)
         check(came, stages)
 

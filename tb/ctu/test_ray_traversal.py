@@ -196,7 +196,7 @@ async def a_step_per_cycle(dut):
     busy = counters["steps"] / counters["cycles"]
     cocotb.log.info("busy %.3f, %.3f rays per cycle: %s", busy, counters["rays"] / counters["cycles"], counters)
     assert counters["rays"] == sum(one.stage.grid_rays for one in played)
-    assert counters["steps"] == sum(one.stage.turns for one in played)
+    assert counters["steps"] == sum(one.stage.passes for one in played)
     assert busy >= given["busy"], f"a step in only {busy:.3f} of the cycles"
 
 

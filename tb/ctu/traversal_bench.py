@@ -48,7 +48,7 @@ class Place:
         self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
         self.frustum = pack(formats.traversal_frustum, {
             "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),
-            "place": shelling.table.place(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
+            "place": shelling.table.position(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
         near = traversal.open(1, None).tolist()
         self.near = [pack(formats.near_cell, {"cell": cell, "is_cell": 1, "last": k == len(near) - 1})
                      for k, cell in enumerate(near)] or [pack(formats.near_cell, {"last": 1})]
@@ -288,7 +288,7 @@ class Intersection:
         opened = self._cells.first(cells)
         found = self._patches.first(table.patches.read(table.entries(opened)))
         if len(found):
-            stage = Stage(subshell=0, shell=2, window=None, looked_at=0, grid_rays=0, cell_steps=0, turns=0,
+            stage = Stage(subshell=0, shell=2, window=None, scanned=0, grid_rays=0, cell_steps=0, passes=0,
                           cells=cells, opened=opened, found=found)
             self.tests.run(stage, self._place.sector, self._counts)
             self._show()

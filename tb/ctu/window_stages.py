@@ -154,7 +154,7 @@ class RecordStages(WindowStages):
         listed = [(window, int(shell), False) for window, shell in zip(windows, played.subshells.shell, strict=True)]
         self._give([*listed, ((0, 0, 0, 0), 0, True)])
         # Of golden's stages how many rays were asked for.
-        self.looked_at = {(one.stage.subshell, one.stage.shell): one.stage.looked_at for one in played.played
+        self.scanned = {(one.stage.subshell, one.stage.shell): one.stage.scanned for one in played.played
                           if one.stage.shell > 1}
 
     def asked(self) -> dict[tuple[int, int], int]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PLACE_FRACTION, Traversal
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, POSITION_FRACTION, Traversal
 from golden.ctu.grid_rays import FRACTION
 from golden.fixed import signed, unsigned
 from golden.stimulus.block import Block, Field, hard_first, padded
@@ -15,8 +15,8 @@ PAPER_PLACES, PAPER_DIRECTIONS = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.5]], [[3, 2, 1]
 
 
 def _fields(config):
-    parameter = unsigned(BEGIN_BITS - PLACE_FRACTION, PLACE_FRACTION)
-    return [Field("place", signed(INDEX_BITS - 1, PLACE_FRACTION), "origin in cells, from the grid's lower corner",
+    parameter = unsigned(BEGIN_BITS - POSITION_FRACTION, POSITION_FRACTION)
+    return [Field("place", signed(INDEX_BITS - 1, POSITION_FRACTION), "origin in cells, from the grid's lower corner",
                   constant=True),
             Field("shape", unsigned(10, 0), "cells along x, y and z", constant=True),
             Field("begin", parameter, "parameter at which the shell begins", constant=True),
@@ -26,7 +26,7 @@ def _fields(config):
 
 
 def _draw(random, count, config):
-    one, shape = 1 << PLACE_FRACTION, random.integers(6, 12, 3)
+    one, shape = 1 << POSITION_FRACTION, random.integers(6, 12, 3)
     inside = random.integers(one * shape)
     # Inside a cell, on its corner, on its edge or face, on the grid's border, outside the grid.
     kind = int(random.integers(7))
@@ -41,8 +41,8 @@ def _draw(random, count, config):
     direction = hard_first(direction, np.concatenate([PAPER_DIRECTIONS, hard]))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     # Of a wide screen parameters are longer than ways.
-    stretch = 6 if kind > 4 else [1, random.uniform(1, 12)][random.integers(2)]
-    begin, end = (int(border * stretch * one) for border in (shell - 1, shell))
+    slope_scale = 6 if kind > 4 else [1, random.uniform(1, 12)][random.integers(2)]
+    begin, end = (int(border * slope_scale * one) for border in (shell - 1, shell))
     return {"place": place, "shape": shape, "begin": np.array(begin), "end": np.array(end),
             "direction": signed(1, FRACTION).encode(direction, "direction")}
 

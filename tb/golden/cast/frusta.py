@@ -117,7 +117,7 @@ def speckled_frustum(seed: int) -> RandomFrustum:
         camera = Camera(eye=tuple(origin), target=tuple(origin + normal), up=(0.3, 0.5, 0.7),
                         fov=float(random.choice([20, 60, 100])))
         record = screen_record(Screen(camera=camera, width=24, height=16), coordinates)
-    local = record.all_directions() * ([*record.half_angles, record.stretch] if record.is_screen else 1)
+    local = record.all_directions() * ([*record.half_angles, record.slope_scale] if record.is_screen else 1)
     direction = (local @ record.to_global.T).astype(np.float64)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     with np.errstate(divide="ignore"):

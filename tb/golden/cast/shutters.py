@@ -8,7 +8,7 @@ nearer one.
 
 import numpy as np
 
-from golden.ctu.cell_traversal import PLACE_FRACTION, Traversal
+from golden.ctu.cell_traversal import POSITION_FRACTION, Traversal
 from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import CellTraversalUnit
 from golden.frustum import FrustumRecord
@@ -92,8 +92,8 @@ def late_entries(record: FrustumRecord, table: CellTable, ray: int, *, shells: i
 def _stays(record, table, ray):
     """Cells along one ray with the distances at which it enters and leaves each."""
     along = record.all_directions()[ray] @ record.to_global.T / 2.0**(2 * FRACTION)
-    walk = Traversal(table.place(record.origin), np.rint(along * 2.0**FRACTION).astype(np.int64)[None], begin=0,
-                     end=4 * CELLS << PLACE_FRACTION, shape=table.shape)
+    walk = Traversal(table.position(record.origin), np.rint(along * 2.0**FRACTION).astype(np.int64)[None], begin=0,
+                     end=4 * CELLS << POSITION_FRACTION, shape=table.shape)
     while len(walk.ray):
         low = table.lower + walk.index[0] * table.cell - record.origin
         with np.errstate(divide="ignore"):

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from golden.ctu.cell_traversal import PLACE_FRACTION, RECIPROCAL_BITS, Traversal, reciprocal
+from golden.ctu.cell_traversal import POSITION_FRACTION, RECIPROCAL_BITS, Traversal, reciprocal
 from golden.ctu.grid_rays import FRACTION
 
 ONE = 1 << FRACTION
-CELL = 1 << PLACE_FRACTION
+CELL = 1 << POSITION_FRACTION
 # What rounding may move a place by.
 WITHIN = CELL >> 11
 

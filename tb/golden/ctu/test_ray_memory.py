@@ -7,8 +7,8 @@ from golden.ctu.ray_memory import RayMemory
 
 def test_a_present_ray_leaves_once_per_shell():
     memory = RayMemory(4, deferred=4)
-    leaving, looked_at = memory.request(np.array([2, 0]), subshell=0, shell=2)
-    assert (leaving.tolist(), looked_at) == ([2, 0], 2)
+    leaving, scanned = memory.request(np.array([2, 0]), subshell=0, shell=2)
+    assert (leaving.tolist(), scanned) == ([2, 0], 2)
     memory.complete(leaving)
     assert memory.request(np.array([0, 1, 2]), subshell=1, shell=2)[0].tolist() == [1]
 
@@ -16,8 +16,8 @@ def test_a_present_ray_leaves_once_per_shell():
 def test_the_same_request_is_passed_over_also_while_the_ray_is_away():
     memory = RayMemory(1, deferred=1)
     memory.request(np.array([0]), subshell=0, shell=3)
-    leaving, looked_at = memory.request(np.array([0]), subshell=1, shell=3)
-    assert (leaving.tolist(), looked_at, memory.waiting) == ([], 1, [])
+    leaving, scanned = memory.request(np.array([0]), subshell=1, shell=3)
+    assert (leaving.tolist(), scanned, memory.waiting) == ([], 1, [])
 
 
 def test_a_request_for_an_absent_ray_waits_and_is_released_once():
@@ -44,12 +44,12 @@ def test_of_two_waiting_requests_for_one_version_the_later_is_passed_over():
 def test_a_full_store_stalls_the_subshell_where_it_stands():
     memory = RayMemory(5, deferred=1)
     memory.request(np.array([1, 3]), subshell=0, shell=2)
-    leaving, looked_at = memory.request(np.array([0, 1, 2, 3, 4]), subshell=1, shell=3)
-    assert (leaving.tolist(), looked_at) == ([0, 2], 3)
+    leaving, scanned = memory.request(np.array([0, 1, 2, 3, 4]), subshell=1, shell=3)
+    assert (leaving.tolist(), scanned) == ([0, 2], 3)
     assert memory.waiting == [(1, 1, 3)]
     assert memory.complete(np.array([1, 3])) == [(1, 1, 3)]
-    leaving, looked_at = memory.request(np.array([3, 4]), subshell=1, shell=3)
-    assert (leaving.tolist(), looked_at) == ([3, 4], 2)
+    leaving, scanned = memory.request(np.array([3, 4]), subshell=1, shell=3)
+    assert (leaving.tolist(), scanned) == ([3, 4], 2)
 
 
 def test_random_traffic_sends_each_slot_once_per_shell_and_never_two_copies():

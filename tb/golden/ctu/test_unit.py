@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden.config import Config
-from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, NEVER, PLACE_FRACTION
+from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, NEVER, POSITION_FRACTION
 from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
 from golden.ctu.unit import CellTraversalUnit, global_directions
 from golden.errors import InputError
@@ -39,7 +39,7 @@ RECORDS = {"hemisphere": lambda: hemisphere_record(Hemisphere(256, 64), COORDINA
 def test_tables_directions_and_shells_fit_their_formats(kind):
     record = RECORDS[kind]()
     unit = CellTraversalUnit(record, TABLE)
-    signed(INDEX_BITS - 1, PLACE_FRACTION).check(TABLE.place(record.origin), "place")
+    signed(INDEX_BITS - 1, POSITION_FRACTION).check(TABLE.position(record.origin), "place")
     begins = []
     for shell in range(2, min(unit.last_shell, 24) + 1):
         rays = unit.rays(shell)
@@ -67,5 +67,5 @@ def test_thresholds_fall_from_shell_to_shell():
 
 
 def test_a_view_too_wide_for_the_parameters_is_refused():
-    with pytest.raises(InputError, match="take a narrower view or larger cells"):
+    with pytest.raises(InputError, match="use a narrower view or larger cells"):
         CellTraversalUnit(screen(179.99), TABLE)

@@ -35,7 +35,13 @@ def test_directions_are_at_the_cell_centres_in_the_stated_order():
     assert (hemisphere.weights.reshape(4, 8) == hemisphere.polar_weights[:, None]).all()
 
 
-@pytest.mark.parametrize("rays", [(3, 4), (4, 0), (2, 4), (4, 8192), (1000, 256), (-4, 4), (4.0, 4), ("8", 4)])
+@pytest.mark.parametrize("rays", [(3, 4), (4, 0), (2, 4), (4, 8192), (1000, 256), (-4, 4)])
 def test_hemisphere_refuses_grids_the_machine_does_not_have(rays):
     with pytest.raises(InputError, match="must be a power of two from 4 to 4096, not "):
+        Hemisphere(*rays)
+
+
+@pytest.mark.parametrize("rays", [(4.0, 4), ("8", 4), (4, True)])
+def test_a_hemisphere_of_no_whole_rays_is_a_programming_error(rays):
+    with pytest.raises(TypeError, match=r"hemisphere: (Azimuths|Polars) must be an int, not "):
         Hemisphere(*rays)

@@ -55,15 +55,15 @@ def test_screen_rays_are_those_of_the_camera(coordinates, width, height, fov):
 
 
 @pytest.mark.parametrize("fov", [1, 40, 90, 150])
-def test_grid_rays_of_a_screen_have_slopes_over_its_stretch(coordinates, fov):
+def test_grid_rays_of_a_screen_have_scaled_slopes(coordinates, fov):
     screen, record = view(coordinates, 96, 64, fov)
     half = np.tan(np.radians(fov) / 2)
     assert record.slopes == pytest.approx((1.5 * half, half))
-    assert record.stretch == pytest.approx(1.125 * max(1, 1.5 * half))
+    assert record.slope_scale == pytest.approx(1.125 * max(1, 1.5 * half))
     local = np.stack([screen.rays().direction @ axis for axis in screen.camera.axes * [[1], [-1], [1]]], axis=1)
-    given = local / [record.stretch, record.stretch, 1]
-    assert np.abs(given @ (record.to_global * UNIT).T * record.stretch - screen.rays().direction).max() \
-        <= 2 * UNIT * record.stretch
+    given = local / [record.slope_scale, record.slope_scale, 1]
+    assert np.abs(given @ (record.to_global * UNIT).T * record.slope_scale - screen.rays().direction).max() \
+        <= 2 * UNIT * record.slope_scale
 
 
 def test_the_largest_row_of_a_screens_matrix_is_of_unit_length(coordinates):

@@ -28,7 +28,13 @@ def test_screen_offsets_move_right_and_down_by_pixels(screen):
     np.testing.assert_allclose(directions, [(-1, 1, 0.5), (-0.75, 1, 0.25), (-0.875, 1, 0)], atol=1e-15)
 
 
-@pytest.mark.parametrize("size", [(0, 4), (4, -1), (65537, 4), (4, 4.5)])
+@pytest.mark.parametrize("size", [(0, 4), (4, -1), (65537, 4)])
 def test_screen_refuses_absurd_sizes(size):
     with pytest.raises(InputError, match="must be 1 to 65536 pixels, not "):
+        Screen(camera=Camera(eye=(0, 0, 0), target=(0, 1, 0)), width=size[0], height=size[1])
+
+
+@pytest.mark.parametrize("size", [(4, 4.5), ("4", 4), (4, True)])
+def test_a_screen_of_no_whole_pixels_is_a_programming_error(size):
+    with pytest.raises(TypeError, match=r"screen: (Width|Height) must be an int, not "):
         Screen(camera=Camera(eye=(0, 0, 0), target=(0, 1, 0)), width=size[0], height=size[1])

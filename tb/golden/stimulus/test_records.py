@@ -39,5 +39,5 @@ def test_there_are_subshells_and_rays_that_settle():
     (part,) = made.sectors
     assert part.played[-1].stage.subshell == len(part.subshells)
     assert len({played.stage.subshell for played in part.played}) > 5
-    assert any(played.stage.grid_rays < played.stage.looked_at for played in part.played)
+    assert any(played.stage.grid_rays < played.stage.scanned for played in part.played)
     assert np.diff([played.codes.sum() for played in part.played]).min() >= 0
