@@ -46,15 +46,16 @@ def prose_of_python(text: str) -> list[tuple[int, str]]:
     return found
 
 
-def prose_of_markdown(text: str) -> str:
-    """A page without its code blocks, code spans, links' targets and HTML; as many lines as before."""
+def prose_of_markdown(text: str, *, spans: bool = False) -> str:
+    """A page without code blocks, links' targets and HTML, with or without code spans; as many lines as before."""
     def blank(match):
         return "\n" * match[0].count("\n")
 
     text = re.sub(r"^( *)(`{3,}|~{3,})[^\n]*\n.*?^\1\2[^\n]*$", blank, text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"<!--.*?-->", blank, text, flags=re.DOTALL)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
-    return re.sub(r"<[^>\n]+>|`[^`\n]*`", "", text)
+    text = re.sub(r"<[^>\n]+>", "", text)
+    return text.replace("`", "") if spans else re.sub(r"`[^`\n]*`", "", text)
 
 
 def prose_of(path: Path) -> list[tuple[int, str]]:

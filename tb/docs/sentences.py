@@ -13,7 +13,7 @@ __all__ = ["main", "sample", "sentences"]
 def sentences(text: str) -> list[str]:
     """The sentences of a page: of paragraphs and items of lists, not of headings and tables."""
     found = []
-    for block in re.split(r"\n\s*\n|\n(?=\s*(?:[*-]|\d+\.) )", prose_of_markdown(text)):
+    for block in re.split(r"\n\s*\n|\n(?=\s*(?:[*-]|\d+\.) )", prose_of_markdown(text, spans=True)):
         lines = [line.strip() for line in block.splitlines() if not line.lstrip().startswith(("|", "#"))]
         words = re.sub(r"^(?:[*-]|\d+\.) ", "", re.sub(r"\*+", "", " ".join(filter(None, lines))))
         found += [part.strip() for part in re.split(r"(?<=[.!?:])\s+(?=[A-Z(])", words) if len(part.split()) > 3]

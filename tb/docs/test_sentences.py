@@ -10,7 +10,7 @@ SEED = 22
 def test_sentences_of_a_page():
     text = ("# Heading\n\nThis is one idea. And this is\nanother one: `x`.\n\n| a | b |\n|---|---|\n\n"
             "* An item of five words\n1. And a second item\n")
-    assert sentences(text) == ["This is one idea.", "And this is another one: .", "An item of five words",
+    assert sentences(text) == ["This is one idea.", "And this is another one: x.", "An item of five words",
                                "And a second item"]
 
 
