@@ -67,7 +67,7 @@ def dot(structure: Structure, *, page_of: Callable[[type], str | None] = lambda 
 def draw(text: str) -> str:
     """SVG of `dot`.
 
-    Errors
+    Raises
     ------
     RuntimeError
         It cannot be drawn.

@@ -28,7 +28,7 @@ UP = "@UP@"
 # Longer lists of fields are cut down to what is outermost.
 LONG = 12
 # Sections of a docstring that define things.
-SECTIONS = ("Parameters", "Members", "Raises", "Errors", "Returns")
+SECTIONS = ("Parameters", "Members", "Raises", "Returns")
 
 
 class Reference:

@@ -35,7 +35,7 @@ class _Collector:
 def collected(*paths: str) -> list[pytest.Function]:
     """The tests of files or folders, of all if there are none.
 
-    Errors
+    Raises
     ------
     RuntimeError
         One of them cannot be read.
