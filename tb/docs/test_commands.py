@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from itertools import pairwise
 
 import click
 import pytest
@@ -14,6 +15,7 @@ from click.testing import CliRunner
 import golden.cli
 import hw.cli
 import radiosity.cli
+from golden.config import PRESETS
 from hw.history import last_records, read_history
 from tb.docs.language import ROOT
 from tb.docs.page_commands import Command, commands_of, missing_rows, pages, tables_of
@@ -160,6 +162,12 @@ def test_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
 def test_slow_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     check(selected(page, slow=True), tmp_path)
+
+
+@pytest.mark.parametrize("command", [one for one in COMMANDS if "-P" in one.words and one.is_complete], ids=str)
+def test_parameters_of_commands_exist(command):
+    given = [word for option, word in pairwise(command.words) if option == "-P"]
+    assert PRESETS["small"].with_parameters(given)
 
 
 TABLES = [(page, words, rows) for page in PAGES for words, rows in tables_of(page.read_text()).items()]
