@@ -300,12 +300,12 @@ class Host:
             regions[name] = np.frombuffer(data, dtype=before.dtype)
         return MemoryImage({**image.regions, **regions})
 
-    async def counters(self) -> list[dict[str, int]]:
-        """`hw.cluster.COUNTERS` of each cluster."""
+    async def counters(self, names: Iterable[str] = COUNTERS) -> list[dict[str, int]]:
+        """Counters of each cluster, of `hw.cluster.COUNTERS`."""
         found = []
         for cluster in range(self._config.noc.nodes):
             first = COUNTERS_BASE + WORD_BYTES * (cluster << COUNTER_BITS)
-            found.append({name: await self._port.read(first + WORD_BYTES * k) for k, name in enumerate(COUNTERS)})
+            found.append({name: await self._port.read(first + WORD_BYTES * COUNTERS.index(name)) for name in names})
         return found
 
     async def stop(self, *, timeout: int = 1 << 20) -> None:

@@ -2,7 +2,11 @@
 
 import json
 import os
-from collections.abc import Callable
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from golden.config import Config
@@ -12,7 +16,7 @@ from hw.engine import CLUSTER, Engine
 from hw.export import verilog_of
 from hw.simulator.build_folder import build_folder, content_key, keep_newest
 
-__all__ = ["cluster_verilog", "engine_verilog", "top_verilog"]
+__all__ = ["cluster_verilog", "engine_verilog", "export_beside", "top_verilog"]
 
 _ROOT = Path(__file__).parents[2]
 
@@ -27,10 +31,14 @@ def _sources() -> str:
 _SOURCES = _sources()
 
 
+def _path(name: str, config: Config) -> Path:
+    key = content_key(_SOURCES, json.dumps(config.parameters(), sort_keys=True))
+    return build_folder() / "verilog" / f"{name}-{key}.v"
+
+
 def _exported(name: str, config: Config, export: Callable[[Config], str]) -> str:
     """The text from a file if the same sources have exported it before."""
-    key = content_key(_SOURCES, json.dumps(config.parameters(), sort_keys=True))
-    path = build_folder() / "verilog" / f"{name}-{key}.v"
+    path = _path(name, config)
     if not path.exists():
         text = export(config)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -52,6 +60,32 @@ def cluster_verilog(config: Config) -> str:
                      lambda config: verilog_of(Cluster(config=config), CLUSTER))
 
 
+@contextmanager
+def export_beside(config: Config) -> Iterator[None]:
+    """Export `top_verilog` in another process while the block exports `cluster_verilog`, unless it is there.
+
+    Raises
+    ------
+    RuntimeError
+        The other process fails; its message is on stderr.
+    """
+    if _path("top", config).exists():
+        yield
+        return
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(_ROOT), os.environ.get("PYTHONPATH", "")])}
+    with subprocess.Popen([sys.executable, "-W", "ignore", "-m", __name__], stdin=subprocess.PIPE,
+                          env=environment) as other:
+        other.stdin.write(pickle.dumps(config))
+        other.stdin.close()
+        yield
+    if other.returncode:
+        raise RuntimeError("the export of the engine fails")
+
+
 def engine_verilog(config: Config) -> str:
     """The engine with its cluster."""
     return top_verilog(config) + cluster_verilog(config)
+
+
+if __name__ == "__main__":
+    top_verilog(pickle.loads(sys.stdin.buffer.read()))

@@ -12,6 +12,7 @@ from hw.host import LIVES, Host
 from hw.memsys.cache_policy import CachePolicy
 from hw.simulator.cast_result import SHARED_COUNTERS, CastResult
 from hw.simulator.simulated_port import SimulatedPort, complete
+from hw.simulator.utilization import SAMPLED
 
 __all__ = ["SAMPLE_CYCLES", "SimulatedMachine", "WaveformWindow"]
 
@@ -82,8 +83,8 @@ class SimulatedMachine:
         again
             The frustum is the one that was cast before: nothing is loaded.
         timeline
-            A list to which samples are appended: the cycle, and the counters of each cluster. The last sample is of
-            the end of the cast.
+            A list to which samples are appended: the cycle, and the counters `SAMPLED` of each cluster. The last
+            sample is of the end of the cast, with all counters.
         waves
             The signals to write; needs ``traced``.
 
@@ -107,7 +108,7 @@ class SimulatedMachine:
                 complete(self.port.wait(waves.cycles))
                 self.port.trace(None)
         while timeline is not None and complete(self._host.status())["casts"]:
-            timeline.append((self.port.cycles - loaded, complete(self._host.counters())))
+            timeline.append((self.port.cycles - loaded, complete(self._host.counters(SAMPLED))))
             complete(self.port.wait(SAMPLE_CYCLES))
         complete(self._host.finish("casts", timeout=1 << 26))
         cycles = complete(self._host.read("cycles"))
