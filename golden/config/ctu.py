@@ -30,6 +30,9 @@ class Ctu:
     subshell_bits
         A cluster's list has at most 2^b subshells; 4 to 14, or 0: there are no lists, and the whole sector is its last
         subshell.
+    subshell_barrier
+        1: a subshell begins when the subshell before it is over; 0: when the run-ahead depth allows its first shell.
+        Hardware only.
     shell_bits
         Shells have numbers below 2^b; 3 to 10. Hardware only.
     grid_row_bits, grid_column_bits
@@ -44,6 +47,7 @@ class Ctu:
     deferred: int = 32
     pyramid_levels: int = 2
     subshell_bits: int = 0
+    subshell_barrier: int = 0
     shell_bits: int = 6
     grid_row_bits: int = 11
     grid_column_bits: int = 13
@@ -51,7 +55,7 @@ class Ctu:
 
     def __post_init__(self):
         for name, low, high in (("pipelines", 0, 4), ("run_ahead", 0, 15), ("pyramid_levels", 1, 3),
-                                ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
+                                ("subshell_barrier", 0, 1), ("shell_bits", 3, 10), ("grid_row_bits", 6, 18),
                                 ("grid_column_bits", 6, 18), ("near_cell_bits", 5, 14)):
             check_range("ctu", name, getattr(self, name), low, high)
         if self.subshell_bits:

@@ -12,6 +12,12 @@ __all__ = ["PRESETS"]
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
 #   scenes with cells of 1/16 and larger.
 # paper: the size of the thesis' machine.
+# thesis: the machine as the thesis describes it, the baseline of every improvement. Each cluster explores a list of
+#   subshells (4.4.2.4), one after the other: a barrier after each subshell and none between its shells (5.2.4.1). Grid
+#   rays have presence bits, and requests for absent rays are deferred (Fig. 5.10). One traversal pipeline, and survival
+#   by the settle map's tiles alone. Resident sets are the patches that the low-density casting found (4.4.2.1). Caches
+#   are fully associative with LFU replacement (5.3.7). Eight clusters in a torus with separate networks for requests
+#   and replies (tables 6.2 and 6.3). Measured with cells of 0.5 and 0.0625.
 # large: the largest that still simulates.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
@@ -22,6 +28,11 @@ PRESETS = {
                     noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
     "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
                     noc=Noc(requests=16)),
+    "thesis": Config(ctu=Ctu(pipelines=1, ray_slots=1 << 11, run_ahead=15, pyramid_levels=1, subshell_bits=10,
+                             subshell_barrier=1),
+                     memsys=Memsys(cache_policy="lfu", cell_lines=64, patch_lines=64, resident_set="found",
+                                   own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
+                     noc=Noc(topology="torus", requests=16)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
                     memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
                                   bus_requests=16),

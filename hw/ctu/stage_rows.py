@@ -20,7 +20,8 @@ FIRST = 2
 class StageRows(wiring.Component):
     """Rows whose position is in the window and not more than ``row_border`` outside the sector.
 
-    A stage begins while not more than ``lead`` of those before it are under way.
+    A stage begins while at most ``run_ahead`` stages before it are in flight; with ``subshell_barrier`` the first stage
+    of a subshell begins when none is.
 
     Parameters
     ----------
@@ -52,8 +53,8 @@ class StageRows(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        formats, self._run_ahead = CtuFormats(config), config.ctu.run_ahead
-        self._formats = formats
+        formats = self._formats = CtuFormats(config)
+        self._run_ahead, self._barrier = config.ctu.run_ahead, config.ctu.subshell_barrier
         super().__init__({
             "i": In(stream.Signature(formats.subshell_window)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
@@ -92,8 +93,8 @@ class StageRows(wiring.Component):
             bound, reset_less=True)
         sector_low, sector_end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
         record = Signal(kept, reset_less=True)
-        under_way, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
-        m.d.sync += under_way.eq(under_way + starts - self.i_over.valid)
+        in_flight, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
+        m.d.sync += in_flight.eq(in_flight + starts - self.i_over.valid)
         window_end = whole(given.window.column_first + given.window.column_count)
         m.d.comb += read.addr.eq(shell)
         stage_over = self.o.ready & self.o.valid
@@ -122,7 +123,8 @@ class StageRows(wiring.Component):
                     m.next = "subshell"
                     with m.If(given.last):
                         m.next = "final"
-                with m.Elif(under_way <= self._run_ahead):
+                with m.Elif((in_flight == 0) | (in_flight <= self._run_ahead) & (
+                        (shell != FIRST) if self._barrier else 1)):
                     m.next = "record"
             with m.State("record"):
                 m.d.sync += record.eq(read.data)

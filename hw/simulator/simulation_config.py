@@ -5,7 +5,8 @@ from golden.noc.topology import grid_shape
 
 __all__ = ["SIMULATION_DEFAULTS", "simulation_config"]
 
-# Unless a run says otherwise: few rays, memories that are seldom cleared, and shells that do not wait for each other.
+# Unless a run says otherwise: few rays, memories that are seldom cleared, and shells that do not wait for each other:
+# at least this run-ahead depth.
 SIMULATION_DEFAULTS = {"icu.rays": 1 << 14, "icu.generation_bits": 8, "ctu.run_ahead": 6}
 
 
@@ -26,6 +27,8 @@ def simulation_config(config: Config, *, clusters: int, topology: str, given: tu
         The topology does not allow this number of clusters.
     """
     columns, rows = grid_shape(max(1, clusters))
-    defaults = SIMULATION_DEFAULTS | {"icu.rays": max(SIMULATION_DEFAULTS["icu.rays"], rays)}
+    defaults = SIMULATION_DEFAULTS | {
+        "icu.rays": max(SIMULATION_DEFAULTS["icu.rays"], rays),
+        "ctu.run_ahead": max(SIMULATION_DEFAULTS["ctu.run_ahead"], config.ctu.run_ahead)}
     changes = {name: value for name, value in defaults.items() if name not in given}
     return config.replace({**changes, "noc.topology": topology, "noc.columns": columns, "noc.rows": rows})

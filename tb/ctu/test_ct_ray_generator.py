@@ -55,14 +55,14 @@ def check(came, stages):
     assert len(came) == len(wanted)
 
 
-def run(component, stages, *, source="none", sink="none", over=0, run_ahead=15, seed=1):
+def run(component, stages, *, source="none", sink="none", over=0, run_ahead=15, barrier=False, seed=1):
     """What comes out in Amaranth's simulator, with the cycles, and the cycle of the first window.
 
     Parameters
     ----------
     over
         Cycles from the end of a stage at ``o`` to its end at ``i_over``.
-    run_ahead
+    run_ahead, barrier
         The component's.
     """
     stalls, stops = STALLS[source](seed), STALLS[sink](seed + 1)
@@ -86,7 +86,7 @@ def run(component, stages, *, source="none", sink="none", over=0, run_ahead=15, 
             ctx.set(component.i.valid, 0)
 
     async def take(ctx):
-        cycle, ends, under_way, most, begun = 0, [], 0, 0, set()
+        cycle, ends, under_way, most, begun, overlap = 0, [], 0, 0, set(), False
         while not (came and came[-1]["final"]):
             ctx.set(component.o.ready, not next(stops))
             ctx.set(component.i_over.valid, bool(ends and ends[0] <= cycle))
@@ -105,11 +105,14 @@ def run(component, stages, *, source="none", sink="none", over=0, run_ahead=15, 
                 cycles.append(cycle)
                 if not item["final"] and item["stage"] not in begun:
                     begun.add(item["stage"])
+                    assert not barrier or item["shell"] > 2 or not under_way, "a subshell must wait for the one before"
+                    overlap |= under_way > 0
                     under_way += 1
                     most = max(most, under_way)
                 if item["last"]:
                     begun.discard(item["stage"])
                     ends.append(cycle + over)
+        assert not barrier or overlap, "shells of a subshell must overlap"
         assert most <= run_ahead + 1, "a stage must not begin while too many are under way"
 
     simulator = Simulator(component)
@@ -146,6 +149,13 @@ def test_stages_wait_for_those_before(run_ahead):
     config = config_of({"ctu.run_ahead": run_ahead})
     stages = WindowStages("hemisphere", config, seed=9, sector=1, last_shell=4)
     came, _, _ = run(make(config), stages, over=60, run_ahead=run_ahead)
+    check(came, stages)
+
+
+def test_a_barrier_between_subshells():
+    config = config_of({"ctu.run_ahead": 15, "ctu.subshell_barrier": 1})
+    stages = WindowStages("hemisphere", config, seed=9, sector=1, last_shell=4)
+    came, _, _ = run(make(config), stages, over=60, barrier=True)
     check(came, stages)
 
 
