@@ -65,20 +65,13 @@ sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## rays per second against Embree, exactness and work of shelling, balance of clusters, network, caches, memory, frusta on the RTL, throughput beside Embree; tables in out/bench/
+bench: $(STAMP) ## all benchmarks (about an hour), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
-	$(BIN)/python -m tb.bench.casting
-	$(BIN)/python -m tb.bench.schedule
-	$(BIN)/python -m tb.bench.shelling
-	$(BIN)/python -m tb.bench.traversal
-	$(BIN)/python -m tb.bench.overlap
-	$(BIN)/python -m tb.bench.exactness
-	$(BIN)/python -m tb.bench.network
-	$(BIN)/python -m tb.bench.network_load
-	$(BIN)/python -m tb.bench.caches
-	$(BIN)/python -m tb.bench.main_memory
-	$(BIN)/python -m tb.bench.engine --clusters 1 --clusters 4
-	$(BIN)/python -m tb.bench.throughput --preset small
+	@for name in casting schedule shelling traversal exactness network network_load caches main_memory; do \
+	  $(BIN)/radiosity bench $$name || exit 1; \
+	done
+	$(BIN)/radiosity bench engine --clusters 1 --clusters 4
+	$(BIN)/radiosity bench throughput --preset small
 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done

@@ -159,7 +159,7 @@ def _strings(node, constants) -> list[str]:
 
 def _mutants() -> list[str]:
     if not MUTANTS.exists():
-        return ["Not run where this page was made: `python -m tb.bench.mutation BLOCK`."]
+        return ["Not run where this page was made: `python -m tb.mutation BLOCK`."]
     return re.sub(r"^#+ .*\n", "", MUTANTS.read_text(), flags=re.MULTILINE).splitlines()
 
 

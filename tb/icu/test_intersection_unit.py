@@ -14,7 +14,7 @@ from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import TOKENS, IntersectionUnit
-from tb.bench.viewpoints import hard_records
+from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.soups import soup
 from tb.icu.unit_bench import section_hits
 from tb.icu.unit_coverage import COVERAGE, CoveredBench

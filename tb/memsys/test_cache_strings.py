@@ -5,8 +5,8 @@ import pytest
 from golden.config import PRESETS
 from golden.frustum import Hemisphere
 from hw.memsys.cache_policy import CachePolicy
+from radiosity.benchmarks.cache_strings import SCENES, cast_strings
 from tb.memsys.cache_replay import replay
-from tb.memsys.cache_strings import SCENES, cast_strings
 
 POLICIES = [policy.name for policy in CachePolicy]
 

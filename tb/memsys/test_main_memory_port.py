@@ -1,9 +1,7 @@
 # amaranth: UnusedElaboratable=no
 
-import json
 import random
 from itertools import pairwise
-from pathlib import Path
 
 import cocotb
 import pytest
@@ -393,28 +391,6 @@ async def a_beat_per_cycle(dut):
         sent.stop()
         port.stop()
         bench.stop()
-
-
-@cocotb.test()
-async def rates(dut):
-    """Beats per cycle against the latency of memory, into a file."""
-    await start(dut, cycles=400_000)
-    found = {}
-    for cycles in options()["memory_latencies"]:
-        bench = Bench(dut)
-        port = ModelAtPort(dut, memory(bench, latency=cycles))
-        most = 1 << bench.config.memory.length_bits
-        count = 1 + options()["beats"] // most
-        await bench.send(bench.reads, [{"address": BASE + 0x1000, "length": most - 1, "tag": 0}] * count)
-        await bench.arrive(bench.replies, count * most)
-        taken = bench.replies.cycles
-        # The first beats come while nothing has been waited for yet. Then whole rounds of all slots.
-        middle, round_ = len(taken) // 2, bench.config.memory.outstanding * bench.config.memory.burst_beats
-        span = (len(taken) - 1 - middle) // round_ * round_
-        found[cycles] = span / (taken[middle + span] - taken[middle])
-        port.stop()
-        bench.stop()
-    Path(options()["rates"]).write_text(json.dumps(found))
 
 
 ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "silence",

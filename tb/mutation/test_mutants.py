@@ -7,9 +7,9 @@ import cocotb
 import pytest
 
 from hw.export import verilog_of
-from tb.bench import mutation
 from tb.lib.clocking import start
 from tb.lib.runner import Simulation
+from tb.mutation import score
 from tb.mutation.blocks import BLOCKS, Bench, bench_of
 from tb.mutation.mutants import make_mutants
 from tb.package.test_export import Rom
@@ -39,8 +39,8 @@ async def looks_at_nothing(dut):
 def test_mutants_that_nobody_looks_for_survive():
     text = verilog_of(Rom(), "top")
     nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
-    with mock.patch.object(mutation, "bench_of", return_value=nothing):
-        found = mutation.judge("rom", "rom", count=COUNT, seed=1, processes=2)
+    with mock.patch.object(score, "bench_of", return_value=nothing):
+        found = score.score("rom", "rom", count=COUNT, seed=1, processes=2)
     left = [*found["survivors"], *map(str, found["equivalent"])]
     assert sorted(left) == [str(number) for number in range(1, COUNT + 1)]
     # Were all of them the same as the component, nobody would have to look.

@@ -15,11 +15,11 @@ from golden.noc.routing import Routing, route
 from golden.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
+from radiosity.benchmarks.traffic import PATTERNS
 from tb.lib.runner import SIMULATORS
 from tb.lib.timing import documented_latency
 from tb.noc.packets import packets, pauses
 from tb.noc.replay import Words, replay, script
-from tb.noc.traffic import PATTERNS
 
 # Flits per node and cycle: queues that are empty now and then, and queues that are full.
 LOADS = (0.4, 1.0)

@@ -8,7 +8,7 @@ from golden.noc.delay import zero_load_latency
 from golden.noc.network import NEVER, Arrivals, Packets
 from golden.noc.routing import route
 from golden.noc.topology import Topology
-from tb.noc.traffic import PATTERNS, Window, bernoulli, bound, hot_node, measure, observed, pattern
+from radiosity.benchmarks.traffic import PATTERNS, Window, bernoulli, bound, hot_node, measure, observed, pattern
 
 SHAPES = [("mesh", 4, 4), ("mesh", 8, 8), ("torus", 5, 3), ("hypercube", 8, 4), ("ring", 7, 1)]
 

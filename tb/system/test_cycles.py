@@ -5,9 +5,9 @@ import json
 
 import pytest
 
-from tb.bench.cycles import BASELINE, FRUSTA, cycles_of
+from tb.system.cycles import BASELINE, FRUSTA, cycles_of
 
-# What a frustum may take more or less; where that is meant, `python -m tb.bench.cycles` writes the baseline anew.
+# What a frustum may take more or less; where that is meant, `python -m tb.system.cycles` writes the baseline anew.
 SHARE = 0.02
 
 
@@ -19,4 +19,4 @@ def test_cycles_stay(name):
     assert len(found) == len(expected)
     for now, before in zip(found, expected, strict=True):
         assert abs(now - before) <= SHARE * before, (
-            f"{name}: {found} cycles instead of {expected}; if that is meant: python -m tb.bench.cycles")
+            f"{name}: {found} cycles instead of {expected}; if that is meant: python -m tb.system.cycles")

@@ -6,8 +6,6 @@ import numpy as np
 
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling
-from golden.config import Config
-from golden.ctu.sector import Sector
 from golden.frustum import Hemisphere, Screen
 from golden.frustum.record import FrustumRecord, hemisphere_record, screen_record
 from golden.scene.builder import SceneBuilder
@@ -16,11 +14,11 @@ from golden.scene.g_coordinates import GCoordinates
 from golden.scene.material import Material
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
+from radiosity.benchmarks.viewpoints import CONFIG, halves, random_origin
 from tb.golden.soups import soup
 
 __all__ = ["CELLS", "CONFIG", "RandomFrustum", "halves", "random_frustum", "random_origin", "room", "speckled_frustum"]
 
-CONFIG = Config()
 # Cells along each side of the room of the specks, whose lower corner is (0, 0, 0) and whose cells have the side 1.
 CELLS = 16
 
@@ -63,42 +61,6 @@ def random_frustum(seed: int) -> RandomFrustum:
         width, height = random.integers(1, 48, 2)
         record = screen_record(Screen(camera=camera, width=int(width), height=int(height)), geometry.coordinates)
     return RandomFrustum(seed, geometry, record, cell)
-
-
-def random_origin(scene, random):
-    """Origin, normal and source surface: on a patch, at a vertex, next to an edge, or anywhere near the scene."""
-    patch = int(random.integers(len(scene)))
-    corners, kind = scene.vertices[patch], random.integers(4)
-    normal = random.normal(size=3)
-    if kind == 0:
-        weights = random.dirichlet(np.ones(4))
-        return weights @ corners, scene.normals[patch] * random.choice([-1, 1]), int(scene.surface[patch])
-    if kind == 1:
-        return corners[random.integers(4)], normal, -1
-    if kind == 2:
-        middle = random.random() * (corners[1] - corners[0]) + corners[0]
-        return middle + random.normal(size=3) * scene.size * 10.0**random.uniform(-6, -2), normal, -1
-    lower, upper = scene.bounds
-    return random.uniform(lower - 0.1 * scene.size, upper + 0.1 * scene.size), normal, -1
-
-
-def halves(record: FrustumRecord, parts: int) -> tuple[Sector, ...]:
-    """The frustum cut ``parts`` times (a power of two) by halves, across the longer side first."""
-    sectors = [Sector.whole(record)]
-    while len(sectors) < parts:
-        halves = []
-        for sector in sectors:
-            columns, rows = sector.end_column - sector.first_column, sector.end_row - sector.first_row
-            if columns >= rows:
-                middle = sector.first_column + columns // 2
-                halves += [Sector(sector.first_column, middle, sector.first_row, sector.end_row),
-                           Sector(middle, sector.end_column, sector.first_row, sector.end_row)]
-            else:
-                middle = sector.first_row + rows // 2
-                halves += [Sector(sector.first_column, sector.end_column, sector.first_row, middle),
-                           Sector(sector.first_column, sector.end_column, middle, sector.end_row)]
-        sectors = halves
-    return tuple(sectors)
 
 
 def speckled_frustum(seed: int) -> RandomFrustum:

@@ -5,7 +5,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.scene.builtin import builtin_scene
-from tb.golden.cast.embree import Embree
+from radiosity.benchmarks.embree import Embree
 from tb.golden.soups import random_rays
 
 # Single precision keeps coordinates to 2^-24 of the scene's size; a dozen operations on them lose some bits more.

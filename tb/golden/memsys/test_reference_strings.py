@@ -6,7 +6,7 @@ from golden.cast.shelling import Shelling
 from golden.ctu.sector import Sector
 from golden.memsys.reference_strings import ReferenceStrings
 from golden.scene.open import open_scene
-from tb.bench.viewpoints import hard_records
+from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.cast.frusta import CONFIG
 
 

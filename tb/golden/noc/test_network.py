@@ -8,8 +8,8 @@ from golden.noc.network import NEVER, Network, Packets
 from golden.noc.router import ARBITRATIONS, Routers
 from golden.noc.routing import classes_needed, route
 from golden.noc.topology import TOPOLOGIES, Topology
+from radiosity.benchmarks.traffic import PATTERNS
 from tb.noc.packets import packets, pauses
-from tb.noc.traffic import PATTERNS
 
 SHAPES = [(2, 1), (3, 3), (4, 2), (4, 4), (5, 3), (8, 8)]
 

@@ -1,6 +1,6 @@
 """How many links the requests for patches pass, in the networks that the thesis compared.
 
-``python -m tb.bench.network`` schedules a phase at ceiling point 1 of each scene for 2 to 64 clusters, casts from
+``radiosity bench network`` schedules a phase at ceiling point 1 of each scene for 2 to 64 clusters, casts from
 points of the whole ceiling with it, sends every patch that a cluster asked for and another holds over the network, and
 writes out/bench/network.md: the thesis' figures 5.5 to 5.7 as tables, for five scenes, with where the requests go.
 """
@@ -12,11 +12,12 @@ from pathlib import Path
 import click
 import numpy as np
 
+from golden.commands.console import console
 from golden.noc.topology import Topology
 from golden.schedule.assignment import heaviest_to_nearest, simple
 from golden.schedule.phase import schedule
-from tb.bench.report import provenance, write_report
-from tb.bench.schedule import CELL, CONFIG, HEMISPHERE, SCENES, Bench
+from radiosity.benchmarks.report import output_option, provenance, write_report
+from radiosity.benchmarks.schedule import CELL, CONFIG, HEMISPHERE, SCENES, Bench
 
 NETWORKS = ("ring", "illiac", "torus", "hypercube", "mesh")
 CLUSTERS = (2, 4, 8, 16, 32, 64)
@@ -219,16 +220,16 @@ def claims(results: dict[tuple[str, int], Traffic]) -> list[str]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("--points", type=click.IntRange(1, 16), default=16, help="Castings of a phase, one per ceiling point.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/network.md")
+@click.option("--points", type=click.IntRange(1, 16), default=16, help="Cast from this many ceiling points in a phase.")
+@output_option("network")
 def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
-    """Write the tables for SCENES (default: lobby, room1627, cubes, man, phone)."""
+    """Count the links that requests for patches take; SCENES default to lobby, room1627, cubes, man and phone."""
     results = {}
     for name in scenes or SCENES:
         bench = Bench(name)
         for clusters in CLUSTERS:
             results[name, clusters] = measure(bench, clusters, range(1, points + 1))
-        click.echo(f"{name}: {len(CLUSTERS)} sizes, {points} castings each")
+        console().note(f"{name}: {len(CLUSTERS)} sizes, {points} castings each")
     write_report(output, [
         "# Requests on the network", "",
         f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, one ray of {RATIO} cast to prepare a phase at "
@@ -236,7 +237,3 @@ def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
         f"finds. {provenance('numpy')}.", "",
         *where_they_go(results, points), *hop_counts(results, points), *shares(results), *strategies(results),
         *claims(results), *proximity()])
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """Shelling against the naive algorithm, and fixed point against the oracle, on all built-in scenes.
 
-``python -m tb.bench.exactness`` writes out/bench/exactness.md; a difference that must not be makes it fail. Scene and
+``radiosity bench exactness`` writes out/bench/exactness.md; a difference that must not be makes it fail. Scene and
 seed say all that is needed to cast a row again.
 """
 
@@ -16,6 +16,7 @@ from golden.cast.fixed_hits import FixedHits
 from golden.cast.grid import Grid
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling
+from golden.commands.console import console
 from golden.frustum import FrustumRecord
 from golden.icu.patch_setup import PatchSetup
 from golden.memsys.patch_table import PatchTable
@@ -23,9 +24,8 @@ from golden.scene.builtin import BUILTIN
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
-from tb.bench.report import provenance, write_report
-from tb.bench.viewpoints import hard_records
-from tb.golden.cast.frusta import CONFIG, halves
+from radiosity.benchmarks.report import output_option, provenance, write_report
+from radiosity.benchmarks.viewpoints import CONFIG, halves, hard_records
 
 CELLS = (0.5, 0.125, 0.0625)
 CLUSTERS = (1, 2, 4, 8, 16)
@@ -104,10 +104,10 @@ def measure(name: str, seed: int) -> tuple[str, bool]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("--seed", default=1, help="Of the origins, cameras and orders.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/exactness.md")
+@click.option("--seed", default=1, help="Seed of the origins, cameras and orders.")
+@output_option("exactness")
 def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
-    """Write the table for SCENES (default: all built-in ones)."""
+    """Count the rays that differ from brute force; SCENES default to all built-in scenes."""
     lines = [
         "# Exactness: rays that differ", "", provenance("numpy") + ".", "",
         f"Each scene from {ORIGINS} origins (on patches, at vertices, next to edges, anywhere), from each of them a "
@@ -130,11 +130,7 @@ def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
         row, good = measure(name, seed)
         fine &= good
         lines.append(row)
-        click.echo(row)
+        console().note(row)
     write_report(output, lines)
     if not fine:
         raise SystemExit("error: there are differences that must not be")
-
-
-if __name__ == "__main__":
-    main()

@@ -5,9 +5,9 @@ import pytest
 
 from golden.config import PRESETS
 from hw.simulator.simulation_config import simulation_config
-from tb.bench.engine import ask
-from tb.bench.throughput import row_of
-from tb.golden.cast.embree import Embree
+from radiosity.benchmarks.embree import Embree
+from radiosity.benchmarks.engine import ask
+from radiosity.benchmarks.throughput import row_of
 
 
 def test_rates_are_of_cycles_and_the_clock():

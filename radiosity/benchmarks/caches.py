@@ -1,9 +1,8 @@
 """Miss ratios of the caches, and the resident set beside a cache of as many bytes.
 
-``python -m tb.bench.caches`` casts hemispheres from ceiling points of each scene with the schedule of a phase and gives
+``radiosity bench caches`` casts hemispheres from ceiling points of each scene with the schedule of a phase and gives
 what the clusters ask for to golden's caches. It writes out/bench/caches.md and a chart for each scene, the thesis'
-figures 1.13 and 1.14. ``--rtl`` gives the strings to the hardware's cache too, in Verilator, at two sizes each: every
-answer must be golden's.
+figures 1.13 and 1.14. `tb/memsys/test_cache_strings.py` shows that the hardware's cache gives the same answers.
 """
 
 from pathlib import Path
@@ -11,15 +10,15 @@ from pathlib import Path
 import click
 import numpy as np
 
+from golden.commands.console import console
 from golden.config import PRESETS
 from golden.frustum import Hemisphere
 from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from golden.output import whole_file
+from radiosity.benchmarks.cache_strings import POINTS, SCENES, Strings, cast_strings
+from radiosity.benchmarks.report import output_option, provenance, write_report
 from radiosity.chart import Line, write_chart
-from tb.bench.report import provenance, write_report
-from tb.memsys.cache_replay import DELAY, KEY_BITS, replay
-from tb.memsys.cache_strings import POINTS, SCENES, Strings, cast_strings
 
 CONFIG = PRESETS["paper"]
 HEMISPHERE, CELL, CLUSTERS = Hemisphere(256, 64), 0.0625, 4
@@ -27,11 +26,8 @@ SIZES = tuple(1 << bits for bits in range(3, 13))
 NAMES = {CachePolicy.DIRECT: "direct", CachePolicy.LFU: "fully associative, LFU", CachePolicy.LRU: "4-way, LRU"}
 # What the resident set is compared with: lines of a cluster's own cache.
 OWN_LINES = (32, 64, 128, 256, 512)
-# Where the hardware's cache is asked too; its fully associative placement has 64 lines at most.
-RTL_SIZES = (16, 64)
-RTL_REQUESTS = 3000
-# A patch is five beats of 72 bits, wherever it is.
-PATCH_BITS = 5 * 72
+# Bits of a key. A patch is five beats of 72 bits, wherever it is.
+KEY_BITS, PATCH_BITS = 16, 5 * 72
 
 
 def misses(policy: CachePolicy, lines: int, keys: np.ndarray, **options) -> int:
@@ -78,25 +74,6 @@ def resident(name: str, strings: Strings) -> list[str]:
     return rows
 
 
-def confirm(name: str, strings: Strings, simulator: str) -> list[str]:
-    """Table rows: the hardware's misses, after each of its answers was golden's."""
-    given = {**strings.joined(), "cluster 1's patches": np.concatenate(
-        [frustum[1] for frustum in strings.asked.patches])}
-    given = {what: string[:RTL_REQUESTS] for what, string in given.items()}
-    rows = []
-    for lines in RTL_SIZES:
-        came = replay(given, [policy.name for policy in NAMES], lines=lines, simulator=simulator)
-        for what, string in given.items():
-            for policy, called in NAMES.items():
-                found = came[what][policy.name]
-                expected = misses(policy, lines, string, **({"lfu_lines": 64} if policy is CachePolicy.LFU else {}))
-                if found["misses"] != expected:
-                    raise SystemExit(f"error: {name}, {what}: {found['misses']} misses, not {expected}")
-                rows.append(f"| {name} | {what} | {lines} | {called} | {len(string)} "
-                            f"| {found['misses'] / len(string):.4f} | {found['cycles'] / len(string):.2f} |")
-    return rows
-
-
 def write_chart_of(folder: Path, name: str, curves: dict[str, dict[CachePolicy, list[float]]]) -> None:
     """Miss ratios over the logarithm of the size."""
     lines = [Line(name=f"{what}: {NAMES[policy]}", x=np.log2(SIZES), y=np.array(values))
@@ -108,12 +85,10 @@ def write_chart_of(folder: Path, name: str, curves: dict[str, dict[CachePolicy, 
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/caches.md")
-@click.option("--rtl/--no-rtl", default=True, help="Ask the hardware's cache too.")
-@click.option("--simulator", type=click.Choice(["verilator", "icarus"]), default="verilator")
-def main(scenes: tuple[str, ...], output: Path, rtl: bool, simulator: str) -> None:
+@output_option("caches")
+def main(scenes: tuple[str, ...], output: Path) -> None:
     """Write tables and charts for SCENES (default: the five of the thesis)."""
-    tables, sets, confirmed = [], [], []
+    tables, sets = [], []
     for name in scenes or SCENES:
         strings = cast_strings(name, CONFIG, clusters=CLUSTERS, hemisphere=HEMISPHERE, cell=CELL)
         curves = {what: ratios(string) for what, string in strings.joined().items()}
@@ -122,10 +97,8 @@ def main(scenes: tuple[str, ...], output: Path, rtl: bool, simulator: str) -> No
                 tables.append(f"| {name} | {what} | {len(string)} | {len(np.unique(string))} | {NAMES[policy]} | "
                               + " | ".join(f"{value:.3f}" for value in values) + " |")
         sets += resident(name, strings)
-        if rtl:
-            confirmed += confirm(name, strings, simulator)
         write_chart_of(output.parent, name, curves)
-        click.echo("\n".join(tables[-2 * len(NAMES):]))
+        console().note("\n".join(tables[-2 * len(NAMES):]))
     lines = [
         "# Caches", "",
         f"{provenance('numpy')}; hemispheres of {len(HEMISPHERE)} rays from ceiling points "
@@ -138,15 +111,4 @@ def main(scenes: tuple[str, ...], output: Path, rtl: bool, simulator: str) -> No
         "Share of the clusters' requests for patches that are answered: by the cluster's own resident set; by that of "
         "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.", "",
         "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, ""]
-    if rtl:
-        lines += [
-            "## In hardware", "",
-            f"The first {RTL_REQUESTS} requests of each string; every hit and line was golden's. Memory answers after "
-            f"{DELAY} cycles, {CONFIG.memsys.cache_fetches} fetches under way.", "",
-            "| scene | string | lines | placement | requests | miss ratio | cycles per request |", "|---" * 7 + "|",
-            *confirmed, ""]
     write_report(output, lines)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """The table of the machine's cycles."""
 
-from tb.bench.engine import STALLS, rows_of
+from radiosity.benchmarks.engine import STALLS, rows_of
 
 
 def report(cycles, bound):

@@ -1,6 +1,6 @@
 """The work and the speed of shelling.
 
-``python -m tb.bench.shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, what sectors
+``radiosity bench shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, what sectors
 cost with more and more clusters, and the time that shelling takes beside the naive algorithm in the same integers.
 """
 
@@ -12,14 +12,16 @@ import numpy as np
 
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling, ShellingCounts
+from golden.commands.console import console
+from golden.config import Config
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
-from tb.bench.report import provenance, write_report
-from tb.golden.cast.frusta import CONFIG
+from radiosity.benchmarks.report import output_option, provenance, write_report
 
+CONFIG = Config()
 SCENES = ("lobby", "room1627", "cubes", "man", "phone")
 CELL, RAYS = 0.0625, (256, 64)
 MOST_TESTS, MOST_STEPS = {"lobby": 2.6, "room1627": 3.3}, 3.2
@@ -106,9 +108,9 @@ def speed(name: str) -> list[str]:
 
 
 @click.command()
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/shelling.md")
+@output_option("shelling")
 def main(output: Path) -> None:
-    """Write the tables."""
+    """Count the work of shelling and measure its speed beside brute force."""
     fast = [row for name in FAST_SCENES for row in speed(name)]
     places = {name: Place(name) for name in SCENES}
     works = [work(name, place) for name, place in places.items()]
@@ -132,9 +134,5 @@ def main(output: Path) -> None:
         "| scene | method | cell | ms | million rays/s | tests/ray | naive : this, time | naive : this, tests |",
         "|---" * 8 + "|", *fast,
     ]
-    click.echo("\n".join(works + costs + fast))
+    console().note("\n".join(works + costs + fast))
     write_report(output, lines)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """Subshells that overlap in time, in the RTL of the back end of cell traversal.
 
-``python -m tb.bench.overlap`` casts a hemisphere of five scenes with a barrier after each shell and with as many
+``python -m tb.ctu.overlap`` casts a hemisphere of five scenes with a barrier after each shell and with as many
 stages ahead as the configuration says, in Verilator, and writes out/bench/overlap.md: the cycles of both, how many of
 them had grid rays of several subshells under way, and when each stage of a part of a frustum was.
 """
@@ -16,8 +16,8 @@ from cocotb.utils import get_sim_time
 
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.ray_traversal import RayTraversal
-from tb.bench.report import provenance, write_report
-from tb.bench.traversal import INTERSECTION, MEMORY, SCENES
+from radiosity.benchmarks.report import provenance
+from radiosity.benchmarks.traversal import INTERSECTION, MEMORY, SCENES
 from tb.ctu.traversal_bench import Intersection, Place, SettlePort, Surroundings
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
@@ -68,7 +68,7 @@ def measure(scene: str, lead: int) -> dict:
     """What `cast` counted."""
     changes = {**CHANGES, "ctu.run_ahead": lead}
     name = f"overlap-{scene}-{lead}"
-    simulate(RayTraversal(config=config_of(changes)), "tb.bench.overlap", ("cast",), name=name, visible=PORTS,
+    simulate(RayTraversal(config=config_of(changes)), "tb.ctu.overlap", ("cast",), name=name, visible=PORTS,
              changes=changes, scene=scene)
     return json.loads((BUILD / "results" / name / "counts.json").read_text())
 
@@ -102,14 +102,17 @@ def main(output: Path) -> None:
         click.echo(rows[-1])
         if scene == SCENE:
             picture = diagram(ahead["stages"])
-    write_report(output, [
+    lines = [
         "# Subshells that overlap", "",
         f"{provenance('amaranth', 'cocotb')}; RTL of `RayTraversal`, one pipeline, hemispheres of 64 x 16 rays, cell "
         f"{CELL}, subshell lists of one cluster, {MEMORY + INTERSECTION} cycles from a cell to the settle map; the "
         "hits are golden's. Rays overlap in cycles in which several subshells' are under way.", "",
         "| scene | subshells | stages | cycles, barrier | cycles, lead 2 | barrier : lead 2 | rays overlap, barrier "
         "| rays overlap, lead 2 |", "|---" * 8 + "|", *rows, "",
-        f"When stages of `{SCENE}` were under way, lead 2:", "", "```", *picture, "```", ""])
+        f"When stages of `{SCENE}` were under way, lead 2:", "", "```", *picture, "```", ""]
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text("\n".join(lines))
+    click.echo(f"wrote {output}")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ import pytest
 from golden.noc.topology import Topology
 from golden.schedule.assignment import simple
 from golden.schedule.sections import cut_sections
+from radiosity.benchmarks.network import Traffic, assignments, by_place, distances, mean
+from radiosity.benchmarks.network_load import Curve
+from radiosity.benchmarks.traffic import Measurement
 from radiosity.chart import Line, write_chart
-from tb.bench.network import Traffic, assignments, by_place, distances, mean
-from tb.bench.network_load import Curve
-from tb.noc.traffic import Measurement
 
 
 @pytest.mark.parametrize("clusters", [1, 2, 4, 8, 16, 32, 64])

@@ -1,10 +1,4 @@
-"""Which small mistakes in the hardware its benches find.
-
-``python -m tb.bench.mutation`` makes mutants of each block with Yosys - a connection that is constant, inverted, or
-mixed with another one - and runs a bench on each; writes out/bench/mutation.md, with the mutants that were not found.
-A large block's parts have mutants and benches of their own. All mutants of a part are in one simulation, and a number
-chooses. Those that are proved to do what the part does are counted apart.
-"""
+"""The mutation score: how many small faults in the hardware the testbenches kill."""
 
 import contextlib
 import io
@@ -16,45 +10,45 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from tb.bench.report import provenance, write_report
+from radiosity.benchmarks.report import provenance
 from tb.lib.runner import Simulation
 from tb.mutation.blocks import BLOCKS, bench_of
 from tb.mutation.equivalence import is_equivalent
 from tb.mutation.mutants import make_mutants
 
 
-class _Judge:
-    """Runs a bench on a mutant, in processes of their own: its number, and whether it survives."""
+class _Run:
+    """Runs a testbench on a mutant, in a process of its own: the mutant's number, and whether it survives."""
 
     def __init__(self, part, bench, text, seed):
         self._part, self._bench, self._text, self._seed = part, bench, text, seed
 
     def __call__(self, mutant):
-        said = io.StringIO()
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+        output = io.StringIO()
+        with contextlib.redirect_stderr(output), contextlib.redirect_stdout(output):
             failed = Simulation(self._text).run(
                 self._bench.module, self._bench.tests, f"mutants/{self._part}-{mutant}", self._seed,
                 self._bench.given, plusargs=(f"+mutant={mutant}",), failures=1)
         return mutant, not failed
 
 
-def judge(block: str, part: str, *, count: int, seed: int, processes: int) -> dict:
-    """Mutants of a part of a block and what became of them.
+def score(block: str, part: str, *, count: int, seed: int, processes: int) -> dict:
+    """Mutants of a part of a block: how many, which survive, and which of these are equivalent to the component.
 
-    Errors
+    Raises
     ------
     RuntimeError
-        The bench fails without a mutant.
+        The testbench fails without a mutant.
     """
     bench = bench_of(block, part)
     mutants = make_mutants(bench.text, count=count, seed=seed)
-    judged = _Judge(f"{block}-{part.replace(' ', '-')}", bench, mutants.text, seed)
-    if not judged(0)[1]:
-        raise RuntimeError(f"The bench of {part} fails without a mutant")
+    run = _Run(f"{block}-{part.replace(' ', '-')}", bench, mutants.text, seed)
+    if not run(0)[1]:
+        raise RuntimeError(f"The testbench of {part} fails without a mutant")
     started, survives = time.monotonic(), {}
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         todo = range(1, len(mutants.about) + 1)
-        for mutant, survived in tqdm(pool.imap_unordered(judged, todo), total=len(todo), desc=part):
+        for mutant, survived in tqdm(pool.imap_unordered(run, todo), total=len(todo), desc=part):
             survives[mutant] = survived
     left = [mutant for mutant in sorted(survives) if survives[mutant]]
     equivalent = [mutant for mutant in left if is_equivalent(mutants, mutant)]
@@ -64,7 +58,7 @@ def judge(block: str, part: str, *, count: int, seed: int, processes: int) -> di
 
 
 def row(block: str, part: str, found: list[dict]) -> str:
-    """Of a table: what became of the mutants of some parts."""
+    """A row of the table: the mutants of some parts, and the mutation score of those that are not equivalent."""
     count, equivalent, left = (sum(len(one[name]) if name != "count" else one[name] for one in found)
                                for name in ("count", "equivalent", "survivors"))
     others = count - equivalent
@@ -75,16 +69,17 @@ def row(block: str, part: str, found: list[dict]) -> str:
 
 @click.command()
 @click.argument("blocks", nargs=-1, type=click.Choice(list(BLOCKS)))
-@click.option("--count", type=click.IntRange(1), default=200, help="Mutants of each block, as many of each part.")
-@click.option("--seed", type=click.IntRange(0), default=1)
-@click.option("--processes", type=click.IntRange(1), default=2)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/mutation.md")
+@click.option("--count", type=click.IntRange(1), default=200, help="Mutants of each block, divided among its parts.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="Seed of the mutants.")
+@click.option("--processes", type=click.IntRange(1), default=2, help="Simulations at a time.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/mutation.md",
+              help="Write the page to this file.")
 def main(blocks, count, seed, processes, output):
-    """Write the table."""
-    found = [judge(block, part, count=-(-count // len(BLOCKS[block])), seed=seed, processes=processes)
+    """Score the testbenches of BLOCKS (default: all) and write out/bench/mutation.md."""
+    found = [score(block, part, count=-(-count // len(BLOCKS[block])), seed=seed, processes=processes)
              for block in blocks or BLOCKS for part in BLOCKS[block]]
     lines = ["# Mutants", "", f"{provenance('amaranth', 'pyosys', 'cocotb')}; seed {seed}.", "",
-             "| block | part | mutants | the same, proved | others | found by its bench | share | not found |",
+             "| block | part | mutants | proved equivalent | others | killed | mutation score | survivors |",
              "|---|---|---|---|---|---|---|---|"]
     for block in blocks or BLOCKS:
         parts = [one for one in found if one["block"] == block]
@@ -93,8 +88,5 @@ def main(blocks, count, seed, processes, output):
             lines.append(row(block, "all", parts))
     output.parent.mkdir(parents=True, exist_ok=True)
     output.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n")
-    write_report(output, lines)
-
-
-if __name__ == "__main__":
-    main()
+    output.write_text("\n".join(lines) + "\n")
+    click.echo(f"wrote {output}")

@@ -1,6 +1,6 @@
 """Rays per second of the casting methods beside Embree, one thread each.
 
-``python -m tb.bench.casting -o out/bench/casting.md`` casts the primary rays of each scene's camera (512 x 512) and
+``radiosity bench casting -o out/bench/casting.md`` casts the primary rays of each scene's camera (512 x 512) and
 diffuse rays (from random hit points of the primary ones, distributed by the cosine) with ``grid``, ``naive`` and Embree
 through trimesh, checks that they agree, and writes a table.
 """
@@ -14,10 +14,11 @@ import numpy as np
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
+from golden.commands.console import console
 from golden.frustum import Screen, frame
 from golden.scene.open import open_scene
-from tb.bench.report import provenance, write_report
-from tb.golden.cast.embree import Embree
+from radiosity.benchmarks.embree import Embree
+from radiosity.benchmarks.report import output_option, provenance, write_report
 
 SEED = 1
 SIDE = 512
@@ -81,9 +82,9 @@ def measure(name: str) -> list[str]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/casting.md")
+@output_option("casting")
 def main(scenes: tuple[str, ...], output: Path) -> None:
-    """Write the table for SCENES (default: cornell, lobby, room1627, cubes, man, phone, tetra)."""
+    """Compare the casting methods with Embree; SCENES default to seven built-in ones."""
     lines = [
         "# Casting: million rays per second of one processor core",
         "",
@@ -97,9 +98,5 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     for name in scenes or ("cornell", "lobby", "room1627", "cubes", "man", "phone", "tetra"):
         rows = measure(name)
         lines += rows
-        click.echo("\n".join(rows))
+        console().note("\n".join(rows))
     write_report(output, lines)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,23 +1,23 @@
 """Tests and rays per second of one cluster beside Embree on one processor core.
 
-``python -m tb.bench.throughput`` casts a hemisphere from each scene's ceiling on the RTL, and the same rays with
+``radiosity bench throughput`` casts a hemisphere from each scene's ceiling on the RTL, and the same rays with
 Embree, and writes out/bench/throughput.md. The RTL gives cycles; what the clock is, is an option. Hits and sums must be
 golden's.
 """
 
-from pathlib import Path
 
 import click
 import numpy as np
 
+from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
 from golden.config import PRESETS
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
-from tb.bench.casting import rate
-from tb.bench.engine import SCENES, ask, measure
-from tb.bench.report import provenance, write_report
-from tb.golden.cast.embree import Embree
+from radiosity.benchmarks.casting import rate
+from radiosity.benchmarks.embree import Embree
+from radiosity.benchmarks.engine import SCENES, ask, measure
+from radiosity.benchmarks.report import output_option, provenance, write_report
 
 __all__ = ["row_of"]
 
@@ -33,7 +33,7 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
     Parameters
     ----------
     found
-        What `tb.bench.engine.measure` says.
+        What `radiosity.benchmarks.engine.measure` says.
     mhz
         The clock.
     embree
@@ -51,16 +51,17 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/throughput.md")
-@click.option("--cell", type=float, default=0.0625)
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64")
-@click.option("--latency", type=int, default=10)
-@click.option("--mhz", type=click.FloatRange(0, min_open=True), default=MHZ)
-@click.option("--source", default=SOURCE, help="Where the clock is from.")
+@output_option("throughput")
+@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Side of a cell.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Rays of the hemisphere.")
+@click.option("--latency", type=click.IntRange(1), default=10, help="Latency of main memory in cycles.")
+@click.option("--mhz", type=click.FloatRange(0, min_open=True), default=MHZ,
+              help="Clock of the cluster in MHz.")
+@click.option("--source", default=SOURCE, help="State where the clock is from.")
 @PRESET
 @ASSIGNMENTS
 def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) -> None:
-    """Write the table for SCENES (default: cornell, lobby, room1627, tetra, man)."""
+    """Compare one cluster with Embree on one core; SCENES default to cornell, lobby, room1627, tetra and man."""
     config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
                            given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
     rows = []
@@ -71,7 +72,7 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
             embree, patches = rate(Embree(asked.scene).nearest, asked.rays)
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
                                same=float(np.mean(patches == asked.expected.hits().patch))))
-            click.echo(rows[-1])
+            console().note(rows[-1])
     write_report(output, [
         "# Throughput of one cluster", "",
         f"{provenance('amaranth', 'trimesh', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
@@ -85,7 +86,3 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
         "| scene | patches | rays | tests | cycles | tests per cycle | M tests/s | HP720 | M rays/s | Embree M rays/s "
         "| Embree : cluster | same % |",
         "|---" * 12 + "|", *rows])
-
-
-if __name__ == "__main__":
-    main()

@@ -1,6 +1,6 @@
 """The scheduler's measurements of the thesis beside ours, and the balance of work.
 
-``python -m tb.bench.schedule`` schedules a phase at ceiling point 1 of each scene, casts from other points with it, and
+``radiosity bench schedule`` schedules a phase at ceiling point 1 of each scene, casts from other points with it, and
 writes out/bench/schedule.md: the thesis' tables 6.5 and 6.6, and the balance over 2 to 16 clusters.
 """
 
@@ -10,15 +10,16 @@ import click
 import numpy as np
 
 from golden.cast.shelling import Shelling
+from golden.commands.console import console
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, hemisphere_record
-from golden.output import whole_file
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.low_density import low_density
 from golden.schedule.phase import schedule
 from golden.schedule.usage import cumulative_frequency, effectiveness, usage_order
+from radiosity.benchmarks.report import output_option, write_report
 
 CONFIG = PRESETS["paper"]
 HEMISPHERE = Hemisphere(256, 64)
@@ -117,9 +118,9 @@ def _over(values):
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/schedule.md")
+@output_option("schedule")
 def main(scenes: tuple[str, ...], output: Path) -> None:
-    """Write the tables for SCENES (default: lobby, room1627, cubes, man, phone)."""
+    """Compare the scheduler with the thesis' tables; SCENES default to lobby, room1627, cubes, man and phone."""
     benches = {name: Bench(name) for name in scenes or SCENES}
     lines = ["# The host's scheduler", "",
              f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, 16 points on the ceiling numbered row by "
@@ -127,7 +128,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     for name, bench in benches.items():
         if name in THESIS:
             lines += usage(name, bench)
-            click.echo("\n".join(lines[-18:]))
+            console().note("\n".join(lines[-18:]))
     for room, title in ((None, "any number of rays in a section"), (ROOM, f"at most {ROOM} x mean rays in a section")):
         lines += [f"## Balance, largest : mean, {title}", "",
                   "| scene | clusters | ratio | tests, estimated | tests | tests, mean of points 4, 7, 10, 13 "
@@ -135,13 +136,6 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         for name, bench in benches.items():
             rows = balance(name, bench, room)
             lines += rows
-            click.echo("\n".join(rows))
+            console().note("\n".join(rows))
         lines.append("")
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(output) as part:
-        part.write_text("\n".join(lines))
-    click.echo(f"wrote {output}")
-
-
-if __name__ == "__main__":
-    main()
+    write_report(output, lines)

@@ -1,4 +1,4 @@
-"""Cycles of a fixed set of frusta: ``python -m tb.bench.cycles`` writes tb/system/cycles.json anew.
+"""Cycles of a fixed set of frusta: ``python -m tb.system.cycles`` writes tb/system/cycles.json anew.
 
 `tb/system/test_cycles.py` fails where the machine takes more or fewer, so that each change of its speed is seen.
 """
@@ -18,7 +18,7 @@ from tb.system.test_engine import SMALL
 
 __all__ = ["BASELINE", "FRUSTA", "cycles_of"]
 
-BASELINE = Path(__file__).parents[1] / "system" / "cycles.json"
+BASELINE = Path(__file__).with_name("cycles.json")
 CONFIG = config_of(SMALL | {"noc.columns": 1})
 _CORNELL = partial(frusta, "cornell", CONFIG, cell=0.5)
 # By name: what makes frusta of one phase, and main memory.
@@ -34,7 +34,7 @@ FRUSTA: dict[str, tuple[Callable, dict]] = {
 def cycles_of(name: str) -> list[int]:
     """Cycles of each cast of `FRUSTA`; the first one also loads scene and phase, which are not counted.
 
-    Errors
+    Raises
     ------
     AssertionError
         Hits are not golden's.

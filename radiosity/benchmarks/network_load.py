@@ -1,6 +1,6 @@
 """Latency against offered load, beside the figures of BookSim 2.
 
-``python -m tb.bench.network_load`` runs the cycle-accurate model of the network, which the hardware equals cycle by
+``radiosity bench network_load`` runs the cycle-accurate model of the network, which the hardware equals cycle by
 cycle, with 4 x 4 and 8 x 8 nodes: meshes of 1, 2 and 4 virtual channels, tori of 2 and 4. It writes
 out/bench/network_load.md and a chart for each size, pattern and length of packets.
 """
@@ -11,12 +11,13 @@ from pathlib import Path
 import click
 import numpy as np
 
+from golden.commands.console import console
 from golden.noc.delay import zero_load_latency
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from radiosity.benchmarks.report import output_option, provenance, write_report
+from radiosity.benchmarks.traffic import SATURATED, Measurement, Window, bound, measure, pattern
 from radiosity.chart import Line, write_chart
-from tb.bench.report import provenance, write_report
-from tb.noc.traffic import SATURATED, Measurement, Window, bound, measure, pattern
 
 SIDES = (4, 8)
 NETWORKS = (("mesh", 1), ("mesh", 2), ("mesh", 4), ("torus", 2), ("torus", 4))
@@ -181,19 +182,20 @@ def charts(curves: dict[Case, Curve], folder: Path) -> list[str]:
 
 @click.command()
 @click.option("--side", "sides", type=click.Choice([str(side) for side in SIDES]), multiple=True, default=("4", "8"),
-              help="Nodes across and down. May be repeated.")
-@click.option("--traffic", type=click.Choice(TRAFFIC), multiple=True, default=TRAFFIC, help="May be repeated.")
-@click.option("--seed", type=int, default=1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/network_load.md")
+              help="Nodes across and down; may be repeated.")
+@click.option("--traffic", type=click.Choice(TRAFFIC), multiple=True, default=TRAFFIC,
+              help="Traffic pattern; may be repeated.")
+@click.option("--seed", type=int, default=1, help="Seed of the packets.")
+@output_option("network_load")
 def main(sides: tuple[str, ...], traffic: tuple[str, ...], seed: int, output: Path) -> None:
-    """Write the tables and charts."""
+    """Measure the network's latency against the offered load, beside BookSim 2."""
     curves = {}
     cases = [Case(side=int(side), topology=topology, channels=channels, traffic=kind, length=length)
              for side in sides for kind in traffic for length in LENGTHS for topology, channels in NETWORKS
              if length != 4 or topology == "mesh"]
     for case in cases:
         curves[case] = run(case, WINDOW, seed)
-        click.echo(f"{case}, {case.traffic}, {case.length} flits: {curves[case].low:.1f} cycles, "
+        console().note(f"{case}, {case.traffic}, {case.length} flits: {curves[case].low:.1f} cycles, "
                    f"saturated from {curves[case].saturation:.3f}")
     law = ", ".join(f"{zero_load_latency(Topology(name, side, side).hops.mean()):.2f} in a {side} x {side} {name}"
                     for side in map(int, sides) for name in ("mesh", "torus"))
@@ -201,11 +203,8 @@ def main(sides: tuple[str, ...], traffic: tuple[str, ...], seed: int, output: Pa
         "# Latency against load", "",
         f"Queues of {BUFFER_FLITS} flits, routers of 2 cycles, links of 1. {WINDOW.warm_up} cycles of warm-up, "
         f"{WINDOW.measured} measured, {WINDOW.drain} of drain; latency with the time in the source's queue; saturation "
-        f"is the largest load with less than {SATURATED} x the latency at {LOW} (`tb/noc/traffic.py`). BookSim 2 "
-        "counts one cycle more at the node. The delay law gives, for one flit and uniform traffic, "
+        f"is the largest load with less than {SATURATED} x the latency at {LOW} "
+        "(`radiosity/benchmarks/traffic.py`). BookSim 2 counts one cycle more at the node. "
+        "The delay law gives, for one flit and uniform traffic, "
         f"{law}. Seed {seed}. {provenance('numpy')}.", "",
         *table(curves), *latencies(curves), *charts(curves, output.parent)])
-
-
-if __name__ == "__main__":
-    main()

@@ -1,17 +1,17 @@
 """What frusta take on the machine.
 
-``python -m tb.bench.engine`` casts hemispheres from each scene's ceiling on the RTL, cold and warm, and writes
+``radiosity bench engine`` casts hemispheres from each scene's ceiling on the RTL, cold and warm, and writes
 out/bench/engine.md: cycles beside what they cannot be below, and where the others went. Hits and sums must be golden's.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import click
 import numpy as np
 
 from golden.cast.rays import Rays
 from golden.cast.shelling import Shelling
+from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
 from golden.config import PRESETS, Config
 from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
@@ -24,7 +24,7 @@ from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
-from tb.bench.report import provenance, write_report
+from radiosity.benchmarks.report import output_option, provenance, write_report
 
 __all__ = ["SCENES", "Asked", "ask", "measure", "rows_of"]
 
@@ -119,15 +119,16 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/engine.md")
-@click.option("--clusters", type=int, multiple=True, default=CLUSTERS)
-@click.option("--cell", type=float, default=0.0625)
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64")
-@click.option("--latency", type=int, default=10)
+@output_option("engine")
+@click.option("--clusters", type=click.IntRange(1), multiple=True, default=CLUSTERS,
+              help="Simulate this many clusters; may be repeated.")
+@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Side of a cell.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Rays of the hemisphere.")
+@click.option("--latency", type=click.IntRange(1), default=10, help="Latency of main memory in cycles.")
 @PRESET
 @ASSIGNMENTS
 def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> None:
-    """Write the tables for SCENES (default: cornell, lobby, room1627, tetra, man)."""
+    """Count the machine's cycles for a hemisphere; SCENES default to cornell, lobby, room1627, tetra and man."""
     found = {scene: {} for scene in scenes or SCENES}
     for count in clusters:
         config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
@@ -135,7 +136,7 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
         with SimulatedMachine(config, latency=latency) as machine:
             for scene, by_clusters in found.items():
                 by_clusters[count] = measure(machine, ask(config, scene, cell=cell, rays=rays))
-                click.echo(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
+                console().note(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [
         "# Frusta on the machine", "",
@@ -151,7 +152,3 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
         "Cycles in which something waited, of the cluster with most of them:", "",
         f"| scene | clusters | warm | {' | '.join(name.replace('_', ' ') for name in STALLS)} |",
         "|---" * (3 + len(STALLS)) + "|", *(line for _, stalls in rows for line in stalls)])
-
-
-if __name__ == "__main__":
-    main()

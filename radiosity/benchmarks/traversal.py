@@ -1,6 +1,6 @@
 """Cell traversal in golden's cycles, before and beside the RTL.
 
-``python -m tb.bench.traversal`` writes out/bench/traversal.md: what survival by settle codes costs, the busiest
+``radiosity bench traversal`` writes out/bench/traversal.md: what survival by settle codes costs, the busiest
 cluster's cell traversal beside the busiest cluster's intersection, and stages that overlap beside a barrier after each.
 """
 
@@ -13,6 +13,8 @@ import click
 import numpy as np
 
 from golden.cast.shelling import Shelling, ShellingCounts
+from golden.commands.console import console
+from golden.config import Config
 from golden.ctu.cell_traversal import Traversal
 from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.ctu.sector import Sector, sector_rays, subshell_rays
@@ -26,9 +28,9 @@ from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import schedule
-from tb.bench.report import provenance, write_report
-from tb.golden.cast.frusta import CONFIG
+from radiosity.benchmarks.report import output_option, provenance, write_report
 
+CONFIG = Config()
 SCENES = ("lobby", "room1627", "cubes", "man", "phone")
 CELL, RAYS, RATIO = 0.0625, (256, 64), 64
 CLUSTERS, POINTS = (1, 2, 4, 8, 16), (3, 6, 9, 12)
@@ -304,14 +306,14 @@ def slots(name: str, place: Place) -> list[str]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), default="out/bench/traversal.md")
+@output_option("traversal")
 def main(scenes: tuple[str, ...], output: Path) -> None:
-    """Write the tables for SCENES (default: lobby, room1627, cubes, man, phone)."""
+    """Compare cell traversal with intersection, cycle by cycle; SCENES default to the thesis' five."""
     places = {name: Place(name) for name in scenes or SCENES}
     tables = []
     for measure in survival, slots, balance, overlap:
         tables.append([row for name, place in places.items() for row in measure(name, place)])
-        click.echo("\n".join(tables[-1]))
+        console().note("\n".join(tables[-1]))
     codes, again, balances, overlaps = tables
     ways = " | ".join(f"{at_once} at once, lead {lead}" for at_once, lead in WAYS)
     write_report(output, [
@@ -348,7 +350,3 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "* Two under way: cycles in which two subshells or more are, per cluster, on the fastest way.", "",
         f"| scene | clusters | subshells | {ways} | barrier : fastest | two under way |",
         "|---" * (5 + len(WAYS)) + "|", *overlaps])
-
-
-if __name__ == "__main__":
-    main()

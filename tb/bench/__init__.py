@@ -1,1 +1,0 @@
-"""Measurements: tables of what things take, written by ``make bench``. No test depends on them."""
