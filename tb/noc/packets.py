@@ -4,9 +4,9 @@ import numpy as np
 
 from golden.noc.network import Packets
 from golden.noc.topology import Topology
-from tb.noc import traffic
+from radiosity.benchmarks import traffic
 
-__all__ = ["packets", "pauses"]
+__all__ = ["packets", "stalls"]
 
 
 def packets(generator: np.random.Generator, topology: Topology, pattern: str, *, flits: int, load: float,
@@ -22,8 +22,8 @@ def packets(generator: np.random.Generator, topology: Topology, pattern: str, *,
                    message=generator.integers(0, messages, count))
 
 
-def pauses(generator: np.random.Generator, nodes: int, share: float) -> np.ndarray:
-    """For each node in which of some cycles it pauses: now and then, and for long."""
+def stalls(generator: np.random.Generator, nodes: int, share: float) -> np.ndarray:
+    """For each node in which of some cycles it stalls: now and then, and for long."""
     now, long = generator.random((2, 503, nodes)) < np.array([share, share / 40])[:, None, None]
     for _ in range(5):
         long |= np.roll(long, 1, axis=0) | np.roll(long, 7, axis=0) & (generator.random((503, 1)) < share)

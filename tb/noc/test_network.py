@@ -18,7 +18,7 @@ from hw.noc.network import Network
 from radiosity.benchmarks.traffic import PATTERNS
 from tb.lib.runner import SIMULATORS
 from tb.lib.timing import documented_latency
-from tb.noc.packets import packets, pauses
+from tb.noc.packets import packets, stalls
 from tb.noc.replay import Words, replay, script
 
 # Flits per node and cycle: queues that are empty now and then, and queues that are full.
@@ -38,8 +38,8 @@ def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cyc
         given = packets(generator, routing.topology, pattern, flits=flits, load=load, messages=messages)
         arrivals = Model(
             routing, buffer_flits=depth, messages=messages, arbitration=arbitration, router_cycles=router_cycles).run(
-            given, cycles=100_000, source_pauses=pauses(generator, nodes, 0.1),
-            sink_pauses=pauses(generator, nodes, 0.2))
+            given, cycles=100_000, source_pauses=stalls(generator, nodes, 0.1),
+            sink_pauses=stalls(generator, nodes, 0.2))
         found.append(script(generator, given, arrivals, nodes=nodes, bits=bits,
                             channels=messages * routing.virtual_channels))
     return found
