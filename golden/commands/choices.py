@@ -18,7 +18,7 @@ __all__ = [
            "TOPOLOGIES",
 ]
 
-PRESETS = ("tiny", "small", "paper", "large", "thesis")
+PRESETS = ("tiny", "small", "paper", "thesis", "large")
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
 # Methods that cast any rays, and those that cast frusta for the renderer.
 RAY_METHODS = ("grid", "naive")
