@@ -302,10 +302,10 @@ class Host:
 
     async def counters(self, names: Iterable[str] = COUNTERS) -> list[dict[str, int]]:
         """Counters of each cluster, of `hw.cluster.COUNTERS`."""
-        found = []
+        found, places = [], {name: place for place, name in enumerate(COUNTERS)}
         for cluster in range(self._config.noc.nodes):
             first = COUNTERS_BASE + WORD_BYTES * (cluster << COUNTER_BITS)
-            found.append({name: await self._port.read(first + WORD_BYTES * COUNTERS.index(name)) for name in names})
+            found.append({name: await self._port.read(first + WORD_BYTES * places[name]) for name in names})
         return found
 
     async def stop(self, *, timeout: int = 1 << 20) -> None:
