@@ -9,12 +9,12 @@ __all__ = ["Format", "SignalOverflowError", "bit_length", "ceil_sqrt", "limbs", 
 
 
 class SignalOverflowError(ArithmeticError):
-    """A signal does not fit its format: the model is wrong, or it was given numbers that it cannot have."""
+    """A signal does not fit its format: the model is wrong, or its input is out of range."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """A fixed-point format: ``integer`` bits before the point, ``fraction`` bits behind it, and a sign or none.
+    """A fixed-point format: ``integer`` bits before the point, ``fraction`` bits after it, and a sign or none.
 
     *Signed a.b* has 1 + a + b bits, *unsigned a.b* a + b.
     """
@@ -25,7 +25,7 @@ class Format:
 
     @property
     def width(self) -> int:
-        """Bits."""
+        """Bits of the format."""
         return self.is_signed + self.integer + self.fraction
 
     @property
@@ -39,7 +39,7 @@ class Format:
         return (1 << (self.width - self.is_signed)) - 1
 
     def check(self, value: np.ndarray, signal: str) -> np.ndarray:
-        """``value`` itself.
+        """``value``, after a check that it fits.
 
         Raises
         ------
@@ -58,7 +58,7 @@ class Format:
         return self.check((np.sign(scaled) * np.floor(np.abs(scaled) + 0.5)).astype(np.int64), signal)
 
     def decode(self, value) -> np.ndarray:
-        """The real numbers that the integers ``value`` stand for, as float64."""
+        """The real numbers that the integers ``value`` represent: float64."""
         return np.asarray(value) * 2.0**-self.fraction
 
     def __str__(self) -> str:
@@ -76,7 +76,7 @@ def unsigned(integer: int, fraction: int) -> Format:
 
 
 def round_shift(value: np.ndarray, by) -> np.ndarray:
-    """``value`` / 2^``by``, to the nearest integer, half away from zero: -x gives the negative of what x gives.
+    """``value`` / 2^``by``, to the nearest integer, half away from zero: -x gives the negative of the result of x.
 
     ``by`` is at least 0 and may be an array; below 2^62 in magnitude.
     """

@@ -1,4 +1,4 @@
-"""Pictures as files, and numbers as pictures."""
+"""Picture files, and heat maps of numbers."""
 
 from pathlib import Path
 
@@ -18,19 +18,19 @@ _LEGEND_WIDTH = 256
 
 
 def write_png(path: Path, image: np.ndarray) -> None:
-    """Write H x W x 3 uint8 as PNG: whole or not at all, the same bytes for the same image."""
+    """Write H x W x 3 uint8 as PNG, atomically; the same picture gives the same bytes."""
     with whole_file(path) as part:
         Image.fromarray(image).save(part, format="PNG")
 
 
 def write_exr(path: Path, image: np.ndarray) -> None:
-    """Write H x W x 3 linear radiance as OpenEXR (float32, ZIP): whole or not at all, same image, same bytes."""
+    """Write H x W x 3 linear radiance as OpenEXR (float32, ZIP), atomically; the same picture gives the same bytes."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     with whole_file(path) as part:
         try:
             OpenEXR.File(header, {"RGB": np.ascontiguousarray(image, dtype=np.float32)}).write(str(part))
         except RuntimeError as error:
-            # The binding reports the system's refusals as RuntimeError.
+            # The binding raises the system's errors as RuntimeError.
             raise InputError(f"output {str(path)!r}: cannot be written ({error})") from error
 
 
@@ -63,7 +63,7 @@ def label_colours(labels: np.ndarray) -> np.ndarray:
     """H x W whole numbers as uint8 colours, the same for the same number, and far apart for neighbouring ones; numbers
     below 0 are black.
     """
-    # Steps by the golden ratio never come near an earlier hue soon; three shades tell near hues apart.
+    # Steps by the golden ratio keep successive hues far apart; three shades distinguish near hues.
     hue = labels * ((np.sqrt(5) - 1) / 2) % 1
     channel = np.clip(np.abs((hue[..., None] + np.array([0, 2, 1]) / 3) % 1 * 6 - 3) - 1, 0, 1)
     shade = np.array([1.0, 0.75, 0.55])[labels % 3]

@@ -1,6 +1,6 @@
-"""The truth in float64: where a ray meets a patch.
+"""The oracle: intersections of rays and patches in float64, the reference for rounding.
 
-A ray sees the patches through the shear that makes it the z axis: vertex ``V`` of a patch becomes
+A shear maps the ray to the z axis: vertex ``V`` of a patch becomes
 ``(V_x - s_x V_z, V_y - s_y V_z)``, with z the ray's dominant axis and ``V`` relative to the ray's origin. The ray meets
 a triangle where the three edge functions ``e_ij = x_i y_j - y_i x_j`` have no two opposite signs, and a quadrilateral
 where it meets one of the triangles (0, 1, 2) and (0, 2, 3).
@@ -25,7 +25,7 @@ NEAREST_SHARE = 2.0**-30
 
 
 class ShearedRays:
-    """Rays with what the oracle needs of each: the dominant axis, the shear and the origin in that axis' frame.
+    """Rays with the dominant axis, the shear, and the origin in that axis' frame.
 
     Arrays are components first (3 x R), so that each component is contiguous.
     """
@@ -127,7 +127,7 @@ class Oracle:
         return x, y, z
 
     def _accept(self, rays, ray, patch, depth, tmax, pair):
-        """Those of the hits ``pair`` that lie in front of the ray, before ``tmax`` and not on its source."""
+        """The hits ``pair`` in front of the ray, nearer than ``tmax`` and not on its source."""
         t = depth * rays.scale[ray]
         keep = (t > rays.tmin[ray]) & (t < tmax) & (self.scene.surface[patch] != rays.source[ray])
         return pair[keep], t[keep]
@@ -140,7 +140,7 @@ def _meet(x, y, z):
     pair = np.flatnonzero(first | second)
     e01, e12, e20, e23, e30, first = (edge.reshape(-1)[pair] for edge in (e01, e12, e20, e23, e30, first))
     z = [component.reshape(-1)[pair] for component in np.broadcast_arrays(*z)]
-    # Where both triangles hold the ray it runs through the diagonal, and both give the same depth.
+    # A ray inside both triangles passes through the diagonal, and both give the same depth.
     weights = (np.where(first, e12, e23), np.where(first, e20, 0.0),
                np.where(first, e01, e30), np.where(first, 0.0, -e20))
     total = weights[0] + weights[1] + weights[2] + weights[3]

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written atomically."""
 
 import os
 from collections.abc import Iterator
@@ -11,19 +11,19 @@ __all__ = ["check_outputs", "whole_file"]
 
 
 def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Make sure that every path (None is skipped) can be written, before the work starts that fills it.
+    """Every path can be written (None is skipped); to be checked before the work starts.
 
     Raises
     ------
     InputError
-        A path ends in none of ``suffixes``, is a directory, or lies where no file can be made.
+        A path ends in none of ``suffixes``, is a directory, or no file can be made there.
     """
     for path in paths:
         if path is None:
             continue
         if path.suffix.lower() not in suffixes:
             raise InputError(f"output {str(path)!r}: Name must end in {' or '.join(suffixes)}, not {path.suffix!r}")
-        if os.path.isdir(path):  # unlike the method, says no where the system cannot say
+        if os.path.isdir(path):  # unlike Path.is_dir, it is False for paths that the system refuses
             raise InputError(f"output {str(path)!r}: it is a directory")
         part = _part(path)
         try:
@@ -35,9 +35,9 @@ def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """The name of a neighbour of ``path`` to write; it takes the place of ``path`` if the block ends well.
+    """A temporary path beside ``path`` to write; it replaces ``path`` if the block succeeds.
 
-    Whatever goes wrong, ``path`` holds what it held before or the new content, never a part of it.
+    After an error ``path`` has its old content; it never has a part of the new content.
 
     Raises
     ------
@@ -53,6 +53,6 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def _part(path: Path) -> Path:
-    # The suffix stays last: writers choose their format by it.
+    # The suffix stays last: writers select their format by it.
     path = path.resolve()
     return path.with_name(f".{path.stem}.part{os.getpid()}{path.suffix}")

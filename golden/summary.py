@@ -1,4 +1,4 @@
-"""What a render took, on one screen."""
+"""Summary of a render's statistics."""
 
 __all__ = ["summary"]
 

@@ -1,1 +1,1 @@
-"""Light: form factors, radiosity, and the image."""
+"""Light: form factors, radiosity, and the picture."""

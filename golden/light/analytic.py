@@ -1,4 +1,4 @@
-"""Form factors of unoccluded polygons in closed form: the truth that casting is held against."""
+"""Form factors of unoccluded polygons in closed form: the reference of casting."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from golden.errors import InputError
 
 __all__ = ["point_to_polygon", "polygon_to_polygon"]
 
-# A vertex lower above a receiver's horizon than this part of its distance lies in the horizon.
+# A vertex whose height over a receiver's horizon is below this share of its distance counts as on the horizon.
 _HORIZON = 1e-13
 
-# Points times edges in work at once: what a core's cache holds.
+# Points times edges per block, such that they stay in a core's cache.
 _BLOCK = 1 << 14
 
-# Gauss points along a cell's side: the coarse rule judges the fine one.
+# Gauss points along a cell's side: the difference of the coarse and the fine rule estimates the error.
 _COARSE, _FINE = 4, 7
 
-# Halvings after which a cell is too small to matter (its share of the area is 4^-depth).
+# Most halvings of a cell (its share of the area is then 4^-depth).
 _DEPTH = 40
 
 
@@ -55,9 +55,9 @@ def point_to_polygon(points, normals, polygons) -> np.ndarray:
 def polygon_to_polygon(source, target, *, tolerance: float = 1e-9) -> float:
     """Form factor from one polygon's front to another's, averaged over the first, without occlusion.
 
-    The part of the source behind the target's plane is cut off first, so that what is integrated is smooth except
-    where the polygons touch. There, the cells of the integration are halved until their estimated errors sum to less
-    than ``tolerance``.
+    The part of the source behind the target's plane is cut off first, so the integrand is smooth except where the
+    polygons touch. There the cells of the integration are halved until their estimated errors sum to less than
+    ``tolerance``.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ def _area_vector(name, polygon):
 def _array(name, value, shape):
     value = np.asarray(value, dtype=np.float64)
     if value.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, value.shape, strict=True)):
-        wanted = " x ".join("any" if size is None else str(size) for size in shape)
-        raise InputError(f"form factor: {name} must be {wanted}, not {value.shape!r}")
+        requirement = " x ".join("any" if size is None else str(size) for size in shape)
+        raise InputError(f"form factor: {name} must be {requirement}, not {value.shape!r}")
     if not np.isfinite(value).all():
         raise InputError(f"form factor: {name} must be finite")
     return value

@@ -1,4 +1,4 @@
-"""Direct light: what arrives at a point straight from the lights, by shadow rays."""
+"""Direct light: irradiance from the lights at a point, by shadow rays."""
 
 import numpy as np
 
@@ -11,26 +11,26 @@ from golden.scene.scene import Scene
 
 __all__ = ["DirectLight"]
 
-# Pairs of point and light that are weighed together.
+# Pairs of point and light per block.
 BLOCK = 1 << 20
-# A shadow ray ends this share of its length before its light, which would else shadow itself.
+# A shadow ray ends this share of its length before its light, so that the light does not shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
-# Lights nearer than this many of their radii are sampled evenly by solid angle: by area, a light that touches a surface
-# would be hit seldom where it is brightest, without bound. Where little of it is seen, LEAST, rounding forbids that.
+# Lights nearer than this many of their radii are sampled uniformly by solid angle: sampling by area has unbounded
+# variance for a light that touches a surface. Below the solid angle LEAST rounding forbids it.
 NEAR, LEAST = 3, 1e-7
-# A light all of which is nearer to the horizon of a point, as a sine, is in its plane: what it sends is rounding.
+# A light that rises less than this above the horizon of a point, as a sine, counts as in the point's plane.
 HORIZON = 1e-12
-# Sheets of glass that a shadow ray passes at most.
+# Most sheets of glass that a shadow ray passes.
 SHEETS = 8
 
 
 class DirectLight:
     """Irradiance from the area lights (patches whose material emits) and point lights of a scene.
 
-    Each point takes ``samples`` shadow rays to its area lights. Lights are chosen in proportion to about what they
-    would send to the point unhindered, by one number of an evenly spread pair that, rescaled, also picks the place on
-    the light, a near one by solid angle; a single light is thus sampled evenly. Transparent patches dim a shadow ray by
-    their transmittance and do not bend it.
+    Each point casts ``samples`` shadow rays to its area lights. Lights are chosen in proportion to their estimated
+    unoccluded irradiance, by one number of a low-discrepancy pair; rescaled, the same number selects the position on
+    the light (by solid angle on a near one), so a single light is stratified. Transparent patches attenuate a shadow
+    ray by their transmittance and do not refract it.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class DirectLight:
     caster
         Casts the shadow rays.
     tally
-        Counts them, as kind ``"shadow"``.
+        Counts the shadow rays, as kind ``"shadow"``.
     samples
         Shadow rays to area lights per point, at least 1.
     """
@@ -57,14 +57,14 @@ class DirectLight:
         self._transmittance = scene.channels("transparent")
 
     def irradiance(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
-        """Irradiance over pi at M points, M x 3, in units of radiance: times the reflectance it is what they send out.
+        """Irradiance over pi at M points, M x 3, in units of radiance: reflectance times it is the reflected radiance.
 
         Parameters
         ----------
         points
             The points.
         keys
-            M hashes (`golden.light.sampling.mix`), one per point, from which the samples are drawn.
+            M hashes (`golden.light.sampling.mix`), one per point, that seed the samples.
         """
         result = np.zeros((len(points), 3))
         block = max(1, BLOCK // max(len(self._lights), self._samples))
@@ -88,7 +88,7 @@ class DirectLight:
         choice = np.empty(target.shape, dtype=np.intp)
         for sample in range(self._samples):
             choice[:, sample] = (cumulative[lit] <= target[:, sample, None]).sum(axis=1)
-        # A target that rounds up to the total still belongs to the last light that counts.
+        # A target that rounds up to the total belongs to the last light of nonzero weight.
         last = weight.shape[1] - 1 - np.argmax(weight[lit, ::-1] > 0, axis=1)
         choice = np.minimum(choice, last[:, None])
         chance = np.take_along_axis(weight[lit], choice, axis=1)
@@ -99,7 +99,7 @@ class DirectLight:
         where = np.repeat(lit, self._samples)
         toward, angle = self._place(points.position[where], choice, u, v)
         length = np.linalg.norm(toward, axis=1)
-        # A point on a light meets itself there.
+        # A point on a light may sample itself.
         cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.where(length > 0, length, 1)
         geometry = np.maximum(cosine, 0) * angle / (np.pi * density)
         some = np.flatnonzero(geometry > 0)
@@ -110,7 +110,7 @@ class DirectLight:
                         axis=1) / self._samples
 
     def _estimate(self, points):
-        """Weights M x L: about what each light sends to each point unhindered, zero only where it cannot reach it."""
+        """Weights M x L: estimated unoccluded irradiance of each light at each point; 0 only where no light arrives."""
         scene = self._scene
         weight = np.zeros((len(points), len(self._lights)))
         for place in (*np.moveaxis(scene.vertices[self._lights], 1, 0), self._centre):
@@ -149,7 +149,7 @@ class DirectLight:
         return result
 
     def _visibility(self, points, row, toward, tmax):
-        """Share of light, M x 3, that comes through along ``toward`` to the points numbered ``row``."""
+        """Transmitted share of light, M x 3, along ``toward`` to the points numbered ``row``."""
         through = np.ones((len(row), 3))
         going = np.arange(len(row))
         rays = Rays(points.position[row], toward, self._scene.surface[points.patch[row]], np.full(len(row), tmax))
@@ -174,7 +174,7 @@ class DirectLight:
 
 def _by_area(corners, triangle, u, v):
     """Points of quadrilaterals K x 4 x 3 and triangles among them, and solid angle per unit square."""
-    # Rows of a triangle shrink towards its repeated corner: more of the square goes to the long ones.
+    # Rows of a triangle shrink towards its repeated corner: longer rows get a larger part of the square.
     v = np.where(triangle, 1 - np.sqrt(1 - v), v)
     along_u = (1 - v)[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 3])
     along_v = (1 - u)[:, None] * (corners[:, 3] - corners[:, 0]) + u[:, None] * (corners[:, 2] - corners[:, 1])
@@ -185,14 +185,14 @@ def _by_area(corners, triangle, u, v):
 
 
 def _by_angle(halves, angles, normal, u, v):
-    """Points of pairs of triangles K x 2 x 3 x 3 in a plane, evenly spread over their solid angles K x 2."""
+    """Points of pairs of triangles K x 2 x 3 x 3 in a plane, uniformly over their solid angles K x 2."""
     first = angles[:, 0] / angles.sum(axis=1)
     second = u >= first
     x = np.where(second, u - first, u) / np.where(second, 1 - first, first)
     corners = halves[np.arange(len(u)), second.astype(int)]
     direction = direction_to_triangle(corners, np.clip(x, 0, 1), v)
     slope, height = np.einsum("kj,kj->k", direction, normal), np.einsum("kj,kj->k", corners[:, 0], normal)
-    # Rounding may not lead beyond the farthest corner.
+    # Rounding must not exceed the farthest corner.
     farthest = np.linalg.norm(corners, axis=2).max(axis=1)
     distance = np.divide(height, slope, out=farthest.copy(), where=np.abs(height) < farthest * np.abs(slope))
     return distance[:, None] * direction

@@ -1,4 +1,4 @@
-"""The elements of a scene as the unknowns of radiosity: their sides, their corners, who lies where."""
+"""The elements of a scene as the unknowns of radiosity: sides, corners and positions."""
 
 import numpy as np
 from scipy import sparse
@@ -23,12 +23,12 @@ class Elements:
     Members
     -------
     patch, vertices, centre, normal, area, triangle
-        Of each element: its patch (C), corners (C x 4 x 3), their mean (C x 3), unit normal on its side (C x 3), area
+        Per element: its patch (C), corners (C x 4 x 3), their mean (C x 3), unit normal on its side (C x 3), area
         (C), and whether it is a triangle (C).
     lattice
-        The nodes at the elements' corners. Its sheets are the sides of patches.
+        Lattice of the nodes at the elements' corners; its sheets are the sides of patches.
     place
-        The elements' centres in the lattice.
+        Positions of the elements' centres in the lattice.
     of_corners
         Sparse C x M: the mean over an element's corners.
     """
@@ -63,7 +63,7 @@ class Elements:
         return len(self.patch)
 
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> Place:
-        """Where points of patches lie in the lattice; ``front`` must hold where a patch is not two-sided."""
+        """Positions of points of patches in the lattice; ``front`` must be true on a one-sided patch."""
         return self.lattice.at(np.where(front, patch, self._back_sheet[patch]), u, v)
 
     def number(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ class Elements:
         element = self._refinement.locate(patch, u, v)
         return np.where(front, element, self._back[element])
 
-    def closer(self, elements: np.ndarray, cuts: int) -> Lattice:
+    def refined(self, elements: np.ndarray, cuts: int) -> Lattice:
         """A lattice whose sheets are the given elements (of quadrilaterals), cut ``cuts`` times along each side."""
         patch = self.patch[elements]
         size = 1 / self._refinement.cuts[patch]
@@ -94,8 +94,8 @@ def _centres(triangle, cuts):
     patch = np.repeat(np.arange(len(cuts)), count)
     rank = np.arange(len(patch)) - np.repeat(np.cumsum(count) - count, count)
     j, i = np.divmod(rank, cuts[patch, 0])
-    # A triangle of n x n elements is half a square of n x n cells; what lies beyond the diagonal folds back onto the
-    # far halves of the cells before it.
+    # A triangle of n x n elements is half a square of n x n cells; points beyond the diagonal fold back onto the far
+    # halves of the cells before it.
     n = cuts[patch, 0]
     beyond = triangle[patch] & (i + j >= n)
     share = np.where(triangle[patch], np.where(beyond, 2 / 3, 1 / 3), 0.5)

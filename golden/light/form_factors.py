@@ -16,21 +16,21 @@ from golden.scene.scene import Scene
 __all__ = ["FormFactors", "HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns",
            "patch_form_factors"]
 
-# Rays in work at once, which bounds memory.
+# Rays per block, which bounds memory.
 _BLOCK = 1 << 18
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HemisphereSums:
-    """What M hemispheres saw, in integers.
+    """Sums of M hemispheres, in integers.
 
     Parameters
     ----------
     weights
-        Sparse M x C int64: sum of the weights of the rays that fell on each column.
+        Sparse M x C int64: sum of the weights of the rays of each column.
     row_sums
-        M int64: sum of the weights of all rays that hit anything; 2^``weight_bits`` exactly in a closed scene. What it
-        has more than the row of ``weights`` fell where ``column_of`` said -1 (backs of one-sided patches).
+        M int64: sum of the weights of all rays that hit anything; 2^``weight_bits`` exactly in a closed scene. It
+        exceeds the row of ``weights`` by the rays without a column (backs of one-sided patches).
     weight_bits
         W: the weights are in units of 2^-W.
     """
@@ -63,7 +63,7 @@ class FormFactors:
 
 
 def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
-    """The rule that counts a ray for the patch it hit, and for none where it hit the back of a one-sided patch."""
+    """Columns of rays: the patch that a ray hit, or none where it hit the back of a one-sided patch."""
 
     def column_of(rays: Rays, hits: Hits) -> np.ndarray:
         cosine = np.einsum("ri,ri->r", rays.direction, scene.normals[hits.patch])
@@ -74,7 +74,7 @@ def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
                     column_of: Callable[[Rays, Hits], np.ndarray], progress: bool = False) -> HemisphereSums:
-    """Cast a hemisphere from each of M points and add up its weights by what the rays hit.
+    """Cast a hemisphere from each of M points and sum the weights of its rays by column.
 
     Parameters
     ----------
@@ -85,14 +85,14 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     points, normals
         M x 3 positions and unit normals.
     surfaces
-        M int: the surface each point lies on (which its rays never hit), or -1.
+        M int: the surface of each point (which its rays never hit), or -1.
     columns
-        C, how many columns there are.
+        Number of columns C.
     column_of
-        Gives each ray a column below C or -1, from the rays that hit something and their hits. `patch_columns` makes
-        it the patch; a finer one can tell sides or the elements of a patch apart.
+        Function from the rays that hit something and their hits to columns below C, or -1. `patch_columns` uses the
+        patch; another may distinguish sides or elements of a patch.
     progress
-        Shows a bar once two seconds have passed.
+        Shows a progress bar after two seconds.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             hits = cast(sample, ray, rays)
             met = np.flatnonzero(hits.patch >= 0)
             sample, weight = sample[met], hemisphere.weights[ray[met]]
-            # Sums of integers below 2^53 are exact in float64, whose bincount is the fast one.
+            # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
             row_sums[low:high] += np.bincount(sample - low, weight, high - low).astype(np.int64)
             column = column_of(rays[met], _at(hits, met))
             seen = np.flatnonzero(column >= 0)
@@ -133,13 +133,13 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
     """``order`` x ``order`` Gauss points on each patch and their shares of its area.
 
-    On quadrilaterals Gauss-Legendre in both bilinear coordinates, weighted by the local area. On triangles, where v
-    runs to the repeated vertex, Gauss-Jacobi in v, which has the local area in its weights.
+    Quadrilaterals: Gauss-Legendre in both bilinear coordinates, weighted by the local area. Triangles: Gauss-Jacobi in
+    v, which ends at the repeated vertex; its weights include the local area.
 
     Parameters
     ----------
     order
-        1 to 16; 1 is the middle of a patch.
+        Points along a side, 1 to 16; 1 is the middle of a patch.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     InputError
-        An order out of range.
+        The order is out of range.
     """
     if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or not 1 <= order <= 16:
         raise InputError(f"form factors: Samples must be 1 to 16 along a side, not {order!r}")
@@ -167,18 +167,18 @@ def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class PatchRows:
-    """Rows of the form factors of a scene's patches, cast when they are asked for.
+    """Rows of the form factors of a scene's patches, cast on demand.
 
     Parameters
     ----------
     scene, caster
-        The patches, and what casts frusta among them.
+        The patches, and a caster of frusta.
     rays
         (azimuths, polars) of the hemispheres.
     samples
         Gauss points along each side of a patch.
     progress
-        Shows a bar once two seconds have passed.
+        Shows a progress bar after two seconds.
 
     Raises
     ------
@@ -192,7 +192,7 @@ class PatchRows:
         self._points, self._shares = gauss_points(scene, samples)
 
     def cast(self, patches) -> tuple[sparse.csr_array, np.ndarray]:
-        """Form factors from k patches to all (k x N float64) and k x samples integer row sums."""
+        """Form factors from k patches to all, sparse k x N float64, and row sums, k x samples int64."""
         patches, samples = np.asarray(patches), self._shares.shape[1]
         owner = np.repeat(patches, samples)
         sums = hemisphere_sums(self._caster, self.hemisphere, self._points[patches], self._scene.normals[owner],

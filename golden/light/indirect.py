@@ -21,11 +21,11 @@ __all__ = ["IndirectLight", "indirect_light"]
 
 # Points on each element at which pass 1 samples the direct light.
 POINTS = 4
-# A node that sees more than this share of its hemisphere filled with backs of one-sided patches is inside a body.
+# A node is inside a body if backs of one-sided patches fill more than this share of its hemisphere.
 BURIED = 0.5
-# Elements whose corners differ by more than this share of the scene's mean are looked at more closely: cut CLOSER times
-# along each side, at most one in EVERY.
-CONTRAST, CLOSER, EVERY = 0.05, 4, 20
+# Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
+# along each side; at most one element in EVERY.
+CONTRAST, CUTS, EVERY = 0.05, 4, 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,34 +37,35 @@ class IndirectLight:
     elements
         The elements of the radiosity system, with the lattice of nodes at their corners.
     irradiance
-        M x 3 for the M nodes: irradiance over pi in units of radiance; light straight from light sources not included.
-    closer, closer_irradiance
-        The same for a lattice with a sheet for each element that was looked at more closely.
+        M x 3 float64 for the M nodes: irradiance over pi in units of radiance, without direct light.
+    refined, refined_irradiance
+        The same for a lattice with a sheet for each element that adaptive refinement cut.
     sheet
-        For each cell of the elements' lattice its sheet in ``closer``, or -1.
+        For each cell of the elements' lattice its sheet in ``refined``, or -1.
     solution
         The radiosity solver's report.
     """
 
     elements: Elements
     irradiance: np.ndarray
-    closer: Lattice
-    closer_irradiance: np.ndarray
+    refined: Lattice
+    refined_irradiance: np.ndarray
     sheet: np.ndarray
     solution: Solution
 
     @property
     def nodes(self) -> int:
-        """How many nodes there are in all."""
-        return len(self.irradiance) + len(self.closer_irradiance)
+        """Number of all nodes."""
+        return len(self.irradiance) + len(self.refined_irradiance)
 
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
-        """Interpolated irradiance over pi at K points of patches, K x 3; ``front`` tells on which side."""
+        """Interpolated irradiance over pi at K points of patches, K x 3; ``front``: on the front side."""
         place = self.elements.at(patch, u, v, front)
         result = _interpolated(place, self.irradiance)
         sheet = self.sheet[place.cell]
         some = np.flatnonzero(sheet >= 0)
-        result[some] = _interpolated(self.closer.at(sheet[some], place.a[some], place.b[some]), self.closer_irradiance)
+        fine = self.refined.at(sheet[some], place.a[some], place.b[some])
+        result[some] = _interpolated(fine, self.refined_irradiance)
         return result
 
 
@@ -72,18 +73,18 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
                    solver: str, light_samples: int, seed: int, progress: bool = False) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
-    The light sources are not part of the system: what arrives straight from them at an element is sampled by shadow
-    rays and takes the place of the element's emission. Form factors are cast at the nodes; an element's row is the mean
-    of its corners' rows. The same rows then give the irradiance at the nodes from the solution. Where it changes most
-    from node to node, next to bodies that stand on a surface, more nodes gather from the solution. Specular and
-    transparent shares count as diffuse in this pass. The background lights a node through the rays that hit nothing.
+    The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
+    replaces the element's emission. Form factors are cast at the nodes; an element's row is the mean of its corners'
+    rows. The same rows give the irradiance at the nodes from the solution. Adaptive refinement adds nodes where the
+    irradiance changes most, next to bodies on a surface. Specular and transparent shares count as diffuse in this pass.
+    The background illuminates a node through the rays that hit nothing.
 
     Parameters
     ----------
     scene, refinement
         The patches and their elements.
     frusta, caster, tally
-        What casts hemispheres, what casts shadow rays, and their account.
+        Caster of hemispheres, caster of shadow rays, and their counts.
     hemisphere
         The grid of rays at each node.
     solver
@@ -91,9 +92,9 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     light_samples
         Shadow rays per element to area lights, rounded up to a multiple of 4.
     seed
-        Of the samples.
+        Seed of the samples.
     progress
-        Shows a bar once two seconds have passed.
+        Shows a progress bar after two seconds.
 
     Source: Shen 1993, section 2.4.
     """
@@ -111,15 +112,15 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
                                  centre=elements.centre, normal=elements.normal)
         solution = SOLVERS[solver](system, progress=progress)
         irradiance = rows @ solution.display + sky
-    with tally.stage("closer look"):
+    with tally.stage("adaptive refinement"):
         chosen = _contrasting(elements, irradiance, buried)
-        closer = elements.closer(chosen, CLOSER)
-        fine_rows, fine_sky, fine_buried = gather.rows(closer)
-        fine = _fill(closer.neighbours, fine_rows @ solution.display + fine_sky, fine_buried)
+        refined = elements.refined(chosen, CUTS)
+        fine_rows, fine_sky, fine_buried = gather.rows(refined)
+        fine = _fill(refined.neighbours, fine_rows @ solution.display + fine_sky, fine_buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.place.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, buried),
-                         closer=closer, closer_irradiance=fine, sheet=sheet, solution=solution)
+                         refined=refined, refined_irradiance=fine, sheet=sheet, solution=solution)
 
 
 class _Gathering:
@@ -148,14 +149,14 @@ def _interpolated(place, values):
 
 
 def _direct(scene, elements, light, buried, seed):
-    """Direct irradiance over pi of each element: the mean of one point in each of its quarters in the open."""
+    """Direct irradiance over pi of each element: the mean of one point in each quarter outside bodies."""
     element, quarter = np.divmod(np.arange(len(elements) * POINTS), POINTS)
     keys = mix(seed, 1, element, quarter)
     u, v = (quarter % 2 + uniform(keys, 2)) / 2, (quarter // 2 + uniform(keys, 3)) / 2
     v = np.where(scene.is_triangle[elements.patch[element]], 1 - np.sqrt(1 - v), v)
     points = SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
                            elements.patch[element])
-    # A quarter of a quadrilateral is inside a body if its corner is: nobody sees how dark it is there.
+    # A quarter of a quadrilateral is inside a body if its corner is: it is not visible.
     counts = elements.triangle[:, None] | ~buried[elements.place.nodes]
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     return np.einsum("cq,cqx->cx", share, light.irradiance(points, keys).reshape(-1, POINTS, 3))
@@ -169,10 +170,10 @@ def _mean_of_open(of_corners, buried):
 
 
 def _contrasting(elements, irradiance, buried):
-    """The elements whose corners differ most, as numbers: only quadrilaterals with a corner in the open."""
+    """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies."""
     corners = irradiance.mean(axis=1)[elements.place.nodes]
     inside = buried[elements.place.nodes]
-    # A corner inside a body tells nothing of the light outside: it counts as dark.
+    # A corner inside a body carries no information on the light outside: it counts as dark.
     corners = np.where(inside, 0, corners)
     contrast = np.where(elements.triangle | inside.all(axis=1), 0, corners.max(axis=1) - corners.min(axis=1))
     order = np.argsort(-contrast, kind="stable")[:len(elements) // EVERY]
@@ -180,7 +181,7 @@ def _contrasting(elements, irradiance, buried):
 
 
 def _fill(neighbours, values, buried):
-    """Give nodes inside bodies the mean of their neighbours outside, and theirs in turn, so that no dark creeps out."""
+    """Give nodes inside bodies the mean of their neighbours outside, repeatedly, so that interpolation stays bright."""
     values, known = np.where(buried[:, None], 0.0, values), ~buried
     while not known.all():
         share = neighbours @ known.astype(np.float64)

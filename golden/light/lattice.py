@@ -11,17 +11,17 @@ from golden.scene.scene import Scene
 
 __all__ = ["Lattice", "Place"]
 
-# A node on the rim of a patch moves this share of the way to the patch's centre, out of the corner that it shares with
-# the next surface, which would else be seen edge-on.
+# A node on the rim of a patch moves by this share of its distance to the patch's centre, out of the corner that it
+# shares with the next surface, which it would see edge-on.
 INSET = 1e-3
-# But at least about this share of the scene's size away from the patch's borders, or half of the way: from nearer to it
-# the machine's integers cannot see the next surface.
+# But by at least about this share of the scene's size, or half of the distance: the machine's integers do not resolve
+# the next surface from nearer to it.
 CLEAR = 2.0**-19
 # A node of a curved surface rises by this share of its patch's size above it, free of its neighbours' facets.
 LIFT = 2e-3
 # Positions nearer than this share of the scene's size are one node.
 SAME = 1e-6
-# Borders of that rounding lie this share aside, so that no coordinate that people choose is on one and goes both ways.
+# Offset of the borders of that rounding, so that no round coordinate is on one.
 ASIDE = 0.381966
 # Sheets of a surface that folds back on itself do not share nodes: the mean of their normals is shorter than this.
 FOLDED = 1e-6
@@ -29,14 +29,14 @@ FOLDED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where K points lie in a lattice.
+    """Positions of K points in a lattice.
 
     Parameters
     ----------
     cell
-        K: the number of the cell.
+        K int: the number of the cell.
     a, b
-        K each, 0 to 1: where in its cell.
+        K float64 each, 0 to 1: position in the cell.
     nodes, weights
         K x 4: the nodes around the point and their shares in the interpolated value, which sum to 1: bilinear in a
         quadrilateral's cell, linear in either half of a triangle's.
@@ -70,9 +70,9 @@ class Lattice:
     Members
     -------
     position, normal
-        M x 3: where each node stands, and its unit normal on the sheet's side.
+        M x 3 each: position of each node, and its unit normal on the sheet's side.
     source
-        M: the surface that it lies on.
+        M int: the surface of each node.
     """
 
     def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper):
@@ -104,11 +104,11 @@ class Lattice:
 
     @property
     def cells(self) -> int:
-        """How many cells there are, the unused ones of triangles included."""
+        """Number of cells, including the unused ones of triangles."""
         return int(self._cuts.prod(axis=1).sum())
 
     def at(self, sheet: np.ndarray, x: np.ndarray, y: np.ndarray) -> Place:
-        """The places at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
+        """The positions at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
         n, m = self._cuts[sheet].T
         triangle = self._triangle[sheet]
         x = np.where(triangle, x * (1 - y), x) * n
@@ -132,7 +132,7 @@ class Lattice:
 
     @cached_property
     def neighbours(self) -> sparse.csr_array:
-        """M x M: in how many cells two nodes are corners together."""
+        """M x M: number of cells of which two nodes are corners."""
         sheet = np.repeat(np.arange(len(self._cuts)), self._cuts.prod(axis=1))
         j, i = np.divmod(np.arange(len(sheet)) - self._first_cell[sheet], self._cuts[sheet, 0])
         used = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
@@ -158,7 +158,7 @@ def _curved(scene):
 
 
 def _inset(scene):
-    """N: which share of the way to its patch's centre a node moves."""
+    """N float64: by which share of its distance to its patch's centre a node moves."""
     longest = np.linalg.norm(scene.vertices - np.roll(scene.vertices, 1, axis=1), axis=2).max(axis=1)
     return np.clip(2 * CLEAR * scene.size * longest / scene.areas, INSET, 0.5)
 

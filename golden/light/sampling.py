@@ -1,6 +1,6 @@
-"""Random numbers that depend on what they are for, not on the order in which they are drawn.
+"""Random numbers that depend on their use, not on the order in which they are drawn.
 
-A number is a hash of a seed and of the keys of its use (pixel, sample, bounce), so an image does not depend on how its
+A number is a hash of a seed and of the keys of its use (pixel, sample, bounce), so a picture does not depend on how its
 pixels are batched.
 """
 
@@ -16,7 +16,7 @@ _GOLDEN = (5**0.5 - 1) / 2
 def mix(seed, *keys) -> np.ndarray:
     """A 64-bit hash of whole numbers; arrays broadcast."""
     state = np.asarray(seed, dtype=np.uint64)
-    with np.errstate(over="ignore"):  # modulo 2^64 is what is meant
+    with np.errstate(over="ignore"):  # modulo 2^64 on purpose
         for key in keys:
             key = np.asarray(key).astype(np.uint64) + np.uint64(1)
             state = _scramble(state + np.uint64(0x9E3779B97F4A7C15) * key)
@@ -29,14 +29,14 @@ def uniform(state: np.ndarray, dimension: int) -> np.ndarray:
 
 
 def lattice(state: np.ndarray, count: int) -> np.ndarray:
-    """``count`` points of [0, 1)^2 for each use, evenly spread and shifted at random: M x count x 2."""
+    """``count`` points of [0, 1)^2 for each use, a rank-1 lattice with a random shift: M x count x 2."""
     shift = np.stack([uniform(state, 0), uniform(state, 1)], axis=-1)
     step = np.array([1 / count, _GOLDEN])
     return (shift[:, None] + np.arange(count)[:, None] * step) % 1.0
 
 
 def _scramble(state):
-    """The finaliser of the splitmix64 generator, which takes neighbouring numbers far apart."""
+    """The finaliser of the splitmix64 generator, which maps neighbouring numbers far apart."""
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return state ^ (state >> np.uint64(31))

@@ -1,4 +1,4 @@
-"""Directions drawn evenly from the solid angle of a triangle."""
+"""Directions drawn uniformly from the solid angle of a triangle."""
 
 import numpy as np
 

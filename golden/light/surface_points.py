@@ -1,4 +1,4 @@
-"""Points on patches with what light needs to know of them."""
+"""Points on patches, with their shading normals."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ __all__ = ["SurfacePoints", "bilinear", "corner_normals"]
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """M points of a scene's surfaces, each looked at from one side.
+    """M points of a scene's surfaces, each seen from one side.
 
     Parameters
     ----------
     position
         M x 3, scene units.
     normal
-        M x 3 unit shading normals on the side that is looked at.
+        M x 3 unit shading normals on that side.
     patch
         M int, the patch of each point.
     """
@@ -48,7 +48,7 @@ def corner_normals(scene: Scene) -> np.ndarray:
     points = scene.vertices.reshape(-1, 3)
     keys = np.column_stack([np.repeat(scene.smooth, 4).astype(np.float64), points + 0.0])
     _, corner = np.unique(keys, axis=0, return_inverse=True)
-    # A triangle's last two corners are one: it must not count twice there.
+    # A triangle's last two corners are one and count once.
     share = np.where(np.repeat(scene.is_triangle, 4) & (np.arange(len(points)) % 4 == 3), 0.0, 1.0)
     weights = np.repeat(scene.area_vectors, 4, axis=0) * share[:, None]
     total = np.stack([np.bincount(corner, weights[:, axis]) for axis in range(3)], axis=1)[corner]

@@ -1,4 +1,4 @@
-"""Counts of rays by what they are for."""
+"""Counts of rays by their purpose."""
 
 import time
 from contextlib import contextmanager
@@ -10,14 +10,14 @@ __all__ = ["Tally"]
 
 
 class Tally:
-    """Casts rays and keeps account of them.
+    """Counts of rays, hits, tests and steps by kind of ray, and times of stages.
 
     Members
     -------
     kinds
         For each kind of ray: ``rays``, ``hits``, ``tests``, ``steps``.
     seconds
-        For each stage its wall-clock time.
+        Wall-clock time of each stage, in seconds.
     """
 
     def __init__(self):
@@ -25,7 +25,7 @@ class Tally:
         self.seconds: dict[str, float] = {}
 
     def counting(self, kind: str, caster) -> "CountingCaster":
-        """The caster, with the rays that it casts counted as of this kind."""
+        """The caster, with its rays counted as of this kind."""
         return CountingCaster(caster, self.kinds.setdefault(kind, {"rays": 0, "hits": 0, "tests": 0, "steps": 0}))
 
     @contextmanager
@@ -37,7 +37,7 @@ class Tally:
 
 
 class CountingCaster:
-    """A caster of rays or frusta that adds what it does to an account."""
+    """A caster of rays or frusta that counts its work."""
 
     def __init__(self, caster, counts: dict[str, int]):
         self._caster, self._counts = caster, counts
@@ -51,11 +51,11 @@ class CountingCaster:
         return self._count(self._caster.occluded(rays))
 
     def hemispheres(self, *arguments) -> FrustumHits:
-        """What casts the caster's hemispheres."""
+        """The caster's hemispheres, counted."""
         return self._counting(self._caster.hemispheres(*arguments))
 
     def screen(self, *arguments) -> FrustumHits:
-        """What casts the caster's screen."""
+        """The caster's screen, counted."""
         return self._counting(self._caster.screen(*arguments))
 
     def _counting(self, cast):

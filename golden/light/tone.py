@@ -1,4 +1,4 @@
-"""From radiance to what a display shows."""
+"""Tone mapping: from radiance to display values."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ CURVES = ("reinhard", "linear")
 # A typical scene's log-average is that of a reflectance of 0.18, which the curve below makes of this.
 _KEY = 0.18 / (1 - 0.18)
 
-# Share of the pixels that may be as white as white: lamps, mostly.
+# Share of the pixels that may saturate: lamps, mostly.
 _WHITE_SHARE = 0.01
 
 
@@ -24,7 +24,7 @@ def automatic_exposure(image: np.ndarray) -> float:
     """The factor that brings the log-average luminance of what is lit to middle grey.
 
     After E. Reinhard and others, Photographic Tone Reproduction for Digital Images, 2002, eq. 1. Black pixels (rays
-    that left the scene) do not count; an image that is black throughout gets 1.
+    that left the scene) do not count; a picture that is black throughout gets 1.
     """
     lit = luminance(image)
     lit = lit[lit > 0]
@@ -33,7 +33,7 @@ def automatic_exposure(image: np.ndarray) -> float:
 
 def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "reinhard",
              gamma: float | None = None) -> np.ndarray:
-    """H x W x 3 linear radiance as a uint8 image.
+    """H x W x 3 linear radiance as a uint8 picture.
 
     Parameters
     ----------

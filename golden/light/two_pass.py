@@ -1,4 +1,4 @@
-"""The image of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
+"""The picture of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
 from dataclasses import dataclass, fields
 from math import isqrt
@@ -24,7 +24,7 @@ from golden.scene.scene import Scene
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
-# Primary rays in work at once.
+# Primary rays per block.
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
@@ -34,19 +34,19 @@ ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class RenderSettings:
-    """How to render.
+    """Settings of a render.
 
     Parameters
     ----------
     width, height
         Pixels, 1 to 16384 each and at most 2^26 together.
     samples
-        Primary rays per pixel, a square number from 1 to 1024: one ray at random in each field of a square grid.
-        Where the method is of `FIXED_METHODS` it goes through the field's middle.
+        Primary rays per pixel, a square number from 1 to 1024: one random ray in each field of a square grid.
+        With a method of `FIXED_METHODS` it passes through the field's middle.
     light_samples
         Shadow rays to area lights per shaded point, 1 to 1024.
     depth
-        How many mirrors and refractions a ray may meet, 0 to 64.
+        Most reflections and refractions of a ray, 0 to 64.
     rays
         (azimuths, polars) of a radiosity hemisphere. Default: 64 x 16 to 256 x 64, about 12 million rays in all.
     max_edge, max_area
@@ -59,9 +59,9 @@ class RenderSettings:
     cell
         Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
     seed
-        Of all samples, at least 0.
+        Seed of all samples, at least 0.
     jobs
-        Threads that cast (see `golden.cast.grid.Grid`); the image does not depend on it.
+        Threads that cast (see `golden.cast.grid.Grid`); the picture does not depend on it.
 
     Raises
     ------
@@ -106,13 +106,13 @@ class RenderSettings:
 
     @property
     def side(self) -> int:
-        """A pixel's primary rays go through ``side`` x ``side`` fields."""
+        """A pixel has ``side`` x ``side`` fields, each with a primary ray."""
         return isqrt(self.samples)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RenderResult:
-    """An image and what it took.
+    """A picture and its statistics.
 
     Parameters
     ----------
@@ -137,15 +137,15 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
     Parameters
     ----------
     scene
-        What to render; it must have a light (an emitting material, a point light or a background).
+        The scene; it must have a light (an emitting material, a point light or a background).
     camera
-        From where.
+        The camera.
     settings
-        How.
+        The settings.
     frusta
-        What casts hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
+        Caster of hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
     progress
-        Shows bars for what takes more than two seconds.
+        Shows progress bars for steps of more than two seconds.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def _refinement(scene, settings) -> Refinement:
 
 
 def _hemisphere_rays(elements):
-    """The finest of three grids that keeps to the default number of rays."""
+    """The finest of three grids within the default number of rays."""
     return next((grid for grid in ((256, 64), (128, 32)) if grid[0] * grid[1] * elements <= HEMISPHERE_RAYS), (64, 16))
 
 
@@ -214,7 +214,7 @@ def _image(caster, shader, screen, settings, *, regular, progress):
 
 
 class _Shader:
-    """What comes along rays from a scene whose indirect light is known."""
+    """Radiance along rays in a scene whose indirect light is known."""
 
     def __init__(self, scene, caster, tally, indirect: IndirectLight, settings):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
@@ -233,7 +233,7 @@ class _Shader:
         return result
 
     def _wave(self, result, rays, hits, owner, weight, keys, goes_on):
-        """Add what rays of one generation see, times ``weight``, to their owners; gives the next generation."""
+        """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
         light = np.tile(np.asarray(self._scene.background, dtype=np.float64), (len(weight), 1))
@@ -270,7 +270,7 @@ class _Shader:
         beyond = np.sqrt(np.maximum(straight, 0))
         mirrored = np.where(straight > 0, _fresnel(ratio, cosine, beyond), 1.0)
         reflected = direction + 2 * cosine[:, None] * points.normal
-        # A shading normal may bend a mirrored ray into its surface: there the facet's own normal mirrors it.
+        # A shading normal may reflect a ray into its surface: there the facet's own normal is used.
         facet = self._scene.normals[points.patch] * np.where(front, 1, -1)[:, None]
         into = np.einsum("kj,kj->k", reflected, facet) <= 0
         flat = direction - 2 * np.einsum("kj,kj->k", direction, facet)[:, None] * facet

@@ -1,4 +1,4 @@
-"""How long packets take through an empty network."""
+"""Latency of packets in an empty network."""
 
 import numpy as np
 
@@ -10,19 +10,19 @@ LINK = 1
 
 def zero_load_latency(hops: np.ndarray | float, flits: np.ndarray | float = 1, *,
                       router_cycles: int = 2) -> np.ndarray | float:
-    """T = h (router_cycles + LINK) + router_cycles + 2 LINK + flits - 1
+    """Latency T = h (router_cycles + LINK) + router_cycles + 2 LINK + flits - 1, in cycles.
 
-    From the cycle in which a packet goes out until its last flit has come in, nothing else being on its way: one router
-    more than links, the wires at both ends, and the flits one after the other.
+    From the cycle in which the source sends a packet until its last flit has arrived, with no other packet in flight:
+    one router more than links, the wires at both ends, and the flits one after the other.
 
     Parameters
     ----------
     hops
-        Links of the way.
+        Links of the route.
     flits
-        Of the packet.
+        Flits of the packet.
     router_cycles
-        1 or 2.
+        Cycles in a router, 1 or 2.
 
     Source: Shen 1993, section 5.2.3.2 (wormhole routing).
     """

@@ -1,4 +1,4 @@
-"""A network with its nodes: packets go in at sources and come out at sinks, cycle by cycle."""
+"""A network with its nodes: packets enter at sources and leave at sinks, cycle by cycle."""
 
 from dataclasses import dataclass
 
@@ -11,24 +11,24 @@ from golden.noc.topology import LOCAL
 
 __all__ = ["NEVER", "Arrivals", "Network", "Packets"]
 
-# The cycle of what has not happened.
+# Cycle of an event that has not occurred.
 NEVER = -1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Packets:
-    """What is to be sent, in any order; those of one source and kind that are made earlier go earlier.
+    """Packets to send, in any order; a source sends those of one kind in the order of ``made``.
 
     Parameters
     ----------
     source, destination
-        Nodes.
+        int, nodes.
     length
-        Flits.
+        int, flits of the packet.
     made
-        Cycle from which on it may go.
+        int, first cycle in which it may be sent.
     message
-        Kind of message.
+        int, kind of message.
     """
 
     source: np.ndarray
@@ -43,18 +43,18 @@ class Packets:
 
 @dataclass(frozen=True, kw_only=True)
 class Arrivals:
-    """When each flit was on the wire into its first router, and when on the wire out of its last one; or `NEVER`.
+    """Cycles in which each flit was on the wires into its first router and out of its last one; or `NEVER`.
 
     Parameters
     ----------
     packet
-        Per flit, a packet's flits one after the other.
+        Packet of each flit; the flits of a packet follow each other.
     entered, entry
-        Cycle and virtual channel.
+        Cycle and virtual channel on the wire into the first router.
     left, channel
-        Cycle and virtual channel.
+        Cycle and virtual channel on the wire out of the last router.
     taken
-        The cycle in which the sink took it: its credit is on the wire then.
+        Cycle in which the sink accepted the flit, and its credit is on the wire.
     """
 
     packet: np.ndarray
@@ -68,16 +68,16 @@ class Arrivals:
 class Network:
     """Routers with a source and a sink at each node.
 
-    A source sends the flits of its packets one after the other, one per cycle; where there are several kinds of
-    messages, each has its own row, and they take turns flit by flit. It has a credit for each place of the queues. A
-    sink has the same places, and takes one flit per cycle in the order in which they came, from the cycle after.
+    A source sends the flits of its packets one after the other, one per cycle. Several kinds of messages have a queue
+    each, served in round-robin order, flit by flit. The source holds a credit for each entry of the queues. A sink has
+    as many entries, and accepts one flit per cycle in the order of arrival, from the cycle after its arrival.
 
     Parameters
     ----------
     routing
-        Where each packet goes on.
+        Routing tables.
     buffer_flits
-        Places of a queue.
+        Entries of a queue.
     messages, arbitration, router_cycles, copies
         See `Routers`.
     """
@@ -91,36 +91,36 @@ class Network:
         self._messages, self.nodes = messages, self.routers.nodes
         self._buffer_flits = buffer_flits
 
-    def run(self, packets: Packets, *, cycles: int, source_pauses: np.ndarray | None = None,
-            sink_pauses: np.ndarray | None = None) -> Arrivals:
-        """Send packets from an empty network on; each network can run once.
+    def run(self, packets: Packets, *, cycles: int, source_stalls: np.ndarray | None = None,
+            sink_stalls: np.ndarray | None = None) -> Arrivals:
+        """Send packets through the network, which is empty at first; each network can run once.
 
         Parameters
         ----------
         cycles
-            How many at most; it ends when all flits have been taken.
-        source_pauses, sink_pauses
-            Cycles x nodes bool, begun again when they are over: the source sends nothing, the sink takes nothing.
+            Most cycles; the run ends earlier when all flits have been accepted.
+        source_stalls, sink_stalls
+            Cycles x nodes bool, repeated cyclically: the source or the sink stalls.
 
         Raises
         ------
         InputError
-            A packet of an unknown node or of no flits.
+            A packet has an unknown node or kind, or no flits.
         """
         run = _Run(self, packets, self._entry, self._messages)
         for cycle in range(cycles):
-            run.cycle(cycle, _row(source_pauses, cycle), _row(sink_pauses, cycle))
+            run.cycle(cycle, _row(source_stalls, cycle), _row(sink_stalls, cycle))
             if run.taken_count == len(run.flits.first):
                 break
         return run.arrivals()
 
 
-def _row(pauses, cycle):
-    return None if pauses is None else pauses[cycle % len(pauses)]
+def _row(stalls, cycle):
+    return None if stalls is None else stalls[cycle % len(stalls)]
 
 
 class _Run:
-    """Sources and sinks of a network."""
+    """Sources and sinks of a network in a run."""
 
     def __init__(self, network, packets, entry, messages):
         routers = network.routers
@@ -129,8 +129,8 @@ class _Run:
         if len(packets) and (packets.length.min() < 1 or packets.source.min() < 0 or packets.destination.min() < 0
                              or packets.source.max() >= nodes or packets.destination.max() >= destinations
                              or packets.message.min() < 0 or packets.message.max() >= messages):
-            raise InputError("network: Packets must have a source, a destination and a kind that there are, and a flit")
-        # Flits in the order of packets; rows of sources are places in the order in which they go.
+            raise InputError("network: Packets must have a source, a destination and a kind that exist, and a flit")
+        # Flits in the order of packets. A row is the queue of a source and a kind: indices into the order of sending.
         self._packet = np.repeat(np.arange(len(packets)), packets.length)
         start = np.cumsum(packets.length) - packets.length
         number = np.arange(len(self._packet)) - start[self._packet]
@@ -149,19 +149,19 @@ class _Run:
         count = len(self._packet)
         self._entered, self._left, self._left_channel, self._taken = (np.full(count, NEVER) for _ in range(4))
         self.taken_count = 0
-        channels, places = routers.channels, network._buffer_flits
-        self._credits = np.full((nodes, channels), places)
-        self._turn = np.full(nodes, messages - 1)
+        channels, entries = routers.channels, network._buffer_flits
+        self._credits = np.full((nodes, channels), entries)
+        self._last_sent = np.full(nodes, messages - 1)
         self._nodes, self._rows = np.arange(nodes), rows
-        self._waiting = np.zeros((nodes, channels * places), dtype=np.int64)
+        self._waiting = np.zeros((nodes, channels * entries), dtype=np.int64)
         self._head, self._level = np.zeros(nodes, dtype=np.int64), np.zeros(nodes, dtype=np.int64)
 
-    def cycle(self, cycle, source_pauses, sink_pauses):
+    def cycle(self, cycle, source_stalls, sink_stalls):
         """One cycle."""
         wires, channels = self._routers.wires(), self._routers.channels
-        nodes, entering = self._send(cycle, source_pauses)
+        nodes, entering = self._send(cycle, source_stalls)
         self._entered[entering] = cycle
-        takers, taken = self._take(cycle, sink_pauses)
+        takers, taken = self._take(cycle, sink_stalls)
         port, ports = self._routers.ports * self._nodes + LOCAL, self._routers.ports
         self._routers.step(self.flits, queues=port[nodes] * channels + self._channel[entering], entering=entering,
                            credits=port[takers] * channels + self._left_channel[taken])
@@ -174,30 +174,31 @@ class _Run:
         back = wires.credits[wires.credits // channels % ports == LOCAL]
         np.add.at(self._credits, (back // channels // ports, back % channels), 1)
 
-    def _send(self, cycle, pauses):
-        """The nodes that send, and what."""
-        place = np.minimum(self._next, len(self._made) - 1)
-        ready = (self._next < self._end) & (self._made[place] <= cycle)
-        ready &= self._credits[self._rows // self._messages, self._row_channel[place]] > 0
-        if pauses is not None:
-            ready &= ~np.repeat(pauses, self._messages)
+    def _send(self, cycle, stalls):
+        """The nodes that send, and their flits."""
+        index = np.minimum(self._next, len(self._made) - 1)
+        ready = (self._next < self._end) & (self._made[index] <= cycle)
+        ready &= self._credits[self._rows // self._messages, self._row_channel[index]] > 0
+        if stalls is not None:
+            ready &= ~np.repeat(stalls, self._messages)
         ready = ready.reshape(-1, self._messages)
-        turn = np.where(ready, (np.arange(self._messages) - self._turn[:, None] - 1) % self._messages, self._messages)
-        message = turn.argmin(axis=1)
+        after = (np.arange(self._messages) - self._last_sent[:, None] - 1) % self._messages
+        priority = np.where(ready, after, self._messages)
+        message = priority.argmin(axis=1)
         nodes = np.flatnonzero(ready.any(axis=1))
         message = message[nodes]
-        self._turn[nodes] = message
+        self._last_sent[nodes] = message
         row = nodes * self._messages + message
         sent = self._order[self._next[row]]
         self._next[row] += 1
         self._credits[nodes, self._channel[sent]] -= 1
         return nodes, sent
 
-    def _take(self, cycle, pauses):
-        """The nodes whose sinks take a flit, and which."""
+    def _take(self, cycle, stalls):
+        """The nodes whose sinks accept a flit, and these flits."""
         takes = self._level > 0
-        if pauses is not None:
-            takes &= ~pauses
+        if stalls is not None:
+            takes &= ~stalls
         nodes = np.flatnonzero(takes)
         flits = self._waiting[nodes, self._head[nodes]]
         self._head[nodes] = (self._head[nodes] + 1) % self._waiting.shape[1]
@@ -207,6 +208,6 @@ class _Run:
         return nodes, flits
 
     def arrivals(self):
-        """All that was noted."""
+        """The cycles recorded in the run."""
         return Arrivals(packet=self._packet, entered=self._entered, entry=self._channel, left=self._left,
                         channel=self._left_channel, taken=self._taken)

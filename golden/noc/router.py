@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 from golden.noc.routing import Routing
 from golden.noc.topology import NOWHERE
 
@@ -14,20 +14,20 @@ __all__ = ["ARBITRATIONS", "Flits", "Routers", "Wires"]
 ARBITRATIONS = ("round-robin", "age")
 
 _NONE = np.empty(0, dtype=np.int64)
-# Of no packet.
+# A channel that no packet holds.
 _FREE = -1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flits:
-    """All flits of a run, each known by its place here.
+    """All flits of a run, each identified by its index.
 
     Parameters
     ----------
     destination
-        Node of its packet.
+        N int, destination of its packet.
     first, last
-        Whether it is its packet's first one, its last one; both of a packet of one flit.
+        N bool, whether it is the first and the last flit of its packet; both in a packet of one flit.
     """
 
     destination: np.ndarray
@@ -37,15 +37,15 @@ class Flits:
 
 @dataclass(frozen=True, kw_only=True)
 class Wires:
-    """What is on the wires during a cycle.
+    """Flits and credits on the wires during a cycle.
 
     Parameters
     ----------
     queues, flits
-        Queues of routers that flits are being sent to, by the number of the output port and the virtual channel
+        Destination queues of the flits on the wires, by number of the output port and the virtual channel
         (``port * channels + channel``), and the flits.
     credits
-        Queues that have a place again.
+        Queues whose credits are returned.
     """
 
     queues: np.ndarray
@@ -56,43 +56,45 @@ class Wires:
 class Routers:
     """All routers of one network, or of several equal ones side by side.
 
-    A router has a queue for each virtual channel of each input port. In each cycle each output port takes one flit of a
-    queue that may go: its first flit is to leave there, its packet holds the next channel or finds it free, and the
-    next queue has room. Of several the next one after the queue that went last goes, or that whose flit has been its
-    first for most cycles, the first of equals. All queues of an input port may go at once.
-    A packet holds the channel from its first flit to its last one.
+    A router has a queue for each virtual channel of each input port. In each cycle each output port grants one eligible
+    queue. A queue is eligible for a port if its first flit leaves there, the flit's packet holds the next channel or
+    finds it free, and there is a credit for the next queue. Arbitration is round-robin, or by age: the queue whose flit
+    has been its first for most cycles, the first of equals. All queues of an input port may be granted in one cycle. A
+    packet holds its channel from its first flit to its last.
 
     A flit that is on the wire to a router in cycle t is in its queue in t + 1, where it may be granted; in t + 2 it
-    passes the crossbar, in t + 3 it is on the next wire; if routers take one cycle, it passes the crossbar in t + 1 and
-    is on the next wire in t + 2. Its place is free again at once: the credit is on the wire back in t + 2.
+    passes the crossbar, in t + 3 it is on the next wire. If routers take one cycle, it passes the crossbar in t + 1 and
+    is on the next wire in t + 2. Its entry is free at once: the credit is on the wire back in t + 2.
 
-    Each kind of message has ``routing.virtual_channels`` of its own at each port, those of kind m from m times that on.
-    At the node itself packets of a kind come out one after the other, on the kind's first channel.
+    Each kind of message has ``routing.virtual_channels`` channels of its own at each port; kind m begins at m times
+    that number. Packets of a kind leave the network at their node one after the other, on the kind's first channel.
 
-    Ports are numbered ``node * ports + port``, queues ``port * channels + channel``. Ports without a neighbour (that of
-    the node itself always) are served by the caller.
+    Ports are numbered ``node * ports + port``, queues ``port * channels + channel``. The caller
+    serves the ports without a neighbour, among them the port of the node itself.
 
     Parameters
     ----------
     routing
-        Where each packet goes on.
+        Routing tables.
     buffer_flits
-        Places of a queue.
+        Entries of a queue.
     messages
-        Kinds of messages, which never wait for each other.
+        Kinds of messages; kinds do not block each other.
     arbitration
-        One of `ARBITRATIONS`: in turn, or the longest waiting first.
+        One of `ARBITRATIONS`: round-robin, or the longest waiting.
     router_cycles
-        1 or 2.
+        Cycles in a router, 1 or 2.
     copies
-        Networks; the nodes of copy c begin at c times their number. Destinations count within a copy.
+        Number of networks; the nodes of copy c begin at c times their number. Destinations count within a copy.
     alone
-        Only this node's router, without a neighbour.
+        Only this node's router, without neighbours.
 
     Raises
     ------
     InputError
-        Places or kinds out of range.
+        Arbitration or router cycles are unknown, or entries or kinds out of range.
+    TypeError
+        Entries or kinds are no int.
 
     Source: Shen 1993, section 5.2.3.
     """
@@ -102,7 +104,8 @@ class Routers:
         if arbitration not in ARBITRATIONS:
             raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
         for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+            check_int(f"network: {name}", value)
+            if value < 1:
                 raise InputError(f"network: {name} must be at least 1, not {value!r}")
         if router_cycles not in (1, 2):
             raise InputError(f"network: Router cycles must be 1 or 2, not {router_cycles!r}")
@@ -117,7 +120,7 @@ class Routers:
         self._queues_of_node = ports * self.channels
         count = self.nodes * self._queues_of_node
 
-        # The queue that each packet in a queue goes to, in terms of this router's output ports, by destination.
+        # The next queue of each packet in a queue, in terms of this router's output ports, by destination.
         node, _, came = (axis[..., None] for axis in np.ogrid[:nodes, :ports, :self.channels])
         output, channel = output[:, None, None, :], channel[:, None, None, :]
         channel = channel + came // per_kind * per_kind
@@ -125,7 +128,7 @@ class Routers:
         target = np.broadcast_to(target, (nodes, ports, *target.shape[2:])).reshape(count // copies, -1)
         self._target = np.concatenate([target + copy * len(target) for copy in range(copies)])
 
-        # From an output port to the input port behind it, and back.
+        # From an output port to the input port at the link's other end, and back.
         copy = np.arange(copies)[:, None, None] * nodes
         self._behind = np.where(behind == NOWHERE, NOWHERE,
                                 (behind + copy) * ports + np.array(routing.topology.opposite)).reshape(-1)
@@ -133,20 +136,20 @@ class Routers:
         linked = np.flatnonzero(self._behind != NOWHERE)
         self._before[self._behind[linked]] = linked
 
-        self._flit, self._goes_to = (np.zeros((count, buffer_flits), dtype=np.int64) for _ in range(2))
+        self._flit, self._next_queue = (np.zeros((count, buffer_flits), dtype=np.int64) for _ in range(2))
         self._head, self._level = (np.zeros(count, dtype=np.int64) for _ in range(2))
         self._credits = np.full(count, buffer_flits, dtype=np.int64)
         self._holder = np.full(count, _FREE, dtype=np.int64)
         self._in_turn = arbitration == "round-robin"
-        self._went = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
-        # Cycles for which each queue's first flit has been that.
+        self._last_granted = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
+        # Age of each queue's first flit: cycles since it became the first.
         self._waited = np.zeros(count, dtype=np.int64)
-        # What was granted in each of the cycles before, the oldest first.
+        # Grants of the cycles before, the oldest first.
         self._granted = deque([(_NONE, _NONE)] * router_cycles)
         self._returned = _NONE
-        # Flits that were sent, to links and to nodes; cycles in which a port had some to send and could not.
+        # Flits sent, to links and to nodes; cycles in which a port had a request and granted none.
         self.sent = self.stalls = 0
-        self._place = np.arange(count) % self._queues_of_node
+        self._index = np.arange(count) % self._queues_of_node
 
     @property
     def level(self) -> np.ndarray:
@@ -154,7 +157,7 @@ class Routers:
         return self._level
 
     def wires(self) -> Wires:
-        """What the routers put on their wires in the present cycle."""
+        """Flits and credits that the routers drive onto their wires in the present cycle."""
         queues, flits = self._granted[0]
         return Wires(queues=queues, flits=flits, credits=self._returned)
 
@@ -165,11 +168,11 @@ class Routers:
         Parameters
         ----------
         flits
-            All that there are.
+            All flits of the run.
         queues, entering
-            What the caller has on the wires to the ports that it serves, at most one flit per port.
+            Queues and flits on the wires to the ports that the caller serves, at most one flit per port.
         credits
-            Output queues of those ports for which the caller gives back a place.
+            Output queues of those ports for which the caller returns a credit.
         """
         wires = self.wires()
         left, now = self._grant(flits)
@@ -178,7 +181,7 @@ class Routers:
         before = self._before[port]
         linked = before != NOWHERE
         self._credits[before[linked] * self.channels + channel[linked]] += 1
-        # The caller may give back several places of a queue at once.
+        # The caller may return several credits of a queue in one cycle.
         np.add.at(self._credits, credits, 1)
 
         channel, port = wires.queues % self.channels, wires.queues // self.channels
@@ -186,9 +189,9 @@ class Routers:
         linked = behind != NOWHERE
         queues = np.concatenate([behind[linked] * self.channels + channel[linked], queues])
         entering = np.concatenate([wires.flits[linked], entering])
-        place = (self._head[queues] + self._level[queues]) % self.buffer_flits
-        self._flit[queues, place] = entering
-        self._goes_to[queues, place] = self._target[queues, flits.destination[entering]]
+        entry = (self._head[queues] + self._level[queues]) % self.buffer_flits
+        self._flit[queues, entry] = entering
+        self._next_queue[queues, entry] = self._target[queues, flits.destination[entering]]
         self._level[queues] += 1
 
         self._granted.popleft()
@@ -196,30 +199,31 @@ class Routers:
         self._returned = left
 
     def _grant(self, flits):
-        """The queues that are left, and to which queues which flits go."""
+        """The queues granted, and the next queues and flits of the grants."""
         busy = np.flatnonzero(self._level)
-        first, target = self._flit[busy, self._head[busy]], self._goes_to[busy, self._head[busy]]
-        may = self._credits[target] > 0
-        may &= self._holder[target] == np.where(flits.first[first], _FREE, busy)
-        wanted = target // self.channels
-        asks, port, place = busy[may], wanted[may], self._place[busy[may]]
-        # The smallest goes first.
+        first, target = self._flit[busy, self._head[busy]], self._next_queue[busy, self._head[busy]]
+        eligible = self._credits[target] > 0
+        eligible &= self._holder[target] == np.where(flits.first[first], _FREE, busy)
+        requested = target // self.channels
+        queue, port = busy[eligible], requested[eligible]
+        index = self._index[queue]
+        # The lowest priority number is granted.
         if self._in_turn:
-            turn = (place - self._went[port] - 1) % self._queues_of_node
+            priority = (index - self._last_granted[port] - 1) % self._queues_of_node
         else:
-            turn = place - self._queues_of_node * self._waited[asks]
+            priority = index - self._queues_of_node * self._waited[queue]
             self._waited[busy] += 1
-        order = np.lexsort((turn, port))
+        order = np.lexsort((priority, port))
         chosen = order[np.flatnonzero(np.diff(port[order], prepend=NOWHERE))]
-        ports, queues = port[chosen], asks[chosen]
+        ports, queues = port[chosen], queue[chosen]
 
         self.sent += len(ports)
-        self.stalls += np.count_nonzero(np.bincount(wanted)) - len(ports)
-        self._went[ports] = place[chosen]
+        self.stalls += np.count_nonzero(np.bincount(requested)) - len(ports)
+        self._last_granted[ports] = index[chosen]
         self._waited[queues] = 0
-        gone, targets = first[may][chosen], target[may][chosen]
+        granted, targets = first[eligible][chosen], target[eligible][chosen]
         self._head[queues] = (self._head[queues] + 1) % self.buffer_flits
         self._level[queues] -= 1
         self._credits[targets] -= 1
-        self._holder[targets] = np.where(flits.last[gone], _FREE, queues)
-        return queues, (targets, gone)
+        self._holder[targets] = np.where(flits.last[granted], _FREE, queues)
+        return queues, (targets, granted)

@@ -1,4 +1,4 @@
-"""Routing: where a packet goes at each router, on which virtual channel, and why it cannot deadlock."""
+"""Routing: output port and virtual channel of a packet at each router, and the proof of deadlock freedom."""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -6,7 +6,7 @@ from functools import cache, cached_property
 import networkx as nx
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 from golden.noc.topology import LOCAL, NOWHERE, Topology
 
 __all__ = ["Routing", "check_deadlock_free", "classes_needed", "dependency_graph", "displacement", "route"]
@@ -14,23 +14,22 @@ __all__ = ["Routing", "check_deadlock_free", "classes_needed", "dependency_graph
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Routing:
-    """What the routers know: two tables, looked up by the packet's destination.
+    """The tables of the routers, indexed by the packet's destination.
 
-    A packet takes the same links and the same virtual channels as every other one from its source to its destination:
-    it cannot overtake one.
+    All packets from a source to a destination use the same links and virtual channels, so none overtakes another.
 
     Parameters
     ----------
     topology
         The network.
     virtual_channels
-        Of every link.
+        Virtual channels of each link.
     port
-        N x N int64: at each node, the output port of packets to each destination; `LOCAL` at home.
+        N x N int64: at each node, the output port of packets to each destination; `LOCAL` at the destination.
     channel
-        N x N int64: the virtual channel that they take on the link behind that port; 0 at home.
+        N x N int64: the virtual channel of these packets on that port's link; 0 at the destination.
     entry
-        N x N int64: the virtual channel on which the node gives its own packets to its router.
+        N x N int64: the virtual channel on which a node sends its own packets to its router.
     """
 
     topology: Topology
@@ -39,18 +38,18 @@ class Routing:
     channel: np.ndarray
     entry: np.ndarray
 
-    def way(self, source: int, destination: int) -> list[tuple[int, int, int]]:
+    def path(self, source: int, destination: int) -> list[tuple[int, int, int]]:
         """The links of a packet: node, output port, virtual channel."""
-        way, node = [], source
+        path, node = [], source
         while node != destination:
             output = int(self.port[node, destination])
-            way.append((node, output, int(self.channel[node, destination])))
+            path.append((node, output, int(self.channel[node, destination])))
             node = int(self.topology.neighbour[node, output])
-        return way
+        return path
 
     @cached_property
     def hops(self) -> np.ndarray:
-        """N x N int64, links of the way between any two nodes.
+        """N x N int64, links of the route between any two nodes.
 
         Raises
         ------
@@ -75,36 +74,38 @@ class Routing:
 def route(topology: Topology, virtual_channels: int) -> Routing:
     """The routing of a network.
 
-    Packets go along one dimension after the other (X first, then Y; in a hypercube bit 0 first), each the shortest way;
-    of two equally long ways around a ring, forward to nodes whose column plus row is even, back to the others. In an
-    Illiac network the row's line ends in the next row, so the steps along the two are not independent: of all shortest
-    combinations the one with the fewest steps from row to row, those last. All ways are as short as can be.
+    Dimension-order routing: X first, then Y; in a hypercube bit 0 first. Routes are shortest. Of the two directions
+    around a ring that are equally long, packets go forward to nodes whose column plus row is even and back to all
+    others. In an Illiac network a row's line ends in the next row, so the steps along the two are not independent: of
+    all shortest combinations it uses the one with the fewest steps from row to row, and takes those last.
 
-    Where packets pass from the last node of a ring to the first or back (the dateline), a ring of links could wait for
-    itself. There the virtual channels are two classes. A packet that will cross the dateline in this dimension takes
-    class 0 until then, class 1 on the link that crosses and after; all others keep one class through the dimension,
-    0 if they leave it at an even position, else 1. So no packet of class 1 ever waits for class 0 in its dimension, and
-    the links of each class end at the dateline. Class c of C has the channels c V/C to (c + 1) V/C - 1.
+    The links of a ring could deadlock. There the virtual channels form two classes, and the link between the last node
+    and the first is the dateline. A packet that will cross the dateline in this dimension uses class 0 before it, and
+    class 1 on it and after. All others keep one class through the dimension: 0 if they leave it at an even position,
+    else 1. So no packet of class 1 waits for class 0 in its dimension, and the links of each class end at the dateline.
+    Class c of C has the channels c V/C to (c + 1) V/C - 1.
 
-    Within a class, the destinations behind a link are put in the order of the port that their packets want at the next
-    router, then of their numbers, and cut in as many parts as there are channels, of equal traffic if every node sends
-    as much to every other. So a packet waits behind as few as can be that go elsewhere, and all queues are used.
+    Within a class, the destinations beyond a link are sorted by their output port at the next router, then by number,
+    and divided among the channels into parts of equal traffic under uniform load. So few packets wait behind others for
+    another port, and all queues are used.
 
     Parameters
     ----------
     virtual_channels
-        Of every link; a multiple of the classes that the network needs (`classes_needed`).
+        Virtual channels of each link; a multiple of the classes that the network needs (`classes_needed`).
 
     Raises
     ------
     InputError
-        Too few channels, with the cycle of links that would wait for each other; or no multiple.
+        Too few channels (the message has the cycle of links), or no multiple of the classes.
+    TypeError
+        ``virtual_channels`` is no int.
 
     Source: Shen 1993, section 5.2.3.2 (mesh); Dally and Seitz 1987 (dateline).
     """
-    if isinstance(virtual_channels, bool) or not isinstance(virtual_channels, (int, np.integer)) \
-            or virtual_channels < 1:
-        raise InputError(f"network: Virtual channels must be a whole number of at least 1, not {virtual_channels!r}")
+    check_int("network: Virtual channels", virtual_channels)
+    if virtual_channels < 1:
+        raise InputError(f"network: Virtual channels must be at least 1, not {virtual_channels!r}")
     classes = classes_needed(topology)
     if virtual_channels == 1:
         classes = 1
@@ -130,10 +131,10 @@ def classes_needed(topology: Topology) -> int:
 
 
 def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) -> nx.DiGraph:
-    """Which channels packets hold while they wait for which.
+    """Channel dependency graph: from each channel that packets hold to those that they request next.
 
-    A vertex is a virtual channel of a link: node, output port, channel. The local ports are no part of it: what leaves
-    the network waits for nothing, and nothing in it waits for what is about to enter.
+    A vertex is a virtual channel of a link: node, output port, channel. Local ports are not part of it: a packet that
+    leaves the network waits for no channel, and no packet in it waits for one that enters.
 
     Parameters
     ----------
@@ -154,12 +155,12 @@ def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) 
 
 
 def check_deadlock_free(routing: Routing) -> None:
-    """Refuse a routing with channels that could wait for each other in a circle, or with packets that never arrive.
+    """The routing delivers every packet and has no cycle of channel dependencies.
 
     Raises
     ------
     InputError
-        With the circle.
+        There is a cycle, which the message shows, or packets do not arrive.
 
     Source: Dally and Seitz 1987: without a cycle in the graph of dependencies there is no deadlock.
     """
@@ -168,9 +169,9 @@ def check_deadlock_free(routing: Routing) -> None:
     graph = dependency_graph(topology, routing.port, routing.channel)
     if nx.is_directed_acyclic_graph(graph):
         return
-    circle = [edge[0] for edge in nx.find_cycle(graph)]
+    cycle = [edge[0] for edge in nx.find_cycle(graph)]
     links = " -> ".join(f"{node} {topology.ports[output]} channel {channel}"
-                        for node, output, channel in [*circle, circle[0]])
+                        for node, output, channel in [*cycle, cycle[0]])
     raise InputError(f"network: {topology} with Virtual channels {routing.virtual_channels} can deadlock: {links}")
 
 
@@ -179,28 +180,28 @@ def displacement(topology: Topology) -> np.ndarray:
     if topology.name == "illiac" and len(topology.dimensions) == 2:
         return _illiac_displacement(topology)
     steps = np.zeros((topology.nodes, topology.nodes, len(topology.dimensions)), dtype=np.int64)
-    for place, line in enumerate(topology.dimensions):
+    for axis, line in enumerate(topology.dimensions):
         apart = line.position[None, :] - line.position[:, None]
-        steps[..., place] = _shorter(topology, apart, line.size) if line.wraps else apart
+        steps[..., axis] = _shorter(topology, apart, line.size) if line.wraps else apart
     return steps
 
 
 def _odd(topology):
-    """To which nodes packets go back where both ways around are equally long."""
+    """The nodes to which packets go back where both directions around a ring are equally long: N bool."""
     return topology.coordinates.sum(axis=1) % 2 == 1
 
 
 def _shorter(topology, apart, size):
-    """The shorter way around a ring."""
+    """Signed steps of the shorter route around a ring."""
     forward = apart % size
     back = (2 * forward > size) | (2 * forward == size) & _odd(topology)
     return np.where(back, forward - size, forward)
 
 
 def _illiac_displacement(topology):
-    """All numbers of steps from row to row with the steps along the line that remain; the best by the rule of `route`.
+    """The best combination, by the rule of `route`, of steps from row to row and of the remaining steps along the line.
 
-    The best for what remains after a step is the best without that step, so that the ways fit together.
+    After a step the rest of a best combination is best for the rest, so the routes are consistent.
     """
     _, down = topology.dimensions
     number = np.arange(topology.nodes)
@@ -209,7 +210,7 @@ def _illiac_displacement(topology):
         end = down.position[:, None] + rows
         allowed = down.wraps | (end >= 0) & (end < down.size)
         along = _shorter(topology, number[None, :] - number[:, None] - rows * topology.columns, topology.nodes)
-        # Total, then from row to row, then the direction; larger than all where there is no way around.
+        # Total steps, then steps from row to row, then the direction; the largest number where there is no route.
         cost = 4 * topology.nodes * (abs(rows) + abs(along)) + 2 * abs(rows) + (_odd(topology) ^ (rows < 0))
         cost = np.where(allowed, cost, np.iinfo(np.int64).max)
         candidate = np.stack([cost, along, np.full_like(along, rows)])
@@ -218,10 +219,10 @@ def _illiac_displacement(topology):
 
 
 def _ports(topology, steps):
-    """Along the first dimension with steps left."""
+    """Output port along the first dimension with steps left."""
     port = np.full(steps.shape[:2], LOCAL, dtype=np.int64)
-    for place in reversed(range(len(topology.dimensions))):
-        line, go = topology.dimensions[place], steps[..., place]
+    for axis in reversed(range(len(topology.dimensions))):
+        line, go = topology.dimensions[axis], steps[..., axis]
         port = np.where(go > 0, line.forward, np.where(go < 0, line.back, port))
     return port
 
@@ -229,10 +230,10 @@ def _ports(topology, steps):
 def _classes(topology, steps, port):
     """The class of `route`: N x N."""
     chosen = np.zeros_like(port)
-    for place, line in enumerate(topology.dimensions):
+    for axis, line in enumerate(topology.dimensions):
         if not line.wraps:
             continue
-        here, end = line.position[:, None], line.position[:, None] + steps[..., place]
+        here, end = line.position[:, None], line.position[:, None] + steps[..., axis]
         for output, border in ((line.forward, line.size - 1), (line.back, 0)):
             taken = port == output
             crosses = taken & ((end < 0) | (end >= line.size))
@@ -258,7 +259,7 @@ def _lane(topology, port, group, lanes):
 
 
 def _traffic(topology, port):
-    """How many nodes' packets pass or leave each node on their way to each destination: N x N."""
+    """Number of nodes whose packets to each destination pass or leave each node: N x N."""
     count = np.zeros_like(port)
     at, destination = np.indices(port.shape).reshape(2, -1)
     while len(at):
@@ -269,11 +270,11 @@ def _traffic(topology, port):
     return count
 
 
-def _share(traffic, wanted, lanes):
-    """Lanes of packets with so much traffic each: equal traffic in each lane, in the order of what they want."""
-    order = np.argsort(wanted, kind="stable")
+def _share(traffic, requested, lanes):
+    """Lanes of packets with the traffic given: equal traffic in each lane, in the order of the requested ports."""
+    order = np.argsort(requested, kind="stable")
     middle = 2 * np.cumsum(traffic[order]) - traffic[order]
-    lane = np.empty_like(wanted)
+    lane = np.empty_like(requested)
     lane[order] = middle * lanes // (2 * traffic.sum())
     return lane
 

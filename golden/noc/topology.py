@@ -1,11 +1,11 @@
-"""Topologies: which nodes have a link, at which ports, and how many links apart any two are."""
+"""Topologies: nodes, ports, links and distances."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 
 __all__ = ["LOCAL", "TOPOLOGIES", "Dimension", "Link", "Topology", "grid_shape"]
 
@@ -34,18 +34,18 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Dimension:
-    """Lines or rings of nodes along which a packet goes forward or back.
+    """Lines or rings of nodes along which packets move forward or back.
 
     Parameters
     ----------
     names
-        Of the ports.
+        Names of the ports.
     forward, back
-        Their ports, one for both in a hypercube.
+        Ports of the two directions; the same in a hypercube.
     size
         Nodes of a line or ring.
     wraps
-        They are rings: a link goes from position ``size`` - 1 to 0.
+        Whether they are rings: a link connects position ``size`` - 1 to 0.
     position
         N int64, 0 to ``size`` - 1.
     ahead
@@ -69,21 +69,23 @@ class Topology:
     *torus*: also from border to border; *ring*: to the numbers before and after, modulo N; *illiac*: to those and the
     numbers ``columns`` before and after, modulo N; *hypercube*: to the numbers that differ in one bit.
 
-    Links are pairs, one in each direction, and enter at the port through which the way back leaves. A dimension of two
-    has one pair, not two between the same nodes; one of one has no ports. All routers have the same ports; those at a
-    border that lead nowhere have no link.
+    Links are pairs, one in each direction; a link enters at the port at which the opposite link leaves. A dimension of
+    size two has one pair, not two between the same nodes; one of size one has no ports. All routers have the same
+    ports; some at a border have no link.
 
     Parameters
     ----------
     name
         One of `TOPOLOGIES`.
     columns, rows
-        At least 1; of a hypercube powers of two.
+        At least 1; in a hypercube powers of two.
 
     Raises
     ------
     InputError
-        Another topology, or a size that it cannot have.
+        The topology is unknown, or cannot have this size.
+    TypeError
+        A size is no int.
 
     Source: Shen 1993, section 5.2.3, Fig. 5.4.
     """
@@ -128,7 +130,7 @@ class Topology:
 
     @cached_property
     def dimensions(self) -> tuple[Dimension, ...]:
-        """In the order in which packets go along them."""
+        """Dimensions in the order of routing."""
         number, (column, row) = np.arange(self.nodes), self.coordinates.T
         if self.name == "hypercube":
             return tuple(Dimension((f"bit_{bit}",), 1 + bit, 1 + bit, 2, False, number >> bit & 1, number ^ 1 << bit)
@@ -136,14 +138,14 @@ class Topology:
         after = (number + 1) % self.nodes
         lines = {
             "ring": [(EAST_WEST, self.nodes, number, after)],
-            # The line of a row goes on with the next row; with a single column both dimensions would be the same.
+            # The line of a row continues in the next row; with a single column both dimensions would be the same.
             "illiac": [(EAST_WEST, self.nodes, number, after),
                        (SOUTH_NORTH, self.rows if self.columns > 1 else 1, row, (number + self.columns) % self.nodes)],
         }.get(self.name, [(EAST_WEST, self.columns, column, row * self.columns + (column + 1) % self.columns),
                           (SOUTH_NORTH, self.rows, row, (number + self.columns) % self.nodes)])
         lines = [line for line in lines if line[1] > 1]
-        return tuple(Dimension(names, 1 + 2 * place, 2 + 2 * place, size, self.name != "mesh" and size > 2, *rest)
-                     for place, (names, size, *rest) in enumerate(lines))
+        return tuple(Dimension(names, 1 + 2 * axis, 2 + 2 * axis, size, self.name != "mesh" and size > 2, *rest)
+                     for axis, (names, size, *rest) in enumerate(lines))
 
     @cached_property
     def ports(self) -> tuple[str, ...]:
@@ -152,7 +154,7 @@ class Topology:
 
     @cached_property
     def neighbour(self) -> np.ndarray:
-        """N x ports int64: the node behind each port; -1 behind `LOCAL` and where there is no link."""
+        """N x ports int64: the node that each port is linked to; -1 for `LOCAL` and where there is no link."""
         behind = np.full((self.nodes, len(self.ports)), NOWHERE, dtype=np.int64)
         for line in self.dimensions:
             linked = np.arange(self.nodes) if line.wraps else np.flatnonzero(line.position < line.size - 1)
@@ -176,7 +178,7 @@ class Topology:
 
     @cached_property
     def hops(self) -> np.ndarray:
-        """N x N int64, links on a shortest way between any two nodes."""
+        """N x N int64, links of a shortest route between any two nodes."""
         linked = np.zeros((self.nodes, self.nodes), dtype=np.int64)
         for link in self.links:
             linked[link.source, link.target] = 1
@@ -189,5 +191,6 @@ class Topology:
 
 
 def _check_positive(label, value):
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise InputError(f"network: {label} must be a whole number of at least 1, not {value!r}")
+    check_int(f"network: {label}", value)
+    if value < 1:
+        raise InputError(f"network: {label} must be at least 1, not {value!r}")

@@ -1,1 +1,1 @@
-"""The host's scheduler: what a sparse casting from one point tells about dense ones from points nearby."""
+"""The host's scheduler: a sparse casting from one point predicts the work of dense castings from nearby points."""

@@ -1,4 +1,4 @@
-"""Assignment: which processor of a network becomes which cluster."""
+"""Assignment of clusters to the processors of a network."""
 
 import numpy as np
 
@@ -15,9 +15,9 @@ def traffic(partition: Partition, window: Window, cluster: np.ndarray) -> np.nda
     Parameters
     ----------
     window
-        Of the patches found, in the dense frustum.
+        Windows of the patches found, in the dense frustum.
     cluster
-        Where each is at home (`classify`); every other cluster into whose section its window reaches fetches it once.
+        Home of each patch (`classify`); every other cluster whose section meets its window fetches it once.
 
     Returns
     -------
@@ -41,11 +41,11 @@ def simple(clusters: int) -> np.ndarray:
 
 
 def heaviest_to_nearest(load: np.ndarray, hops: np.ndarray) -> np.ndarray:
-    """The processor of each cluster: heavy traffic goes short ways.
+    """The processor of each cluster, such that heavy traffic has short routes.
 
-    Begins with the cluster of most traffic on the processor of most links. Then, again and again, takes the heaviest
-    pair of a cluster that has a processor and one that has not, and puts the latter as near to the former as can be.
-    Clusters without traffic to any placed one begin anew. Of equals the smaller number is taken.
+    The cluster of most traffic is assigned to the processor of most links. Then, repeatedly, the heaviest pair of an
+    assigned and an unassigned cluster is chosen, and the latter assigned to the free processor nearest to the former.
+    Clusters without traffic to an assigned one start anew. The smaller number of equals is chosen.
 
     Parameters
     ----------
@@ -66,14 +66,14 @@ def heaviest_to_nearest(load: np.ndarray, hops: np.ndarray) -> np.ndarray:
     free = np.ones(count, dtype=bool)
     links = (hops == 1).sum(axis=1)
     for _ in range(count):
-        placed = processor >= 0
-        between = np.where(~placed[:, None] & placed, load, -1)
+        assigned = processor >= 0
+        between = np.where(~assigned[:, None] & assigned, load, -1)
         if between.max() > 0:
             cluster, partner = np.unravel_index(np.argmax(between), between.shape)
             away = hops[processor[partner]]
             chosen = np.argmin(np.where(free, away, away.max() + 1))
         else:
-            cluster = np.argmax(np.where(placed, -1, load.sum(axis=1)))
+            cluster = np.argmax(np.where(assigned, -1, load.sum(axis=1)))
             chosen = np.argmax(np.where(free, links, -1))
         processor[cluster] = chosen
         free[chosen] = False

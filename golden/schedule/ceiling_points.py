@@ -7,14 +7,14 @@ from golden.scene.scene import Scene
 
 __all__ = ["ceiling_points"]
 
-# Below the ceiling by this share of the scene's height, so that what the points see is the scene.
+# Distance of the points below the ceiling, as a share of the scene's height, so that they are inside the scene.
 BELOW = 1e-3
 
 
 def ceiling_points(scene: Scene, count: int = 16) -> tuple[np.ndarray, np.ndarray]:
     """The centres of ``count`` equal parts of the upper side of the scene box, and the direction down.
 
-    The parts come from halving the ceiling along its two axes by turns, and are numbered row by row.
+    The ceiling is halved along its two axes alternately; the parts are numbered row by row.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def ceiling_points(scene: Scene, count: int = 16) -> tuple[np.ndarray, np.ndarra
     Returns
     -------
     tuple
-        M x 3 points and 3.
+        M x 3 float64, points in scene units; and 3 float64, the direction.
 
     Raises
     ------

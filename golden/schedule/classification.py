@@ -1,4 +1,4 @@
-"""Classification: the cluster in which each patch is at home."""
+"""Classification: the home cluster of each patch."""
 
 import numpy as np
 
@@ -9,16 +9,16 @@ __all__ = ["classify", "rays_inside"]
 
 
 def rays_inside(window: Window, part: np.ndarray, columns: int) -> np.ndarray:
-    """How many rays of each window lie in a part.
+    """Number of rays of each window in a part of the frustum.
 
     Parameters
     ----------
     window
-        Of P patches; columns go on from the last to the first.
+        Windows of P patches; columns wrap from the last to the first.
     part
         P x 4 (or 4) int64: first column, end column, first row, end row.
     columns
-        Of the frustum.
+        Columns of the frustum.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def rays_inside(window: Window, part: np.ndarray, columns: int) -> np.ndarray:
     """
     part = np.asarray(part)
     first, end = window.column_first, window.column_first + window.column_count
-    # What passes the last column goes on at the first: the same window one turn earlier.
+    # A window that passes the last column wraps to the first: add the same window one turn earlier.
     across = _common(first, end, part[..., 0], part[..., 1]) \
         + _common(first - columns, end - columns, part[..., 0], part[..., 1])
     down = _common(window.row_first, window.row_first + window.row_count, part[..., 2], part[..., 3])
@@ -38,15 +38,16 @@ def _common(first, end, other_first, other_end):
 
 
 def classify(partition: Partition, window: Window) -> np.ndarray:
-    """The cluster of each patch: at every cut it goes to the side that holds more rays of its window, if equal to the
-    lower.
+    """The home cluster of each patch.
+
+    At every cut it is on the side with more rays of its window, or on the lower side of two equal ones.
 
     Parameters
     ----------
     partition
-        Of the dense frustum.
+        Partition of the dense frustum.
     window
-        The patches' windows in it.
+        Windows of P patches in it.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Low-density casting: where the work of a dense casting will be, from few of its rays and without intersections."""
+"""Low-density casting: the distribution of a dense casting's work, from few of its rays and without intersections."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ __all__ = ["LowDensity", "low_density"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LowDensity:
-    """Runtime information.
+    """Result of a low-density casting.
 
     Parameters
     ----------
@@ -29,18 +29,17 @@ class LowDensity:
     tests
         V x U int64, intersection computations in each virtual frustum.
     steps
-        V x U float64, cell-traversal steps in each: those of a shell, shared out evenly to the frusta alive in it.
+        V x U float64, cell traversal steps in each: those of a shell are divided evenly among the frusta alive in it.
     patches
         P int64, the patches found, in the order of discovery.
     shell
-        P int64, the shell in which each was found; never falls.
+        P int64, the shell in which each was found; it does not decrease.
     window
-        Their P windows in the frustum.
+        P windows of these patches in the frustum.
     frequency
-        N int64, for each patch of the scene: rays to be tested against it.
+        N int64, rays to be tested against each patch of the scene.
     passed, passed_window
-        Q int64, patches of the same cells that lie between the rays that were cast, in the order of discovery; their
-        windows.
+        Q int64, patches of the same cells that are between the rays cast, in the order of discovery, and their windows.
     """
 
     frusta: VirtualFrusta
@@ -56,19 +55,21 @@ class LowDensity:
 
 def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
                 ratio: int) -> LowDensity:
-    """Cast one ray of every ``ratio`` shell by shell; a ray in the window of a patch counts as hit.
+    """Cast one ray of every ``ratio``, shell by shell; a ray in the window of a patch counts as hit.
 
-    Each ray cast stands for the virtual frustum around it, so a window only counts if it holds all of that. The hit is
-    where the ray meets the plane of the patch, unless that is farther than the patch's farthest vertex. A patch found
-    in a shell counts as tested against all rays of its window that lie in frusta whose hit may still change and is not
-    nearer than the patch can be.
+    Each ray cast represents the virtual frustum around it, so a window counts only if it holds all of this frustum. The
+    hit is at the plane of the patch, unless that is farther than the patch's farthest vertex. A patch found in a shell
+    counts as tested against all rays of its window in frusta whose hit may still change and is not nearer than the
+    patch can be.
 
     Parameters
     ----------
     record
         The dense frustum.
     geometry, table
-        The scene.
+        Patches and cells of the scene.
+    config
+        The configuration.
     ratio
         Hi_Low_Ratio, a power of two; 1 casts all rays.
 
@@ -77,15 +78,15 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
     InputError
         The ratio is no power of two or leaves no ray.
 
-    Source: Shen 1993, section 4.4.2.1. There a ray hit goes no further than the shell in which its patch was found, so
-    that a wall beside the origin hides half the scene.
+    Source: Shen 1993, section 4.4.2.1. There a ray that is hit ends in the shell in which its patch was found, so a
+    wall beside the origin hides half the scene.
     """
     frusta = VirtualFrusta.of(record.columns, record.rows, ratio)
     unit = CellTraversalUnit(record, table)
     cells, seen = Filter(len(table)), Filter(len(geometry))
     patches = PatchSetup(record, config).patches(geometry)
     nearest, farthest = _distances(record, geometry, patches, config)
-    # Of the rays that are cast: distance of the hit.
+    # Distance of the hit of each ray cast.
     distance = np.full(frusta.shape, np.inf)
     directions = record.directions(*frusta.rays)
     tests, steps = np.zeros(frusta.shape, dtype=np.int64), np.zeros(frusta.shape)
@@ -100,14 +101,14 @@ def low_density(record: FrustumRecord, geometry: PatchGeometry, table: CellTable
         steps += alive * ((unit.steps - before) / alive.sum())
         new = seen.first(table.patches.read(table.entries(opened)))
         overlap = frusta.overlaps(patches.window[new])
-        place, patch = (overlap.row, overlap.column), new[overlap.window]
-        tested = alive[place] & (distance[place] >= nearest[patch])
-        np.add.at(tests, place, overlap.rays * tested)
+        cell, patch = (overlap.row, overlap.column), new[overlap.window]
+        tested = alive[cell] & (distance[cell] >= nearest[patch])
+        np.add.at(tests, cell, overlap.rays * tested)
         np.add.at(frequency, patch, overlap.rays * tested)
         hit = overlap.covers & tested
-        place, patch = (overlap.row[hit], overlap.column[hit]), patch[hit]
-        plane = _distance(inverse_distance(patches.factor[patch], directions[place], config.numbers), config)
-        np.minimum.at(distance, place, np.where(plane <= farthest[patch], plane, np.inf))
+        cell, patch = (overlap.row[hit], overlap.column[hit]), patch[hit]
+        plane = _distance(inverse_distance(patches.factor[patch], directions[cell], config.numbers), config)
+        np.minimum.at(distance, cell, np.where(plane <= farthest[patch], plane, np.inf))
         found.append(new[frequency[new] > 0])
         shells.append(np.full(len(found[-1]), shell))
         passed.append(new[frequency[new] == 0])
@@ -124,12 +125,12 @@ def _distances(record, geometry, patches, config):
         farthest = offset @ record.matrix[2] * 2.0**-config.numbers.direction_fraction
     else:
         farthest = np.sqrt((offset * offset).sum(axis=2))
-    # Vertices and directions are rounded: by less than this.
+    # Bound of the rounding of vertices and directions.
     farthest = config.numbers.scene.decode(farthest.max(axis=1)) * (1 + 2.0**-12)
     return _distance(patches.bound, config), farthest
 
 
 def _distance(stored, config):
-    """Distances for stored inverse distances; 0 is at infinity."""
+    """Distances of stored inverse distances; 0 gives infinity."""
     inverse = decode(stored, config.numbers)
     return np.divide(1, inverse, out=np.full(len(inverse), np.inf), where=inverse > 0)

@@ -1,4 +1,4 @@
-"""The schedule of a phase: all that stays the same over its castings, from one sparse casting."""
+"""The schedule of a phase: what its castings share, from one sparse casting."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -22,7 +22,7 @@ __all__ = ["Schedule", "machine_schedule", "schedule"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Schedule:
-    """What the host gives the machine at the beginning of a phase.
+    """Parameters of a phase, from the host to the machine.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Schedule:
     partition
         Sections; section k is also sector k.
     cluster
-        P int64: where each patch of ``found`` is at home.
+        P int64, home cluster of each patch of ``found``.
     sets, subshells
         Resident set and subshell list of each cluster.
     processor
@@ -47,12 +47,12 @@ class Schedule:
 
     @property
     def estimated(self) -> np.ndarray:
-        """Intersection computations expected of each cluster."""
+        """Expected intersection tests of each cluster: N float64."""
         return self.partition.sums(self.found.frusta.share(self.found.tests))
 
     @property
     def estimated_steps(self) -> np.ndarray:
-        """Cell-traversal steps expected of each cluster, without those beyond its sector's border."""
+        """Expected cell traversal steps of each cluster, without those beyond its sector's border: N float64."""
         return self.partition.sums(self.found.frusta.share(self.found.steps))
 
     def without_subshells(self) -> "Schedule":
@@ -82,17 +82,19 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     record
         The dense frustum at the reference point.
     geometry, table
-        The scene.
+        Patches and cells of the scene.
+    config
+        The configuration.
     clusters
-        A power of two.
+        Number of clusters, a power of two.
     ratio
-        Dense to sparse rays.
+        Dense rays per sparse ray.
     room, capacity
-        Rays and patches that a cluster holds. No limits by default.
+        Most rays and patches of a cluster. No limits by default.
     fill
-        What is left of the capacity goes to all other patches: first to those found that had no room, then to those
-        that no sparse ray meets, but that lie in the cells of those rays - dense ones meet some, and intersection is
-        given all -, then to the rest of the scene.
+        Fill the rest of the capacity with all other patches: first with those found that exceeded a capacity, then
+        with those in the cells of the sparse rays that none of these rays meets (dense rays meet some of them), then
+        with the rest of the scene.
     topology
         Assign the heaviest traffic to the nearest processors of this network. Default: cluster i is processor i.
 
@@ -111,7 +113,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
     subshells = subshell_lists(found, sets, partition)
     if fill:
-        # What holds no ray is at home nowhere, rather than in the first cluster.
+        # A patch whose window has no ray has no home.
         home, window = np.full(len(geometry), -1), found.passed_window
         home[found.patches] = cluster
         home[found.passed] = np.where((window.row_count > 0) & (window.column_count > 0),

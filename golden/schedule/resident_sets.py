@@ -1,4 +1,4 @@
-"""Resident sets: the patches that each cluster's own memory holds during a phase."""
+"""Resident sets: the patches in each cluster's own memory during a phase."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ __all__ = ["ResidentSets", "fill_up", "resident_sets"]
 
 @dataclass(frozen=True, eq=False)
 class ResidentSets:
-    """Who holds what.
+    """The resident set of each cluster.
 
     Parameters
     ----------
     patches
-        Per cluster, int64 patch numbers; the place in the list is the local address.
+        Per cluster int64 patch numbers; the index in the list is the local address.
     """
 
     patches: tuple[np.ndarray, ...]
@@ -46,11 +46,11 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
     patches
         P patch numbers in the order of discovery.
     cluster
-        P, the cluster of each (`classify`).
+        P int, home cluster of each (`classify`).
     frequency
-        P, references to each in the sparse casting.
+        P int, references to each in the sparse casting.
     capacity
-        Patches that a cluster's memory holds; the most used stay. No limit by default.
+        Patches that a cluster's memory holds; the most used are kept. No limit by default.
 
     Raises
     ------
@@ -68,27 +68,27 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
 
 
 def fill_up(sets: ResidentSets, patches: np.ndarray, cluster: np.ndarray, *, capacity: int) -> ResidentSets:
-    """Sets with more patches behind those that they have, as far as there is room.
+    """Sets with more patches appended, up to the capacity.
 
-    What finds no room in its own cluster goes where most is left: another cluster is nearer than main memory.
+    A patch whose home cluster is full is added where most capacity is free: another cluster is nearer than main memory.
 
     Parameters
     ----------
     sets
-        None of ``patches`` is in them.
+        Sets that hold none of ``patches``.
     patches
-        Q patch numbers; the first ones are taken first.
+        Q patch numbers, in the order in which they are added.
     cluster
-        Q, the cluster of each; -1 of a patch that is at home nowhere.
+        Q int, home cluster of each; -1 without a home.
     capacity
         As for `resident_sets`.
     """
-    room = np.array([max(0, capacity - len(held)) for held in sets.patches])
-    goes = np.full(len(patches), -1)
-    for number, left in enumerate(room):
-        goes[np.flatnonzero(cluster == number)[:left]] = number
-    room -= np.bincount(goes[goes >= 0], minlength=len(room))
-    for place in np.flatnonzero(goes < 0)[:room.sum()]:
-        goes[place] = room.argmax()
-        room[goes[place]] -= 1
-    return ResidentSets(tuple(np.append(held, patches[goes == number]) for number, held in enumerate(sets.patches)))
+    free = np.array([max(0, capacity - len(held)) for held in sets.patches])
+    chosen = np.full(len(patches), -1)
+    for number, left in enumerate(free):
+        chosen[np.flatnonzero(cluster == number)[:left]] = number
+    free -= np.bincount(chosen[chosen >= 0], minlength=len(free))
+    for index in np.flatnonzero(chosen < 0)[:free.sum()]:
+        chosen[index] = free.argmax()
+        free[chosen[index]] -= 1
+    return ResidentSets(tuple(np.append(held, patches[chosen == number]) for number, held in enumerate(sets.patches)))

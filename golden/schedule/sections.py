@@ -1,4 +1,4 @@
-"""Sections: a frustum's rays cut in rectangles of about equal work, one for each cluster."""
+"""Sections: a frustum's rays cut into rectangles of about equal work, one per cluster."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from golden.ctu.sector import Sector
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 
 __all__ = ["Partition", "cut_sections"]
 
-# A part is (first column, end column, first row, end row); where in it a cut of columns or of rows acts.
+# A part is (first column, end column, first row, end row); slices for cuts of columns and of rows.
 _AXES = (slice(0, 2), slice(2, 4))
 
 
@@ -21,10 +21,10 @@ class Partition:
     Parameters
     ----------
     columns, rows
-        Of the dense frustum.
+        Size of the dense frustum.
     levels
         Level s holds 2^s parts, int64 2^s x 4: first column, end column, first row, end row. Parts 2 k and 2 k + 1 of
-        the next level are the two sides of part k's cut. The last level are the sections.
+        the next level are the two sides of part k's cut. The last level holds the sections.
     """
 
     columns: int
@@ -33,7 +33,7 @@ class Partition:
 
     @cached_property
     def sections(self) -> tuple[Sector, ...]:
-        """What each cluster's intersection and cell-traversal units are given: section k is sector k."""
+        """Section of each cluster; section k is also sector k."""
         return tuple(Sector(*(int(border) for border in part)) for part in self.levels[-1])
 
     @cached_property
@@ -51,34 +51,36 @@ class Partition:
 
 
 def cut_sections(workload, *, clusters: int, room: int | None = None) -> Partition:
-    """Cut a frustum in sections of about equal work.
+    """Cut a frustum into sections of about equal work.
 
-    Each of log2 ``clusters`` levels cuts every part in two at the border between rays that is nearest to its median of
-    work, in azimuth and in polar angle by turns (on a screen: in x and y). Of equally good borders the one nearest to
-    the middle is taken, then the lower.
+    Each of log2 ``clusters`` levels cuts every part at the border between rays that is nearest to its median of work,
+    alternately in azimuth and in polar angle (screen: in x and y). Of equally good borders the one nearest to the
+    middle is chosen, then the lower.
 
     Parameters
     ----------
     workload
-        rows x columns, at least 0: the work that each ray is expected to be.
+        rows x columns float64, at least 0: the expected work of each ray.
     clusters
-        A power of two, at most as many as the cuts of columns and of rows can tell apart.
+        A power of two, at most as many as cuts of columns and of rows can make.
     room
-        The most rays that a section may have. No limit by default.
+        Most rays of a section. No limit by default.
 
     Raises
     ------
     InputError
         The number of clusters is no power of two or too large, work is negative or not finite, or even equal cuts leave
-        sections with more rays than there is room for.
+        sections with more rays than ``room``.
+    TypeError
+        The number of clusters is no int.
 
     Source: Shen 1993, Fig. 4.10; the cuts may pass through virtual frusta.
     """
     workload = np.asarray(workload, dtype=np.float64)
     if workload.ndim != 2 or not workload.size or not np.isfinite(workload).all() or workload.min() < 0:
         raise InputError("schedule: Workload must be finite and at least 0 for each ray")
-    if isinstance(clusters, bool) or not isinstance(clusters, (int, np.integer)) or clusters < 1 \
-            or clusters & (clusters - 1):
+    check_int("schedule: Clusters", clusters)
+    if clusters < 1 or clusters & (clusters - 1):
         raise InputError(f"schedule: Clusters must be a power of two, not {clusters!r}")
     rows, columns = workload.shape
     # Cuts still to come in columns and in rows, before each level.
@@ -106,7 +108,7 @@ def _largest(columns, rows, cuts):
 
 
 def _cut(total, part, axis, cuts, room):
-    """The two sides of a part: each wide enough for the cuts to come, and with room for its rays."""
+    """The two sides of a part, each wide enough for the cuts to come and with at most ``room`` rays per section."""
     across, along = part[_AXES[1 - axis]], part[_AXES[axis]]
     first, end = along
     sums = total if axis == 0 else total.T

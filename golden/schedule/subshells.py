@@ -1,4 +1,4 @@
-"""Subshell lists: in which order a cluster's cell-traversal unit explores its sector."""
+"""Subshell lists: the order in which a cluster's cell traversal unit explores its sector."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,17 @@ __all__ = ["SubshellList", "subshell_lists"]
 
 @dataclass(frozen=True, eq=False)
 class SubshellList:
-    """The subshells of one cluster. A last one, the whole sector to the end of the scene, follows and is not listed.
+    """The subshells of one cluster; the last subshell, the whole sector to the last shell, follows and is not listed.
 
     Parameters
     ----------
     patches
-        S int64: each subshell is the window of one patch, which the machine computes anew for each frustum.
+        S int64: each subshell is the window of one patch; the machine computes the window for each frustum.
     shell
-        S int64, never falls: the grid rays of the window go on to the end of this shell.
+        S int64, not decreasing: the grid rays of the window end with this shell.
     empty, behind
-        S int64, virtual frusta of the window that the subshell takes on: those into which no subshell before it
-        reached, and those in which it goes on from an earlier one.
+        S int64, virtual frusta of the window in which the subshell explores cells: those that no earlier subshell
+        reached, and those in which it continues an earlier one.
     """
 
     patches: np.ndarray
@@ -38,16 +38,16 @@ class SubshellList:
 def subshell_lists(found: LowDensity, sets: ResidentSets, partition: Partition) -> tuple[SubshellList, ...]:
     """The subshells of each cluster, from its resident patches in the order of their discovery.
 
-    The strategy is speculative. Where no earlier patch is in the way a patch is gone for at once through all shells up
-    to its own: depth first, the region is probably empty. Where there is one, its subshell comes first, and the rays go
-    on from its shell when their intersections are known: breadth first, they will probably hit. A subshell that only
-    holds rays already in its shell would be ignored ray by ray, and is left out.
+    The strategy is speculative. Where no earlier patch is in front, a patch's window is explored at once through all
+    shells up to its own: depth first, since the region is probably empty. Where there is one, its subshell precedes,
+    and rays continue from its shell when their intersections are known: breadth first, since they probably hit. A
+    subshell with only rays that are already in its shell would be skipped ray by ray, and is omitted.
 
     Source: Shen 1993, section 4.4.2.4; the version and presence rules of Fig. 5.10 split the windows.
     """
-    place = np.full(len(found.frequency), -1, dtype=np.int64)
-    place[found.patches] = np.arange(len(found.patches))
-    return tuple(_list(found, place[held], sector) for held, sector in zip(sets.patches, partition.sections,
+    entry = np.full(len(found.frequency), -1, dtype=np.int64)
+    entry[found.patches] = np.arange(len(found.patches))
+    return tuple(_list(found, entry[held], sector) for held, sector in zip(sets.patches, partition.sections,
                                                                          strict=True))
 
 
@@ -62,7 +62,7 @@ def _list(found, entries, sector):
     entry = overlap.window[inside]
     order = np.argsort(entry, kind="stable")
     frustum, entry = frustum[order], entry[order]
-    # The first entry of a frustum finds it empty; the first of each further shell goes on from there.
+    # The first entry of a frustum finds it empty; the first entry of each further shell continues from there.
     first = np.zeros(len(entry), dtype=bool)
     first[np.unique(frustum, return_index=True)[1]] = True
     moves = np.zeros(len(entry), dtype=bool)

@@ -1,6 +1,6 @@
-"""How well a set of patches serves references: effectiveness and cumulative usage frequency.
+"""Effectiveness and cumulative usage frequency of a set of patches.
 
-A reference is the test of one ray against one patch; the frequency of a patch is how many there are.
+A reference is the test of one ray against one patch; the frequency of a patch is its number of references.
 """
 
 import numpy as np
@@ -9,14 +9,13 @@ __all__ = ["cumulative_frequency", "effectiveness", "usage_order"]
 
 
 def usage_order(frequency) -> np.ndarray:
-    """U: the numbers of all patches, most used first, of equally used ones the smaller number first."""
+    """U: the numbers of all patches, most used first; among equally used ones the smaller number first."""
     frequency = np.asarray(frequency)
     return np.lexsort((np.arange(len(frequency)), -frequency.astype(np.int64)))
 
 
 def effectiveness(dense, sparse) -> np.ndarray:
-    """E(k): the references that the k patches serve which a sparse casting used most, as a share of what the best k
-    patches would serve.
+    """E(k): the references to the k patches most used by a sparse casting, as a share of those to the best k patches.
 
     Parameters
     ----------
@@ -25,7 +24,7 @@ def effectiveness(dense, sparse) -> np.ndarray:
 
     Returns
     -------
-    E(1) ... E(N'), where N' patches were found by the sparse casting; 1 where the best k patches serve nothing.
+    E(1) ... E(N') float64, where N' patches were found by the sparse casting; 1 where the best k have no references.
 
     Source: Shen 1993, Eq. 5.1, with the dense frequency above the line too (printed there with the sparse one).
     """
@@ -37,7 +36,7 @@ def effectiveness(dense, sparse) -> np.ndarray:
 
 
 def cumulative_frequency(dense, chosen) -> float:
-    """CUF: the share of all references that the ``chosen`` patches (numbers) serve; 1 if there are none.
+    """CUF: the share of all references that goes to the ``chosen`` patches (numbers); 1 without references.
 
     Source: Shen 1993, section 6.2.
     """

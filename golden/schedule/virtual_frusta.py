@@ -1,11 +1,11 @@
-"""Virtual frusta: equal blocks of a frustum's rays, each with one ray that is cast in its place."""
+"""Virtual frusta: equal blocks of a frustum's rays, each represented by one ray that is cast."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, check_int
 from golden.icu.window import Window
 
 __all__ = ["Overlaps", "VirtualFrusta"]
@@ -13,16 +13,16 @@ __all__ = ["Overlaps", "VirtualFrusta"]
 
 @dataclass(frozen=True, eq=False)
 class Overlaps:
-    """Which windows reach into which virtual frusta.
+    """Overlaps of windows and virtual frusta.
 
     Parameters
     ----------
     window, column, row
-        K int64: number of the window, and place of the frustum.
+        K int64: number of the window, column and row of the frustum.
     rays
         K int64: rays of the window in the frustum, at least 1.
     covers
-        K bool: those are all rays of the frustum.
+        K bool: the window holds all rays of the frustum.
     """
 
     window: np.ndarray
@@ -34,9 +34,9 @@ class Overlaps:
 
 @dataclass(frozen=True)
 class VirtualFrusta:
-    """Blocks of ``width`` x ``height`` of ``columns`` x ``rows`` rays; the last blocks may be cut off by the border.
+    """Blocks of ``width`` x ``height`` of ``columns`` x ``rows`` rays; the border may cut the last blocks.
 
-    The ray that is cast for a block is the one at or after its middle.
+    The ray at or after the middle of a block is cast.
     """
 
     columns: int
@@ -46,14 +46,17 @@ class VirtualFrusta:
 
     @classmethod
     def of(cls, columns: int, rows: int, ratio: int) -> "VirtualFrusta":
-        """Blocks of ``ratio`` rays, as square as can be, not higher than wide.
+        """Blocks of ``ratio`` rays, as square as possible, not higher than wide.
 
         Raises
         ------
         InputError
             The ratio is no power of two, or a block is wider or higher than the frustum.
+        TypeError
+            The ratio is no int.
         """
-        if isinstance(ratio, bool) or not isinstance(ratio, (int, np.integer)) or ratio < 1 or ratio & (ratio - 1):
+        check_int("schedule: Ratio", ratio)
+        if ratio < 1 or ratio & (ratio - 1):
             raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}")
         bits = int(ratio).bit_length() - 1
         frusta = cls(columns, rows, 1 << (bits + 1) // 2, 1 << bits // 2)
@@ -63,12 +66,12 @@ class VirtualFrusta:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Frusta above and beside each other."""
+        """Rows V and columns U of frusta."""
         return -(-self.rows // self.height), -(-self.columns // self.width)
 
     @cached_property
     def rays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Column and row of the ray that is cast for each frustum: V x U int64 each."""
+        """Column and row of the ray cast for each frustum: V x U int64 each."""
         row, column = np.indices(self.shape)
         return (np.minimum(column * self.width + self.width // 2, self.columns - 1),
                 np.minimum(row * self.height + self.height // 2, self.rows - 1))
@@ -81,17 +84,17 @@ class VirtualFrusta:
         return down[:, None] * across
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Rows x columns: for each ray the value of its frustum."""
+        """The value of each ray's frustum: rows x columns."""
         return values.repeat(self.height, axis=0).repeat(self.width, axis=1)[:self.rows, :self.columns]
 
     def share(self, values: np.ndarray) -> np.ndarray:
-        """Rows x columns float64: for each ray its share of the value of its frustum."""
+        """Each ray's share of the value of its frustum: rows x columns float64."""
         return self.spread(values / self.sizes)
 
     def overlaps(self, window: Window) -> Overlaps:
-        """The frusta into which windows reach; one that a ring of columns enters at both ends comes twice."""
+        """Overlaps of all windows; a frustum that a wrapped window enters at both ends occurs twice."""
         column_end, row_end = window.column_first + window.column_count, window.row_first + window.row_count
-        # A window that goes on at the first column is one part up to the border and one from there on.
+        # A window that wraps is one part up to the last column and one from the first.
         over = np.flatnonzero(column_end > self.columns)
         number = np.concatenate([np.arange(len(row_end)), over])
         left = np.concatenate([window.column_first, np.zeros_like(over)])

@@ -100,7 +100,7 @@ def bound(routing: Routing, probabilities: np.ndarray) -> float:
     nodes = routing.topology.nodes
     load = np.zeros((nodes, len(routing.topology.ports)))
     for source, destination in np.argwhere(probabilities):
-        for node, output, _ in routing.way(source, destination):
+        for node, output, _ in routing.path(source, destination):
             load[node, output] += probabilities[source, destination]
     return float(1 / max(1, load.max(), probabilities.sum(axis=0).max()))
 

@@ -38,8 +38,8 @@ def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cyc
         given = packets(generator, routing.topology, pattern, flits=flits, load=load, messages=messages)
         arrivals = Model(
             routing, buffer_flits=depth, messages=messages, arbitration=arbitration, router_cycles=router_cycles).run(
-            given, cycles=100_000, source_pauses=stalls(generator, nodes, 0.1),
-            sink_pauses=stalls(generator, nodes, 0.2))
+            given, cycles=100_000, source_stalls=stalls(generator, nodes, 0.1),
+            sink_stalls=stalls(generator, nodes, 0.2))
         found.append(script(generator, given, arrivals, nodes=nodes, bits=bits,
                             channels=messages * routing.virtual_channels))
     return found

@@ -1,4 +1,4 @@
-"""Solvers of the radiosity system, by the names the command line knows them by."""
+"""Solvers of the radiosity system, by their names on the command line."""
 
 from golden.light.solvers.conjugate_gradient import conjugate_gradient
 from golden.light.solvers.gathering import gauss_jacobi, gauss_seidel, over_relaxation
@@ -8,7 +8,7 @@ from golden.light.solvers.system import RadiositySystem
 
 __all__ = ["SOLVERS", "TOLERANCE", "RadiositySystem", "Solution"]
 
-# Each takes a `RadiositySystem` and ``tolerance``, ``max_steps`` and ``progress``, and gives a `Solution`.
+# Each takes a `RadiositySystem` and ``tolerance``, ``max_steps`` and ``progress``, and returns a `Solution`.
 SOLVERS = {
     "gauss-jacobi": gauss_jacobi,
     "gauss-seidel": gauss_seidel,

@@ -11,7 +11,7 @@ from golden.light.solvers.system import RadiositySystem
 
 __all__ = ["conjugate_gradient"]
 
-# Reciprocity makes the system symmetric once it is divided by the reflectances; black patches pass for nearly black.
+# Reciprocity makes the system symmetric once it is divided by the reflectances; black patches count as nearly black.
 _BLACK = 1e-6
 
 # A symmetric system with a mean reflectance of 0.99 takes a third of this.
@@ -22,9 +22,9 @@ def conjugate_gradient(system: RadiositySystem, *, tolerance: float = TOLERANCE,
                        progress: bool = False) -> Solution:
     """Conjugate gradients on the system scaled to be symmetric with a unit diagonal, which is never formed.
 
-    Cast form factors obey reciprocity only nearly, and black patches are taken as nearly black. So the residual is
-    computed afresh at the end; should it not be below ``tolerance``, or not fall at all, Gauss-Seidel sweeps take
-    over, and their steps are counted too.
+    Cast form factors obey reciprocity only approximately, and black patches count as nearly black. So the residual is
+    recomputed at the end. If it is not below ``tolerance``, or does not fall, Gauss-Seidel sweeps follow; their steps
+    are counted too.
 
     Source: Kurc 1997, sections 2.4 and 2.5.
     """
@@ -56,5 +56,5 @@ def _descents(system: RadiositySystem) -> Iterator[State]:
 
 
 def _ratio(a, b):
-    """0 where a channel has nothing left to do."""
+    """Quotient a / b; 0 where b is 0: the channel has converged."""
     return np.divide(a, b, out=np.zeros_like(a), where=b != 0)

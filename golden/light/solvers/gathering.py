@@ -1,4 +1,4 @@
-"""Solvers that gather: each patch adds up what it gets from all others."""
+"""Gathering solvers: each patch sums the light from all others."""
 
 from collections.abc import Iterator
 
@@ -11,10 +11,10 @@ from golden.light.solvers.system import RadiositySystem
 
 __all__ = ["SWEEPS", "gauss_jacobi", "gauss_seidel", "over_relaxation", "relaxed_sweeps"]
 
-# Most sweeps over all patches that a solver makes unless it is told otherwise.
+# Default of the most sweeps over all patches.
 SWEEPS = 1000
 
-# Patches that are relaxed together by one product and one small triangular inverse.
+# Patches relaxed together by one product and one small triangular inverse.
 _BLOCK = 64
 
 
@@ -29,7 +29,7 @@ def gauss_jacobi(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_s
 
 def gauss_seidel(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int = SWEEPS,
                  progress: bool = False) -> Solution:
-    """As `gauss_jacobi`, but each patch gathers from those before it what they have just become.
+    """As `gauss_jacobi`, but each patch gathers the updated radiosities of the patches before it.
 
     Source: Shen 1993, Eq. 2.11.
     """
@@ -69,8 +69,8 @@ def _jacobi_sweeps(system: RadiositySystem) -> Iterator[State]:
 def relaxed_sweeps(system: RadiositySystem, omega: float, radiosity: np.ndarray) -> Iterator[State]:
     """States of successive over-relaxation from ``radiosity`` on, patch after patch in the order of their numbers.
 
-    A block of patches takes in what comes from outside it in one product; the order inside it is kept by the inverse
-    of its lower triangle, which gives the same values as going patch by patch.
+    A block of patches gathers from outside it in one product; the inverse of its lower triangle gives the same values
+    as relaxing its patches one by one.
     """
     blocks = [_block(system, omega, slice(first, first + _BLOCK)) for first in range(0, len(system), _BLOCK)]
     while True:

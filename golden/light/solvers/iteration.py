@@ -1,4 +1,4 @@
-"""What all solvers have in common: a sequence of states, when it ends, and what is kept of it."""
+"""Common part of all solvers: a sequence of states, its end, and its result."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ TOLERANCE = 5e-6
 class State:
     """A solver's state after a step, N x 3 each.
 
-    ``residual`` is what ``radiosity`` lacks (for a shooting solver the unshot part of it), ``ambient`` an estimate
-    of the light that it will still gain.
+    ``residual`` is e + rho F b - b (for a shooting solver the unshot radiosity), ``ambient`` an estimate of the light
+    that is still missing.
     """
 
     radiosity: np.ndarray
@@ -30,7 +30,7 @@ class State:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solution:
-    """What a solver found.
+    """Result of a solver.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Solution:
     ambient
         N x 3, an estimate of the light that is still missing: zero for gathering solvers.
     steps
-        States that were looked at: sweeps over all patches of a gathering solver, shots of a shooting one.
+        Steps: sweeps over all patches of a gathering solver, shots of a shooting one.
     errors
         ``steps`` x 3: sum of the absolute residuals over the largest radiosity, of each channel after each step.
     converged
@@ -54,7 +54,7 @@ class Solution:
 
     @property
     def display(self) -> np.ndarray:
-        """N x 3: the best guess for an image of a solution that was stopped early."""
+        """N x 3: the best estimate for a picture of a solution that was stopped early."""
         return self.radiosity + self.ambient
 
 
@@ -73,7 +73,7 @@ def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progre
     Raises
     ------
     InputError
-        A tolerance that is not a finite number above 0, or no steps.
+        The tolerance is not a finite number above 0, or there are no steps.
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"solver: Tolerance must be a finite number above 0, not {tolerance!r}")

@@ -1,6 +1,6 @@
-"""Solvers that shoot: the patches with most unshot light give it to all others, so that early results are useful.
+"""Shooting solvers: the patches with most unshot light distribute it, so that early results are useful.
 
-Rows of form factors are asked for as patches come to shoot.
+Rows of form factors are computed when their patches shoot.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,14 +14,14 @@ from golden.light.solvers.system import RadiositySystem
 
 __all__ = ["ambient_overshooting", "progressive_refinement", "proximity_refinement"]
 
-# Most shots of a patch, on the average of all, unless a solver is told otherwise.
+# Default of the most shots per patch, on average.
 _SHOTS = 1000
 
-# Patches shoot together if their normals are within 30 degrees, and if each has this part of the brightest's light.
+# Patches shoot together if their normals are within 30 degrees and each has this share of the brightest one's light.
 _SIMILAR = np.cos(np.radians(30.0))
 _BRIGHT = 0.1
 
-# How the patches of the next step are chosen: from N x 3 amounts that each would shoot to the numbers of k.
+# Choice of the patches of the next step: from N x 3 amounts to shoot to the numbers of k patches.
 _Choice = Callable[[np.ndarray], np.ndarray]
 
 
@@ -37,9 +37,9 @@ def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERA
 
 def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
                          progress: bool = False) -> Solution:
-    """As `progressive_refinement`, but shoot what the patch will yet get from the ambient light as well.
+    """As `progressive_refinement`, but also shoot the patch's expected gain from the ambient light.
 
-    Where that was too much, what is then unshot is negative and is shot as such.
+    Where that was too much, the unshot radiosity is negative and is shot later.
 
     Source: Shen 1993, section 2.2.2.3; Feda and Purgathofer 1992.
     """
@@ -52,7 +52,7 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
                          max_steps: int | None = None, progress: bool = False) -> Solution:
     """As `progressive_refinement`, but up to ``group`` near bright patches with similar normals shoot at once.
 
-    They see much the same half-space, so what one needs of the scene is at hand for the next.
+    They see nearly the same half-space, so their castings share the scene data.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
 
 
 class _Energy:
-    """How much light amounts to shoot hold, all channels weighing alike in what the scene emits."""
+    """Energy of amounts to shoot, with channels weighted by the scene's emission."""
 
     def __init__(self, system):
         emitted = (system.area[:, None] * system.emission).sum(axis=0)
@@ -104,7 +104,7 @@ def _refine(system, energy, choose: _Choice, *, tolerance, max_steps, progress, 
 
 def _shots(system, energy, choose, overshoot) -> Iterator[State]:
     shares = system.area / system.area.sum()
-    # Light is lost somewhere even where all patches are white: the series is cut at a hundred reflections.
+    # Some light is absorbed even where all patches are white: the series is cut at a hundred reflections.
     reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
     shot, unshot = np.zeros_like(system.emission), system.emission.copy()
     before = np.inf
@@ -112,7 +112,7 @@ def _shots(system, energy, choose, overshoot) -> Iterator[State]:
         ambient = system.reflectance * np.maximum(reflections * (shares @ unshot), 0.0)
         yield State(shot + unshot, unshot, ambient)
         if overshoot and step % len(system) == 0:
-            # In odd scenes overshooting goes round in circles: there it calms down to plain shooting.
+            # Overshooting may cycle: then it is damped to plain shooting.
             left = energy(unshot).sum()
             overshoot, before = overshoot if left < before else overshoot / 2, left
         amounts = unshot + overshoot * ambient

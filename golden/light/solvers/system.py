@@ -16,8 +16,8 @@ class RadiositySystem:
     Parameters
     ----------
     form_factors
-        N x N from row to column, an array or sparse. Or an object with ``rows(ids)``, which gives k x N rows and is
-        asked only for those that a solver needs: the shooting ones ask as they go, the gathering ones ask for all.
+        N x N from row to column, an array or sparse. Or an object with ``rows(ids)``, which returns k x N rows on
+        demand: shooting solvers request the rows of the patches that shoot, gathering solvers all rows.
     reflectance
         N x 3, 0 to 1.
     emission
@@ -25,7 +25,7 @@ class RadiositySystem:
     area
         N, above 0.
     centre, normal
-        N x 3 each, for solvers that look for neighbours; else they may be left out.
+        N x 3 each, for solvers that search for neighbours; optional for all others.
 
     Raises
     ------
@@ -57,24 +57,24 @@ class RadiositySystem:
 
     @property
     def matrix(self):
-        """N x N form factors, dense or sparse by rows; all rows are computed if they come on demand."""
+        """N x N form factors, dense or sparse by rows; rows on demand are all computed."""
         if self._matrix is None:
             self._matrix = _matrix(self._provider.rows(np.arange(len(self))), len(self))
         return self._matrix
 
     def gathered(self, radiosity) -> np.ndarray:
-        """What each patch sends on of the light it gets, rho F b: N x 3."""
+        """Light that each patch reflects, rho F b: N x 3."""
         return self.reflectance * (self.matrix @ radiosity)
 
     def residual(self, radiosity) -> np.ndarray:
-        """What ``radiosity`` lacks, e + rho F b - b: N x 3."""
+        """Residual of ``radiosity``, e + rho F b - b: N x 3."""
         return self.emission + self.gathered(radiosity) - radiosity
 
     def columns(self, patches) -> np.ndarray:
-        """How much of k patches' light reaches each patch, F_ji for k patches i: N x k.
+        """Share of k patches' light that reaches each patch, F_ji for k patches i: N x k.
 
-        From a stored matrix its column, so that shooting and gathering solve the same system. On demand, only the
-        row of i is known and reciprocity stands in, F_ij A_i / A_j, as far as the rows obey it.
+        Of a stored matrix they are columns, so shooting and gathering solve the same system. On demand only the row of
+        i is known; reciprocity replaces the column by F_ij A_i / A_j, exact as far as the rows obey it.
         """
         if self._matrix is None:
             return np.stack([self._column_on_demand(patch) for patch in patches.tolist()], axis=1)

@@ -92,21 +92,21 @@ def test_a_closer_lattice_covers_its_elements_and_agrees_with_the_coarse_one_at_
     elements = Elements(scene, refinement)
     chosen = np.random.default_rng(6).permutation(len(elements))[:15]
     assert (chosen >= len(refinement.parent)).any()
-    closer = elements.closer(chosen, 4)
-    assert closer.cells == 15 * 16
+    refined = elements.refined(chosen, 4)
+    assert refined.cells == 15 * 16
     for a, b, corner in ((0, 0, 0), (1, 0, 1), (0, 1, 2), (1, 1, 3)):
-        fine = closer.at(np.arange(15), np.full(15, float(a)), np.full(15, float(b)))
+        fine = refined.at(np.arange(15), np.full(15, float(a)), np.full(15, float(b)))
         nodes = fine.nodes[np.arange(15), corner]
         np.testing.assert_allclose(fine.weights[np.arange(15), corner], 1)
         coarse = elements.place.nodes[chosen, corner]
-        np.testing.assert_allclose(closer.position[nodes], elements.lattice.position[coarse], rtol=0, atol=1e-9)
-        np.testing.assert_allclose(closer.normal[nodes], elements.lattice.normal[coarse], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(refined.position[nodes], elements.lattice.position[coarse], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(refined.normal[nodes], elements.lattice.normal[coarse], rtol=0, atol=1e-12)
 
 
 def test_closer_elements_side_by_side_share_their_nodes():
     scene = scene_of((FLOOR, BLACK))
     elements = Elements(scene, refine(scene, max_edge=0.1))
-    assert len(elements.closer(np.arange(len(elements)), 4)) == (20 * 4 + 1) * (10 * 4 + 1)
+    assert len(elements.refined(np.arange(len(elements)), 4)) == (20 * 4 + 1) * (10 * 4 + 1)
 
 
 def test_a_scene_of_curved_and_flat_patches_has_finite_nodes():

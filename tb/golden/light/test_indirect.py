@@ -141,10 +141,10 @@ def test_nodes_inside_a_body_are_filled_from_outside(block_under_sky):
 def test_a_closer_look_is_taken_where_light_changes_and_makes_it_better(block_under_sky, monkeypatch):
     chosen = np.flatnonzero(block_under_sky.sheet >= 0)
     assert 0 < len(chosen) <= len(block_under_sky.elements) / indirect.EVERY
-    assert block_under_sky.nodes == len(block_under_sky.irradiance) + len(block_under_sky.closer_irradiance)
+    assert block_under_sky.nodes == len(block_under_sky.irradiance) + len(block_under_sky.refined_irradiance)
     monkeypatch.setattr(indirect, "EVERY", 10**9)
     coarse = solve(scene_of((FLOOR, BLACK), (BLOCK, BLACK), background=SKY), 0.25, rays=(128, 32))
-    assert not len(coarse.closer)
+    assert not len(coarse.refined)
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.5, 0.5, 60), np.linspace(-0.5, 0.5, 60)))
     outside = (x < -0.33) | (x > 0.29) | (y < -0.31) | (y > 0.37)
     x, y = x[outside], y[outside]
@@ -204,4 +204,4 @@ def test_rays_are_counted():
     assert tally.kinds["hemisphere"]["hits"] == light.nodes * 128
     # Five faces of 16 elements, four points on each, two rays (6 over 4, rounded up) from each; the ceiling sees none.
     assert tally.kinds["shadow"]["rays"] == 5 * 16 * 4 * 2
-    assert set(tally.seconds) == {"form factors", "direct light of elements", "solver", "closer look"}
+    assert set(tally.seconds) == {"form factors", "direct light of elements", "solver", "adaptive refinement"}

@@ -303,7 +303,7 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
                           "tests_per_ray", "steps_per_ray", "seconds"}
     assert set(stats["rays"]) == {"hemisphere", "shadow", "primary", "reflection", "refraction"}
     assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
-                                     "closer look", "image"}
+                                     "adaptive refinement", "image"}
     for count in ("rays", "hits", "tests", "steps"):
         assert stats["total"][count] == sum(kind[count] for kind in stats["rays"].values())
     assert stats["patches"] == len(room)

@@ -63,8 +63,8 @@ def run(name, flits, seed, load):
             router_cycles = 1 + (number // 2 + place) % 2
             network = Network(routing, buffer_flits=(8, 1, 3)[number % 3], messages=messages,
                               arbitration=ARBITRATIONS[(number + place) % 2], router_cycles=router_cycles)
-            arrivals = network.run(given, cycles=200 * flits, sink_pauses=stalls(generator, topology.nodes, 0.2),
-                                   source_pauses=stalls(generator, topology.nodes, 0.1))
+            arrivals = network.run(given, cycles=200 * flits, sink_stalls=stalls(generator, topology.nodes, 0.2),
+                                   source_stalls=stalls(generator, topology.nodes, 0.1))
             check(routing, given, arrivals, messages, router_cycles)
             assert network.routers.sent == (1 + routing.hops[given.source, given.destination]) @ given.length
             assert network.routers.level.sum() == 0

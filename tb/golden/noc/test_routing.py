@@ -46,9 +46,9 @@ def test_none_up_to_eight_by_eight_can(name, columns, rows):
 
 def test_packets_of_a_mesh_go_along_x_then_y():
     mesh = route(Topology("mesh", 4, 4), 1)
-    assert [mesh.topology.ports[output] for _, output, _ in mesh.way(1, 15)] == ["east"] * 2 + ["south"] * 3
+    assert [mesh.topology.ports[output] for _, output, _ in mesh.path(1, 15)] == ["east"] * 2 + ["south"] * 3
     cube = route(Topology("hypercube", 4, 4), 1)
-    assert [cube.topology.ports[output] for _, output, _ in cube.way(5, 14)] == ["bit_0", "bit_1", "bit_3"]
+    assert [cube.topology.ports[output] for _, output, _ in cube.path(5, 14)] == ["bit_0", "bit_1", "bit_3"]
 
 
 def test_both_ways_around_a_ring_are_taken_equally_often():
@@ -78,9 +78,11 @@ def test_a_ring_with_one_channel_is_refused_with_the_circle(name, columns, rows)
     route(topology, 2)
 
 
-@pytest.mark.parametrize("virtual_channels", [0, -1, 2.0, True])
-def test_channels_are_a_number(virtual_channels):
-    with pytest.raises(InputError, match="Virtual channels must be a whole number of at least 1"):
+@pytest.mark.parametrize(("virtual_channels", "error", "message"), [
+    (0, InputError, "at least 1, not 0"), (-1, InputError, "at least 1, not -1"), (2.0, TypeError, "an int, not 2.0"),
+    (True, TypeError, "an int, not True")])
+def test_channels_are_a_number(virtual_channels, error, message):
+    with pytest.raises(error, match=f"Virtual channels must be {message}"):
         route(Topology("mesh", 2, 2), virtual_channels)
 
 
@@ -121,8 +123,8 @@ def test_classes_never_go_back_within_a_dimension(name):
     classes = routing.channel // 2 if classes_needed(routing.topology) == 2 else np.zeros_like(routing.channel)
     for source in range(0, 64, 5):
         for destination in range(64):
-            way = routing.way(source, destination)
-            for (node, output, _), (after, then, _) in pairwise(way):
+            path = routing.path(source, destination)
+            for (node, output, _), (after, then, _) in pairwise(path):
                 assert output != then or classes[node, destination] <= classes[after, destination]
 
 
@@ -132,7 +134,7 @@ def test_channels_share_uniform_traffic_in_the_order_of_the_next_port(virtual_ch
     passing = np.zeros((64, 64), dtype=int)
     for source in range(64):
         for destination in range(64):
-            for node, _, _ in routing.way(source, destination):
+            for node, _, _ in routing.path(source, destination):
                 passing[node, destination] += 1
     for link in routing.topology.links:
         to = np.flatnonzero(routing.port[link.source] == link.output)
