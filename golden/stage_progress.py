@@ -1,0 +1,86 @@
+"""A bar for work whose stages cannot say how far they are."""
+
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tqdm import tqdm
+
+__all__ = ["StageProgress"]
+
+# A stage that takes longer than expected stops the bar short of its end.
+_MOST = 0.95
+
+
+class StageProgress:
+    """Shows which stage of a job runs, and its share of the time that the stages are expected to take.
+
+    Parameters
+    ----------
+    title
+        What the job is.
+    expected
+        Seconds of each stage on two idle cores.
+    shown
+        Show the bar on stderr once two seconds have passed.
+    record
+        A file that keeps the durations of the last job: they replace the expected ones.
+    """
+
+    def __init__(self, title: str, expected: dict[str, float], *, shown: bool, record: Path | None = None):
+        self._title, self._record, self._expected, self._taken = title, record, dict(expected), {}
+        if record and record.exists():
+            known = json.loads(record.read_text())
+            self._expected |= {name: known[name] for name in expected if name in known}
+        self._tick = 0.5 if sys.stderr.isatty() else 10.0
+        self._bar = tqdm(total=round(sum(self._expected.values())), desc=title, disable=not shown, delay=2, miniters=0,
+                         mininterval=self._tick / 2,
+                         bar_format="{desc}{percentage:3.0f}% |{bar}| {elapsed} of about {total} s")
+        self._done = 0.0
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """One of the stages."""
+        begin, ended = time.monotonic(), threading.Event()
+        self._bar.set_description(f"{self._title}: {name}", refresh=False)
+
+        def advance():
+            while not ended.wait(self._tick):
+                self._show(min(time.monotonic() - begin, _MOST * self._expected[name]))
+
+        clock = threading.Thread(target=advance, daemon=True)
+        clock.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            clock.join()
+        self._taken[name] = time.monotonic() - begin
+        self._done += self._expected[name]
+        self._show(0)
+
+    def _show(self, share):
+        self._bar.update(round(self._done + share, 1) - self._bar.n)
+
+    def keep(self) -> None:
+        """Keep the durations, of a complete job, for the next estimate."""
+        known = json.loads(self._record.read_text()) if self._record.exists() else {}
+        known |= {name: round(seconds, 1) for name, seconds in self._taken.items()}
+        part = self._record.with_suffix(f".part{os.getpid()}")
+        part.write_text(json.dumps(known))
+        part.replace(self._record)
+
+    def close(self) -> None:
+        """Close the bar."""
+        self._bar.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

@@ -1,0 +1,51 @@
+"""The bar of a job in stages."""
+
+import json
+import time
+
+import pytest
+
+from golden.stage_progress import StageProgress
+
+STAGES = {"first": 3.0, "second": 1.0}
+
+
+def shown(capsys, monkeypatch, *, begin=-10.0, **options):
+    """What a job of no time prints, as if it had begun so many seconds before."""
+    now = time.time
+    with StageProgress("job", STAGES, **options) as bar:
+        # tqdm waits by this clock.
+        monkeypatch.setattr("tqdm.std.time", lambda: now() - begin)
+        bar._bar._time = lambda: now() - begin
+        for name in STAGES:
+            with bar.stage(name):
+                pass
+        if options.get("record"):
+            bar.keep()
+    return capsys.readouterr().err
+
+
+def test_a_long_job_shows_its_stage_and_an_estimate(capsys, monkeypatch):
+    text = shown(capsys, monkeypatch, shown=True)
+    assert "job: second: 100%" in text
+    assert "of about 4 s" in text
+
+
+@pytest.mark.parametrize(("begin", "is_shown"), [(-10.0, False), (0.0, True)])
+def test_a_short_or_silent_job_shows_nothing(capsys, monkeypatch, begin, is_shown):
+    assert shown(capsys, monkeypatch, begin=begin, shown=is_shown) == ""
+
+
+def test_the_last_durations_are_the_next_estimate(capsys, monkeypatch, tmp_path):
+    record = tmp_path / "durations.json"
+    record.write_text(json.dumps({"first": 100.0, "other": 7.0}))
+    assert "of about 101 s" in shown(capsys, monkeypatch, shown=True, record=record)
+    known = json.loads(record.read_text())
+    assert known["first"] < 10
+    assert known["other"] == 7.0
+
+
+def test_a_failing_stage_ends_the_bar():
+    with StageProgress("job", STAGES, shown=True) as bar, pytest.raises(OSError, match="no"), bar.stage("first"):
+        raise OSError("no")
+    assert not bar._taken
