@@ -6,15 +6,13 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.lib.fixed import split_limbs, total
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["EdgePlanes"]
 
-OPERAND = 18
-PHASES = 4
 # The next two axes after each.
 AXES = ((1, 2), (2, 0), (0, 1))
 

@@ -8,12 +8,10 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import round_shift, split_limbs, total
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import OPERAND, Pipeline
 
 __all__ = ["G2rTransform"]
 
-# Bits of an operand of a multiplier.
-OPERAND = 18
 
 
 class G2rTransform(wiring.Component):

@@ -7,7 +7,10 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from golden.config import Config
 from hw.formats import Formats, shape
 
-__all__ = ["WEIGHT_BITS", "IcuFormats", "TableKind"]
+__all__ = ["PHASES", "WEIGHT_BITS", "IcuFormats", "TableKind"]
+
+# A patch has four vertices, and four edges: setup works on one of them per phase.
+PHASES = 4
 
 # Bits of the weight of a ray.
 WEIGHT_BITS = 42

@@ -1,4 +1,4 @@
-"""Intersection unit: patches in, the nearest hit of each ray of a section out."""
+"""Intersection unit: the nearest hit of each ray of a section among all patches."""
 
 from amaranth.hdl import Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
@@ -14,12 +14,14 @@ from hw.icu.patch_setup import PatchSetup
 from hw.icu.ray_memory import BANKS, RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
+from hw.icu.vertex_gate import VertexGate
+from hw.lib.event_counters import EventCounters
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["IntersectionUnit"]
 
-# Patches between the ray generator's input and the taker of the done tokens: enough for one per cycle.
+# Done tokens that may be outstanding, from the ray generator's input to ``o_done``: enough for one patch per cycle.
 TOKENS = 128
 # Since the beginning of the frustum, with what each one counts.
 COUNTERS = {
@@ -43,8 +45,8 @@ class IntersectionUnit(wiring.Component):
                                   o_settle         ReadOut -+- o_hit
                                                             '- Collector - o_sum
 
-    A frustum: write its tables, give its numbers, send patches, count the tokens. It is over when each patch has its
-    token. The next one may begin while the last one is read out.
+    To cast a frustum, write its tables, send its numbers and its patches, and count the done tokens: the cast is over
+    when each patch has its token. The next frustum may be cast while this one is read out.
 
     Parameters
     ----------
@@ -53,33 +55,36 @@ class IntersectionUnit(wiring.Component):
 
     Members
     -------
-    i_frustum
-        `Formats.frustum`. Taken when no patch is under way and its bank is not being read out.
-    i_table
-        `IcuFormats.table_write`. Taken while no patch is under way, weights while nothing is read out.
-    i_vertex
-        `Formats.patch_vertex`, the four vertices of a patch one after the other. Taken when there is a frustum, none
-        waits at ``i_frustum``, and the present one is not being read out or about to be.
-    o_done
-        The patches in their order, each after its last ray has been written.
-    i_read_out
-        1: of the frustum before the present one, taken when there was one; 0: of the present one, taken when no patch
-        is under way.
-    o_hit
-        ``column``, ``row``, ``hit`` (`IcuFormats.hit`), ``last``: the rays of the section, row by row. They also go to
-        the collector.
-    i_sums, o_sum
-        See `Collector`; taken while nothing is read out.
-    i_settle, o_settle
+    i_frustum : In, stream of `Formats.frustum`
+        Begins a frustum. Accepted while no patch is in flight and its bank is not being read out.
+    i_table : In, stream of `IcuFormats.table_write`
+        Table entries. Accepted while no patch is in flight; weights also only while nothing is read out.
+    i_vertex : In, stream of `Formats.patch_vertex`
+        Patches: the four vertices of a patch follow each other. A patch is accepted while there is a frustum, none
+        waits at ``i_frustum``, and the present one is not read out or requested to be.
+    o_done : Out, stream of a patch id
+        Done tokens: the patches in their order, each after its last ray has been written.
+    i_read_out : In, stream of 1 bit
+        1 reads out the frustum before the present one, when there was one; 0 the present one, when no patch is in
+        flight.
+    o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
+        The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the collector.
+    i_sums : In, stream of a number of patches
+        See `Collector`; accepted while nothing is read out.
+    o_sum : Out, stream of `IcuFormats.patch_sum`
+        See `Collector`.
+    i_settle : In, stream of `Formats.tile`
         See `SettleMap`.
-    counters
-        `COUNTERS`.
+    o_settle : Out, stream of `Formats.settle_word`
+        See `SettleMap`.
+    counters : Out, struct of `COUNTERS`
+        Since the frustum began.
 
     Timing
     ------
-    A quad every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. After
-    reset, and every 2^``generation_bits`` - 1 frusta of a bank, a frustum begins ``rays`` cycles later. ``slots``
-    patches are under way at most.
+    A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. After
+    reset, and every 2^``generation_bits`` - 1 frusta of a bank, a frustum begins ``rays`` cycles later. At most
+    ``slots`` patches are in flight.
 
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
     """
@@ -113,20 +118,22 @@ class IntersectionUnit(wiring.Component):
         m.submodules.read_out = read_out = ReadOut(config=self._config)
         m.submodules.collector = collector = Collector(config=self._config)
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
+        m.submodules.gate = gate = VertexGate(config=self._config)
 
-        # Patches that have come, and of these the ones with a window, whose token has not been taken.
-        frustum, there, earlier = Signal(formats.frustum), Signal(), Signal()
-        comes, came, enters, leaves = Signal(), Signal(), Signal(), Signal()
-        under_way, owed = Signal(range(2 * (TOKENS + self._config.icu.slots))), Signal(range(TOKENS + 1))
-        # A cycle after the last token, but no cycle after the first vertex.
+        # Patches in flight, from their first vertex until their token is accepted; and whether there is a frustum, and
+        # one before it.
+        frustum, has_frustum, has_earlier = Signal(formats.frustum), Signal(), Signal()
+        begun_patch, leaves = Signal(), Signal()
+        in_flight = Signal(range(2 * (TOKENS + self._config.icu.slots)))
+        # Known a cycle after the last token, but in the cycle after the first vertex.
         none_left, drained = Signal(init=1), Signal()
-        m.d.sync += [came.eq(comes), none_left.eq((under_way == 0) & ~came)]
-        m.d.comb += drained.eq(none_left & ~came)
+        m.d.sync += [begun_patch.eq(gate.begins), none_left.eq((in_flight == 0) & ~begun_patch)]
+        m.d.comb += drained.eq(none_left & ~begun_patch)
 
-        # A frustum begins when both memories have.
+        # A frustum begins when both memories have begun it.
         begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
         begun, settle_begun, accepts = Signal(), Signal(), Signal()
-        # Once the banks have changed places it is no longer the frustum's own that may be read.
+        # Once the banks have been swapped, the active bank is no longer the one that is read out.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
         m.d.comb += [
             begins.eq(self.i_frustum.valid & drained & free & ~reads),
@@ -142,8 +149,8 @@ class IntersectionUnit(wiring.Component):
         sections = [Signal(StructLayout({"section": formats.section, "tiles_across": formats.count}))
                     for _ in range(BANKS)]
         with m.If(accepts):
-            m.d.sync += [frustum.eq(self.i_frustum.payload), there.eq(1), earlier.eq(there), begun.eq(0),
-                         settle_begun.eq(0)]
+            m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), has_earlier.eq(has_frustum),
+                         begun.eq(0), settle_begun.eq(0)]
             for bank, kept in enumerate(sections):
                 with m.If(memory.active == bank):
                     m.d.sync += [kept.section.eq(self.i_frustum.payload.section),
@@ -157,29 +164,25 @@ class IntersectionUnit(wiring.Component):
 
         # Setup and rays.
         # The ray memory cannot update and read the same bank.
-        asks_now, read_now = self.i_read_out.valid & ~self.i_read_out.payload, Signal()
-        m.d.sync += read_now.eq(asks_now | (read_out.busy & (read_out.bank == memory.active)))
-        takes = there & ~self.i_frustum.valid & ~read_now
-        # A patch of which some vertices have been taken goes on.
-        goes_on, vertex, is_screen = Signal(), Signal(2), Signal()
-        # What sends vertices may be on the other side of the chip.
-        m.submodules.taken = taken = SkidBuffer(formats.patch_vertex)
-        wiring.connect(m, taken.o, setup.i)
-        m.d.comb += [goes_on.eq(vertex != 0), taken.i.valid.eq(self.i_vertex.valid & (takes | goes_on)),
-                     taken.i.payload.eq(self.i_vertex.payload),
-                     self.i_vertex.ready.eq(taken.i.ready & (takes | goes_on))]
-        with m.If(taken.i.valid & taken.i.ready):
-            m.d.sync += vertex.eq(vertex + 1)
+        request_now, read_now = self.i_read_out.valid & ~self.i_read_out.payload, Signal()
+        m.d.sync += read_now.eq(request_now | (read_out.busy & (read_out.bank == memory.active)))
+        is_screen = Signal()
+        # The source of vertices may be on the other side of the chip.
+        m.submodules.vertices = vertices = SkidBuffer(formats.patch_vertex)
+        wiring.connect(m, wiring.flipped(self.i_vertex), gate.i)
+        wiring.connect(m, gate.o, vertices.i)
+        wiring.connect(m, vertices.o, setup.i)
+        m.d.comb += gate.is_open.eq(has_frustum & ~self.i_frustum.valid & ~read_now)
         m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(is_screen)]
         m.d.sync += is_screen.eq(frustum.is_screen)
         for name, _ in formats.slot_record:
             wiring.connect(m, getattr(setup, f"o_{name}"), getattr(pipeline, f"i_{name}"))
-        # Known a cycle before: while a window enters, another one may.
-        room = Signal()
-        m.d.sync += room.eq(owed < TOKENS - 1)
+        # Windows whose token is outstanding. The comparison is a cycle late: a window may enter meanwhile.
+        outstanding, enters, has_credit = Signal(range(TOKENS + 1)), Signal(), Signal()
+        m.d.sync += has_credit.eq(outstanding < TOKENS - 1)
         m.d.comb += [
-            enters.eq(setup.o.valid & setup.o.ready), generator.i.valid.eq(setup.o.valid & room),
-            generator.i.payload.eq(setup.o.payload), setup.o.ready.eq(generator.i.ready & room),
+            enters.eq(setup.o.valid & setup.o.ready), generator.i.valid.eq(setup.o.valid & has_credit),
+            generator.i.payload.eq(setup.o.payload), setup.o.ready.eq(generator.i.ready & has_credit),
             generator.section.eq(frustum.section), generator.tiles_across.eq(frustum.tiles_across)]
         wiring.connect(m, generator.o_walk, settle.i_walk)
         wiring.connect(m, settle.o_walk, generator.i_walk)
@@ -188,7 +191,7 @@ class IntersectionUnit(wiring.Component):
         # Write-back.
         update, answer = pipeline.o_update.payload, memory.o.payload
         m.d.comb += [memory.i.valid.eq(pipeline.o_update.valid), pipeline.i_update.valid.eq(memory.o.valid)]
-        # The comparison of distances ends here; nobody waits for the settle map.
+        # A register ends the path through the comparison of distances; nothing depends on when codes are written.
         settles, settled = Signal(), Signal.like(settle.i.payload, reset_less=True)
         m.d.sync += [settles.eq(memory.o.valid & answer.won), settled.ray.eq(answer.ray),
                      settled.inverse.eq(answer.inverse)]
@@ -199,15 +202,14 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
-        m.d.comb += comes.eq(taken.i.valid & taken.i.ready & (vertex == 0))
-        m.d.sync += [owed.eq(owed + enters - leaves), under_way.eq(under_way + came - leaves)]
+        m.d.sync += [outstanding.eq(outstanding + enters - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
 
         # Read-out and collector.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
         bank = memory.active ^ self.i_read_out.payload
-        asked = there & Mux(self.i_read_out.payload, earlier, drained & read_now) & ~begins
-        m.d.sync += reads.eq(self.i_read_out.valid & asked & read_out.i.ready & ~reads)
+        is_readable = has_frustum & Mux(self.i_read_out.payload, has_earlier, drained & read_now) & ~begins
+        m.d.sync += reads.eq(self.i_read_out.valid & is_readable & read_out.i.ready & ~reads)
         m.d.comb += [read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(bank)]
         for name in ("section", "tiles_across"):
             m.d.comb += read_out.i.payload[name].eq(Mux(bank, sections[1][name], sections[0][name]))
@@ -226,14 +228,11 @@ class IntersectionUnit(wiring.Component):
         issued = generator.o.valid & generator.o.payload.is_ray
         events = {"cycles": ~drained, "patches": leaves, "visited": generator.visited, "issued": issued,
                   "tested": pipeline.tested, "inside": pipeline.inside, "won": memory.o.valid & answer.won,
-                  "waits_for_slot": self.i_vertex.valid & ~self.i_vertex.ready & there,
+                  "waits_for_slot": self.i_vertex.valid & ~self.i_vertex.ready & has_frustum,
                   "waits_for_rays": ~drained & ~issued}
-        clears = Signal()
-        m.d.sync += clears.eq(accepts)
-        for name, event in events.items():
-            # Events come from all over the unit, with a cycle for the way.
-            counter, count = self.counters[name], Signal.like(Value.cast(event), name=f"counted_{name}")
-            m.d.sync += [count.eq(event), counter.eq(counter + count)]
-            with m.If(clears):
-                m.d.sync += counter.eq(0)
+        m.submodules.counters = counters = EventCounters(
+            {name: Value.cast(event).shape() for name, event in events.items()}, bits=COUNTER_BITS)
+        m.d.comb += [self.counters.eq(counters.counters), *(
+            counters.events[name].eq(event) for name, event in events.items())]
+        m.d.sync += counters.clear.eq(accepts)
         return m

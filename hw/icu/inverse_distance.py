@@ -9,11 +9,10 @@ from golden.config import Config, Numbers
 from golden.icu.inverse_distance import SMALLEST
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import normalise, small_product, split_limbs, total
-from hw.lib.pipeline import Pipeline, Staged
+from hw.lib.pipeline import OPERAND, Pipeline, Staged
 
 __all__ = ["InverseDistance", "encode", "value_bits"]
 
-OPERAND = 18
 
 
 def value_bits(numbers: Numbers) -> int:

@@ -9,16 +9,14 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.icu.inverse_distance import BOUND_BITS
 from golden.icu.settle_code import scale
-from hw.icu.icu_formats import IcuFormats, TableKind
+from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
 from hw.icu.inverse_distance import encode, value_bits
 from hw.lib.fixed import extreme, magnitude, split_limbs
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["InverseDistanceBound"]
 
-OPERAND = 18
-PHASES = 4
 
 
 class InverseDistanceBound(wiring.Component):

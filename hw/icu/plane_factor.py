@@ -7,16 +7,14 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.icu.plane_factor import GUARD, NEAREST_PLANE
-from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.lib.fixed import normalise, split_limbs, total
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.reciprocal import Reciprocal
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["PlaneFactor"]
 
-OPERAND = 18
-PHASES = 4
 AXES = ((1, 2), (2, 0), (0, 1))
 
 

@@ -9,14 +9,13 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.icu.edge_planes import DIAGONAL, EDGES
 from golden.icu.sbb import SAGITTA_BITS, sagitta_table, window_errors
-from hw.icu.icu_formats import IcuFormats, TableKind
+from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.pipeline import Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["Sbb"]
 
-PHASES = 4
 
 
 class Sbb(wiring.Component):

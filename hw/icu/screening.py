@@ -8,11 +8,10 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import split_limbs, total
-from hw.lib.pipeline import Pipeline
+from hw.lib.pipeline import OPERAND, Pipeline
 
 __all__ = ["Screening"]
 
-OPERAND = 18
 
 
 class Screening(wiring.Component):

@@ -9,13 +9,13 @@ from amaranth.hdl import Cat, Const, Mux, Signal, Value, signed
 from amaranth.lib.data import View
 from amaranth.lib.memory import Memory
 
-__all__ = ["Pipeline", "Staged"]
+__all__ = ["OPERAND", "Pipeline", "Staged"]
 
 # From this many registers in a row on, a memory with a counter takes less than they do; the most cycles that one can
 # hold a value for, which is the depth of a table's memory.
 LONG = 6
 DEEPEST = 16
-# Bits of an operand of a multiplier.
+# Bits of an operand of a DSP block.
 OPERAND = 18
 
 

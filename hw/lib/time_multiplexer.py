@@ -7,10 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from hw.lib.validate import check_integer
 
-__all__ = ["PHASES", "TimeMultiplexer"]
-
-# Phases of an item: the parts of a quadrilateral (vertices, edges, rows of a matrix with the origin) are four.
-PHASES = 4
+__all__ = ["TimeMultiplexer"]
 
 
 class TimeMultiplexer(wiring.Component):
@@ -44,7 +41,7 @@ class TimeMultiplexer(wiring.Component):
         Count or interval are out of range.
     """
 
-    def __init__(self, shape, *, count: int = PHASES, interval: int = 1):
+    def __init__(self, shape, *, count: int, interval: int = 1):
         check_integer("Count", count, minimum=2)
         check_integer("Interval", interval, minimum=1)
         self._count, self._interval = count, interval
