@@ -81,7 +81,7 @@ _NUMBERS = {"latency": lambda text: int(text) if text else None, "lut": int, "ff
 def measured_commit(root: Path = ROOT) -> Commit:
     """The commit that is checked out.
 
-    Errors
+    Raises
     ------
     InputError
         There is none, or the hardware differs from it.

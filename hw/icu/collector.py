@@ -24,17 +24,16 @@ class Collector(wiring.Component):
 
     Members
     -------
-    i
-        ``row`` of the frustum and ``hit`` (`IcuFormats.hit`). Ready unless sums are being read.
-    i_table
-        `IcuFormats.table_write`, of which WEIGHT is taken. Always ready. The sender sees to it that no hit of the row
-        that is written comes in the same cycle.
-    i_read
-        Number of patches whose sums are sent, from patch 0 on; sums that are sent begin at 0 again.
-    o
-        ``patch``, ``sum``, ``last``.
-    busy
-        Sums are being sent, or cleared after reset.
+    i : In, stream of ``row``, ``hit``
+        Row of the frustum and `IcuFormats.hit` of a ray. Stalls while sums are being read.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        Entries of WEIGHT are stored. The sender must not write a row in the cycle in which a hit of it arrives.
+    i_read : In, stream of a number of patches
+        Reads the sums of so many patches, from patch 0 on, and clears them.
+    o : Out, stream of `IcuFormats.patch_sum`
+        The sums.
+    busy : Out(1)
+        Sums are being read, or cleared after reset.
 
     Timing
     ------

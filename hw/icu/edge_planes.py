@@ -32,12 +32,12 @@ class EdgePlanes(wiring.Component):
 
     Members
     -------
-    i
-        ``slot`` and ``directions``, V' of the four vertices; at least four intervals apart. Always ready.
-    o_planes
-        ``slot`` and ``part``, `IcuFormats.planes`. Always ready.
-    o
-        ``slot``, ``turns`` (`IcuFormats.turns`) and ``signs`` (`IcuFormats.signs`). Always ready.
+    i : In, stream of ``slot``, ``directions``, always ready
+        V' of the four vertices; at least four intervals apart.
+    o_planes : Out, stream of ``slot``, ``part``, always ready
+        `IcuFormats.planes`.
+    o : Out, stream of ``slot``, ``turns``, ``signs``, always ready
+        `IcuFormats.turns` and `IcuFormats.signs`.
 
     Timing
     ------

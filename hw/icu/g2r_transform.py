@@ -28,12 +28,12 @@ class G2rTransform(wiring.Component):
 
     Members
     -------
-    i
-        ``slot``, ``index`` 0 to 3, ``vertex`` in scene coordinates. Always ready.
-    o
-        ``slot``, ``index``, ``vertex`` in the R frame. Always ready.
-    frustum
-        `Formats.frustum`, the same while vertices are under way.
+    i : In, stream of ``slot``, ``index``, ``vertex``, always ready
+        Vertex 0 to 3 of a patch in scene coordinates.
+    o : Out, stream of ``slot``, ``index``, ``vertex``, always ready
+        The same in the R frame.
+    frustum : In, `Formats.frustum`
+        Stable while vertices are in flight.
 
     Timing
     ------

@@ -30,16 +30,20 @@ class IcRayGenerator(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.patch_window`.
-    o_walk, i_walk
-        To `SettleMap.i_walk` and from `SettleMap.o_walk`, with the step as tag.
-    o
-        `IcuFormats.issued`. Always ready.
-    section, tiles_across
-        Of the frustum; the same while windows are under way.
-    visited
-        Rays of windows that were looked at in this cycle.
+    i : In, stream of `IcuFormats.patch_window`
+        Windows of patches.
+    o_walk : Out, stream of ``tag``, ``tile``, always ready
+        To `SettleMap.i_walk`; the tag is the `IcuFormats.tile_step`.
+    i_walk : In, stream of ``tag``, ``word``, always ready
+        From `SettleMap.o_walk`.
+    o : Out, stream of `IcuFormats.issued`, always ready
+        Rays.
+    section : In, `Formats.section`
+        Of the frustum; stable while windows are in flight.
+    tiles_across : In, `Formats.count`
+        Of the frustum; stable while windows are in flight.
+    visited : Out(range(rays of a tile + 1))
+        Rays of windows whose settle code was tested in this cycle.
 
     Timing
     ------

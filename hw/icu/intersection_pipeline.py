@@ -36,26 +36,28 @@ class IntersectionPipeline(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.issued`. Always ready.
-    i_table
-        `IcuFormats.table_write`. Always ready.
-    i_planes, i_turns, i_factor, i_exponents, i_patch
-        Parts of `PatchSlots`. Always ready.
-    o_update
-        ``ray``, ``inverse``, ``patch`` and ``hit``, for `RayMemory.i`. Always ready.
-    i_update
-        ``ray``, ``inverse`` and ``won``, the answer, `update_latency` cycles later. Always ready.
-    o_payload
-        ``ray``, ``u`` and ``v`` of the rays that won. Always ready.
-    o_done
-        A patch, after the last of its rays has been written. Always ready.
-    free
-        The slot that was handed out longest ago has been read for the last time.
-    is_screen
-        The same while rays are under way.
-    tested, inside
-        A ray is in screening's last stage, and inside the patch.
+    i : In, stream of `IcuFormats.issued`, always ready
+        Rays and ends of patches.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        For `RayDirection`.
+    i_planes, i_turns, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
+        Parts for `PatchSlots`.
+    o_update : Out, stream of ``ray``, ``inverse``, ``patch``, ``hit``, always ready
+        To `RayMemory.i`.
+    i_update : In, stream of ``ray``, ``inverse``, ``won``, always ready
+        The reply, ``update_latency`` cycles later.
+    o_payload : Out, stream of ``ray``, ``u``, ``v``, always ready
+        Of rays that won.
+    o_done : Out, stream of a patch id, always ready
+        A patch, after its last ray has been written.
+    free : Out(1)
+        The slot that was allocated first has been read for the last time.
+    is_screen : In(1)
+        Stable while rays are in flight.
+    tested : Out(1)
+        A ray leaves screening.
+    inside : Out(1)
+        A ray leaves screening that is inside its patch.
 
     Timing
     ------

@@ -67,15 +67,14 @@ class InverseDistance(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------
-    i
-        ``tag``, ``direction``, ``mantissa`` (`IcuFormats.mantissa_vector`) and ``exponent`` of the plane factor. Always
-        ready.
-    o
-        ``tag`` and ``inverse``. Always ready.
+    i : In, stream of ``tag``, ``direction``, ``mantissa``, ``exponent``, always ready
+        A ray, and mantissa (`IcuFormats.mantissa_vector`) and exponent of the plane factor.
+    o : Out, stream of ``tag``, ``inverse``, always ready
+        `Formats.inverse`.
 
     Timing
     ------

@@ -30,16 +30,14 @@ class InverseDistanceBound(wiring.Component):
 
     Members
     -------
-    i
-        ``slot``, ``factor`` (`IcuFormats.factor`) and ``window`` (`Formats.window`, before it is clipped to the
-        section); at least four cycles apart. Always ready.
-    i_table
-        `IcuFormats.table_write`, of which COLUMN and ROW are taken. Always ready.
-    o
-        ``slot``, ``bound`` (`Formats.inverse`) and ``threshold``: rays with a settle code below it may still improve.
-        Always ready.
-    frustum
-        `Formats.frustum`, the same while patches are under way.
+    i : In, stream of ``slot``, ``factor``, ``window``, always ready
+        `IcuFormats.factor`, and the `Formats.window` before it is clipped to the section; at least four cycles apart.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        Entries of COLUMN and ROW are stored.
+    o : Out, stream of ``slot``, ``bound``, ``threshold``, always ready
+        `Formats.inverse`, and the threshold: rays with a settle code below it may still improve.
+    frustum : In, `Formats.frustum`
+        Stable while patches are in flight.
 
     Timing
     ------

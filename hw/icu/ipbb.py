@@ -30,12 +30,12 @@ class Ipbb(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.seen`, quotients of a screen. Always ready.
-    o
-        ``slot`` and ``window`` (`Formats.window`). Always ready.
-    frustum
-        `Formats.frustum`, the same while patches are under way.
+    i : In, stream of `IcuFormats.seen`, always ready
+        Quotients of a screen.
+    o : Out, stream of ``slot``, ``window``, always ready
+        `Formats.window`.
+    frustum : In, `Formats.frustum`
+        Stable while patches are in flight.
 
     Timing
     ------

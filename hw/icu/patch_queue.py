@@ -27,13 +27,13 @@ class PatchQueue(wiring.Component):
 
     Members
     -------
-    i
-        `Formats.patch_vertex`; four vertices of a patch follow each other.
-    o
-        ``slot``, ``index`` 0 to 3, ``item``. Always ready.
-    free
-        The slot that was handed out longest ago is free again.
-    waiting
+    i : In, stream of `Formats.patch_vertex`
+        The four vertices of a patch follow each other.
+    o : Out, stream of ``slot``, ``index``, ``item``, always ready
+        Vertices with their slot and an index from 0 to 3.
+    free : In(1)
+        The slot that was allocated first is free again.
+    waiting : Out(range(slots + 1))
         Patches that have a slot.
 
     Timing

@@ -45,18 +45,20 @@ class PatchSetup(wiring.Component):
 
     Members
     -------
-    i
-        `Formats.patch_vertex`, the four vertices of a patch one after the other.
-    i_table
-        `IcuFormats.table_write`. Always ready.
-    o_planes, o_turns, o_factor, o_exponents, o_patch
-        Parts for `PatchSlots`. Always ready.
-    o
-        `IcuFormats.patch_window`.
-    free, waiting
+    i : In, stream of `Formats.patch_vertex`
+        The four vertices of a patch follow each other.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        For `Sbb` and `InverseDistanceBound`.
+    o_planes, o_turns, o_factor, o_exponents, o_patch : Out, streams of ``slot``, ``part``, always ready
+        Parts for `PatchSlots`.
+    o : Out, stream of `IcuFormats.patch_window`
+        Windows, in the order of the patches.
+    free : In(1)
         See `PatchQueue`.
-    frustum
-        `Formats.frustum`, the same while patches are under way.
+    waiting : Out(range(slots + 1))
+        See `PatchQueue`.
+    frustum : In, `Formats.frustum`
+        Stable while patches are in flight.
 
     Timing
     ------

@@ -1,4 +1,4 @@
-"""Patch slots: what the rays need of the patches that are under way."""
+"""Patch slots: what the rays need of the patches that are in flight."""
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
@@ -24,16 +24,16 @@ class PatchSlots(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes with a read from ``i`` to ``o``.
+        Shape of the sideband data of a read from ``i`` to ``o``.
 
     Members
     -------
-    i_planes, i_turns, i_factor, i_exponents, i_patch
-        Parts: ``slot`` and ``part``. Always ready.
-    i
-        ``tag`` and ``slot``. Always ready.
-    o
-        ``tag`` and ``record``. Always ready.
+    i_planes, i_turns, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
+        Parts of records.
+    i : In, stream of ``tag``, ``slot``, always ready
+        Reads.
+    o : Out, stream of ``tag``, ``record``, always ready
+        `IcuFormats.slot_record`.
 
     Timing
     ------

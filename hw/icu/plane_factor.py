@@ -31,10 +31,10 @@ class PlaneFactor(wiring.Component):
 
     Members
     -------
-    i
-        ``slot`` and ``vertices``, four of them in the R frame; at least four cycles apart. Always ready.
-    o
-        ``slot`` and ``part``, `IcuFormats.factor`. Always ready.
+    i : In, stream of ``slot``, ``vertices``, always ready
+        Four vertices in the R frame; at least four cycles apart.
+    o : Out, stream of ``slot``, ``part``, always ready
+        `IcuFormats.factor`.
 
     Timing
     ------

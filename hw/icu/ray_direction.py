@@ -42,18 +42,18 @@ class RayDirection(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------
-    i
-        ``tag``, ``column`` and ``row`` of the frustum. Always ready.
-    i_table
-        `IcuFormats.table_write`, of which COLUMN and ROW are taken. Always ready.
-    o
-        ``tag`` and ``direction`` (`Formats.direction_vector`). Always ready.
-    is_screen
-        The same while rays are under way.
+    i : In, stream of ``tag``, ``column``, ``row``, always ready
+        A ray of the frustum.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        Entries of COLUMN and ROW are stored.
+    o : Out, stream of ``tag``, ``direction``, always ready
+        `Formats.direction_vector`.
+    is_screen : In(1)
+        Stable while rays are in flight.
 
     Timing
     ------

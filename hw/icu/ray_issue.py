@@ -20,12 +20,12 @@ class RayIssue(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.tile_rays`.
-    o
-        `IcuFormats.issued`. Always ready.
-    first_column, first_row
-        Of the section; the same while rays are under way.
+    i : In, stream of `IcuFormats.tile_rays`
+        Masks of tiles.
+    o : Out, stream of `IcuFormats.issued`, always ready
+        One ray after the other.
+    first_column, first_row : In, `Formats.count`
+        Of the section; stable while rays are in flight.
 
     Timing
     ------

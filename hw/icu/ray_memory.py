@@ -22,32 +22,32 @@ class RayMemory(wiring.Component):
 
     A row is one integer to compare: 1/t above the complement of the id, and the tag of the generation. (u, v) are
     written later, on a win only. Of two banks one belongs to the frustum that is cast; the other one, or the same when
-    nothing is under way, is read out.
+    nothing is in flight, is read out.
 
     Parameters
     ----------
     config
         The configuration.
     tag
-        Shape of what goes along with an update.
+        Shape of the sideband data of an update.
 
     Members
     -------
-    i_start
-        Begins a frustum in the other bank, which is empty then. The sender sees to it that no update is under way, and
-        that the other bank is not being read. No payload.
-    i
-        ``tag``, ``ray``, ``inverse``, ``patch`` and ``hit``: whether the ray meets the patch. Always ready.
-    o
-        ``tag``, ``ray``, ``inverse`` and ``won``: the ray had nothing nearer. Always ready.
-    i_payload
-        ``ray``, ``u`` and ``v`` of a win, in the order of the updates. Always ready.
-    active
+    i_start : In, stream without payload
+        Begins a frustum in the other bank, which is empty then. The sender ensures that no update is in flight and that
+        the other bank is not being read.
+    i : In, stream of ``tag``, ``ray``, ``inverse``, ``patch``, ``hit``, always ready
+        Updates; ``hit``: the ray meets the patch.
+    o : Out, stream of ``tag``, ``ray``, ``inverse``, ``won``, always ready
+        Replies; ``won``: the ray had nothing nearer.
+    i_payload : In, stream of ``ray``, ``u``, ``v``, always ready
+        Of wins, in the order of the updates.
+    active : Out(1)
         The bank of the frustum that is cast.
-    i_read
-        ``bank`` and ``ray``, in a bank without updates.
-    o_read
-        `IcuFormats.hit`.
+    i_read : In, stream of ``bank``, ``ray``
+        Reads of a bank without updates.
+    o_read : Out, stream of `IcuFormats.hit`
+        The replies, in order.
 
     Timing
     ------

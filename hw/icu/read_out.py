@@ -23,16 +23,18 @@ class ReadOut(wiring.Component):
 
     Members
     -------
-    i
-        ``bank`` to read, ``section`` and ``tiles_across`` of its frustum.
-    o_ask
-        ``bank`` and ``ray``, to `RayMemory.i_read`.
-    i_hit
-        `IcuFormats.hit`, the answers in order.
-    o
-        ``column`` and ``row`` of the frustum, ``hit``, ``last`` of the section.
-    busy, bank
-        A read-out is under way, and of which bank.
+    i : In, stream of ``bank``, ``section``, ``tiles_across``
+        The bank to read, and what its frustum was.
+    o_ask : Out, stream of ``bank``, ``ray``
+        To `RayMemory.i_read`.
+    i_hit : In, stream of `IcuFormats.hit`
+        The replies, in order.
+    o : Out, stream of ``column``, ``row``, ``hit``, ``last``
+        The rays of the section; column and row are those of the frustum.
+    busy : Out(1)
+        A read-out is in progress.
+    bank : Out(1)
+        The bank that it reads.
 
     Timing
     ------

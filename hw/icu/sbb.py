@@ -33,14 +33,14 @@ class Sbb(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.seen`, coordinates of a hemisphere; at least four intervals apart. Always ready.
-    i_table
-        `IcuFormats.table_write`, of which SLACK is taken. Always ready.
-    o
-        ``slot`` and ``window`` (`Formats.window`). Always ready.
-    frustum
-        `Formats.frustum`, the same while patches are under way.
+    i : In, stream of `IcuFormats.seen`, always ready
+        Coordinates of a hemisphere; at least four intervals apart.
+    i_table : In, stream of `IcuFormats.table_write`, always ready
+        Entries of SLACK are stored.
+    o : Out, stream of ``slot``, ``window``, always ready
+        `Formats.window`.
+    frustum : In, `Formats.frustum`
+        Stable while patches are in flight.
 
     Timing
     ------

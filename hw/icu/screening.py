@@ -24,14 +24,14 @@ class Screening(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------
-    i
-        ``tag``, ``direction``, ``planes`` (`IcuFormats.planes`) and ``turns`` (`IcuFormats.turns`). Always ready.
-    o
-        ``tag``, ``distances``, ``inside`` and ``orientation``, the one that held. Always ready.
+    i : In, stream of ``tag``, ``direction``, ``planes``, ``turns``, always ready
+        A ray, and `IcuFormats.planes` and `IcuFormats.turns` of a patch.
+    o : Out, stream of ``tag``, ``distances``, ``inside``, ``orientation``, always ready
+        The distances, whether the ray is inside, and the orientation for which it is.
 
     Timing
     ------

@@ -20,16 +20,16 @@ class SectionClip(wiring.Component):
     config
         The configuration.
     slot
-        Shape of what goes along. Default: a patch's slot.
+        Shape of the sideband data. Default: a patch's slot.
 
     Members
     -------
-    i
-        ``slot`` and ``window`` (`Formats.window`). Always ready.
-    o
-        ``slot`` and ``window`` (`IcuFormats.section_window`). Always ready.
-    frustum
-        `Formats.frustum`, the same while patches are under way.
+    i : In, stream of ``slot``, ``window``, always ready
+        `Formats.window`.
+    o : Out, stream of ``slot``, ``window``, always ready
+        `IcuFormats.section_window`.
+    frustum : In, `Formats.frustum`
+        Stable while patches are in flight.
 
     Timing
     ------

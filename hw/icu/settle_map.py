@@ -30,18 +30,22 @@ class SettleMap(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along with the window walk's reads.
+        Shape of the sideband data of the window walk's reads.
 
     Members
     -------
-    i_start
-        Begins a frustum: all codes are 0. The sender sees to it that nothing is being written. No payload.
-    i
-        ``ray`` and ``inverse``, its best. Always ready.
-    i_walk, o_walk
-        ``tag`` and ``tile``; ``tag`` and ``word`` (`Formats.settle_word`). Always ready.
-    i_read, o_read
-        Tile and word, for cell traversal.
+    i_start : In, stream without payload
+        Begins a frustum: all codes are 0. The sender ensures that no write is in flight.
+    i : In, stream of ``ray``, ``inverse``, always ready
+        A ray and its best inverse distance.
+    i_walk : In, stream of ``tag``, ``tile``, always ready
+        Reads of the window walk.
+    o_walk : Out, stream of ``tag``, ``word``, always ready
+        `Formats.settle_word`.
+    i_read : In, stream of `Formats.tile`
+        Reads of cell traversal.
+    o_read : Out, stream of `Formats.settle_word`
+        The replies, in order.
 
     Timing
     ------

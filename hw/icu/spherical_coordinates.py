@@ -32,13 +32,13 @@ class SphericalCoordinates(wiring.Component):
 
     Members
     -------
-    i
-        ``slot``, ``index``, ``direction`` V'. Always ready.
-    o
-        ``slot``, ``index``, ``first`` (azimuth or x/z), ``second`` (polar angle, which may leave 0 to a half turn by
-        its error, or y/z), ``front``: z is positive. Always ready.
-    is_screen
-        The same while vertices are under way.
+    i : In, stream of ``slot``, ``index``, ``direction``, always ready
+        V' of a vertex.
+    o : Out, stream of ``slot``, ``index``, ``first``, ``second``, ``front``, always ready
+        ``first``: azimuth or x/z. ``second``: polar angle, which may leave 0 to a half turn by its error, or y/z.
+        ``front``: z is positive.
+    is_screen : In(1)
+        Stable while vertices are in flight.
 
     Timing
     ------

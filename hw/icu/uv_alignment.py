@@ -23,14 +23,14 @@ class UvAlignment(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------
-    i
-        ``tag``, ``distances``, ``orientation`` and ``exponents`` of the four V'. Always ready.
-    o
-        ``tag`` and ``distances`` (`IcuFormats.aligned`). Always ready.
+    i : In, stream of ``tag``, ``distances``, ``orientation``, ``exponents``, always ready
+        Distances of a ray, and the exponents of the four V'.
+    o : Out, stream of ``tag``, ``distances``, always ready
+        `IcuFormats.aligned`.
 
     Timing
     ------

@@ -21,14 +21,14 @@ class UvSubdivision(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------
-    i
-        ``tag`` and ``distances`` (`IcuFormats.aligned`), of a ray inside the patch. Always ready.
-    o
-        ``tag``, ``u`` and ``v``. Always ready.
+    i : In, stream of ``tag``, ``distances``, always ready
+        `IcuFormats.aligned` of a ray inside the patch.
+    o : Out, stream of ``tag``, ``u``, ``v``, always ready
+        `IcuFormats.uv` each.
 
     Timing
     ------

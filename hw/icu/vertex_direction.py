@@ -27,10 +27,10 @@ class VertexDirection(wiring.Component):
 
     Members
     -------
-    i
-        ``slot``, ``index``, ``vertex`` in the R frame. Always ready.
-    o
-        ``slot``, ``index``, ``vertex`` as it came, ``direction`` V', ``exponent``. Always ready.
+    i : In, stream of ``slot``, ``index``, ``vertex``, always ready
+        A vertex in the R frame.
+    o : Out, stream of ``slot``, ``index``, ``vertex``, ``direction``, ``exponent``, always ready
+        The same vertex, its V' and the exponent of V'.
 
     Timing
     ------

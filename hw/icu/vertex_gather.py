@@ -23,10 +23,10 @@ class VertexGather(wiring.Component):
 
     Members
     -------
-    i
-        ``slot``, ``index`` 0 to 3 in this order, ``item``. Always ready.
-    o
-        ``slot`` and ``items``, four of them. Always ready.
+    i : In, stream of ``slot``, ``index``, ``item``, always ready
+        Items of vertices 0 to 3, in this order.
+    o : Out, stream of ``slot``, ``items``, always ready
+        The items of all four vertices.
 
     Timing
     ------

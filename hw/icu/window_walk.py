@@ -26,12 +26,12 @@ class WindowWalk(wiring.Component):
 
     Members
     -------
-    i
-        `IcuFormats.patch_window`.
-    o
-        `IcuFormats.tile_step`.
-    tiles_across
-        Tiles in a row of tiles of the section; the same while windows are under way.
+    i : In, stream of `IcuFormats.patch_window`
+        Windows of patches.
+    o : Out, stream of `IcuFormats.tile_step`
+        Their tiles.
+    tiles_across : In, `Formats.count`
+        Tiles in a row of tiles of the section; stable while windows are in flight.
 
     Timing
     ------

@@ -75,7 +75,7 @@ class Pipeline:
     ------
     Latency: what the operators add up to. One item per ``interval`` cycles; stalls only with ``o``.
 
-    Errors
+    Raises
     ------
     ValueError
         ``i`` is always ready but ``o`` is not; ``interval`` is out of range, or more than 1 where ``o`` can wait.

@@ -21,7 +21,7 @@ class Reciprocal(wiring.Component):
     width
         Bits of the mantissa and of the result.
     tag
-        Shape of what goes along.
+        Shape of the sideband data.
 
     Members
     -------

@@ -18,7 +18,7 @@ BLOCK, WIDE = 1 << 14, 1 << 11
 class UpdateMemory(wiring.Component):
     """``row, write = change(old, operand)``, as if each item were finished before the next one begins.
 
-    An item that comes while up to five others are under way may need what they write: the four that are decided
+    An item that comes while up to five others are in flight may need what they write: the four that are decided
     already are looked at when the old row arrives, the one just in front when the change is made. The new row has a
     cycle to reach the block RAMs, which are far from each other.
 

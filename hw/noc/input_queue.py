@@ -43,7 +43,7 @@ class InputQueue(wiring.Component):
     ------
     Latency: ``1`` cycle to ``front``. One flit per cycle in and out.
 
-    Errors
+    Raises
     ------
     ValueError
         Depth out of range, or no ways.

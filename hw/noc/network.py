@@ -38,7 +38,7 @@ class Network(wiring.Component):
     Latency: ``(router_cycles + 1) * (hops + 1)`` cycles from ``i`` to ``o`` in an empty network: those in a router, and
     1 on the link behind it. One flit per node and cycle.
 
-    Errors
+    Raises
     ------
     InputError
         Channels could wait for each other in a circle, which is named.

@@ -35,9 +35,9 @@ class PatchNetwork(wiring.Component):
     Timing
     ------
     Latency: ``(router_cycles + 1) * (hops + 1) + 2`` cycles from ``i_request`` to ``o_request`` when nothing else is
-    under way.
+    in flight.
 
-    Errors
+    Raises
     ------
     InputError
         Channels could wait for each other in a circle.

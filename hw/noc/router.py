@@ -54,7 +54,7 @@ class Router(wiring.Component):
     One flit per port and cycle. A place is given back two cycles after its flit came, at the earliest, and
     ``router_cycles + 3`` cycles lie between two uses of a place: a queue of so many flits is never the reason to wait.
 
-    Errors
+    Raises
     ------
     ValueError
         Depth, messages, cycles or bits out of range, or no such node.

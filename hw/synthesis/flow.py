@@ -58,7 +58,7 @@ class Clock:
 def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
     """The versions that a table of figures must name.
 
-    Errors
+    Raises
     ------
     InputError
         The tools are not installed.
@@ -78,7 +78,7 @@ def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
 def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) -> Area:
     """The area of a component alone; its netlist and the tool's log stay in ``folder``.
 
-    Errors
+    Raises
     ------
     InputError
         The family has no RAM for one of its memories.
@@ -120,7 +120,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     seed, options
         As of `place_and_route`.
 
-    Errors
+    Raises
     ------
     InputError
         It does not fit, or not bear the clock that is asked for.
@@ -136,7 +136,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
 def yosys(log: Path, *commands: str) -> None:
     """Run commands of Yosys, in a process of its own as it keeps its state, in the folder of its log.
 
-    Errors
+    Raises
     ------
     InputError
         It failed.
