@@ -39,7 +39,7 @@ __all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table", "unit_late
 
 
 def _router(*, bits, channels, cycles=2):
-    """Of a node in the midst of a mesh, with queues of eight flits."""
+    """Of an interior node of a mesh, with queues of eight flits."""
     return lambda config: Router(routing=route(Topology("mesh", 8, 8), channels), node=27, bits=bits, depth=8,
                                  router_cycles=cycles)
 
@@ -154,7 +154,7 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
     """The figures as Markdown, with all that is needed to get them again."""
     several = " least / median / best" if len(seeds) > 1 else ""
     titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
-    titles += [f"MHz{several}", "slowest path" + (" of the best" if several else "")] if seeds else []
+    titles += [f"Fmax (MHz){several}", "critical path" + (" of the best" if several else "")] if seeds else []
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for row in rows:
         area = row.area

@@ -15,7 +15,7 @@ __all__ = ["Collector"]
 
 
 class Collector(wiring.Component):
-    """Adds the weight of each ray that hit a patch to the patch's sum; frusta add up until their sums are read.
+    """Adds the weight of each ray that hit a patch to the patch's sum; sums accumulate over frusta until they are read.
 
     Parameters
     ----------
@@ -77,33 +77,33 @@ class Collector(wiring.Component):
                      write.en.eq(given.valid & (given.payload.kind == TableKind.WEIGHT)),
                      read.addr.eq(self.i.payload.row)]
 
-        room = 8
-        m.submodules.queue = queue = Queue(self.o.payload.shape(), depth=room)
+        capacity = 8
+        m.submodules.queue = queue = Queue(self.o.payload.shape(), depth=capacity)
         wiring.connect(m, queue.o, wiring.flipped(self.o))
-        asked = Signal(range(room + 1))
+        outstanding = Signal(range(capacity + 1))
         patch, clears = Signal(icu.patch_bits + 1), Signal(init=1)
         # The sum before the last one that is read; the last one is known a cycle before it is.
         before_end, last, reads = Signal(icu.patch_bits), Signal(), Signal()
-        asks, takes = Signal(), Signal()
-        m.d.comb += [self.busy.eq(reads | clears | asked.any()), asks.eq(reads & (asked != room)),
+        requests, accepts = Signal(), Signal()
+        m.d.comb += [self.busy.eq(reads | clears | outstanding.any()), requests.eq(reads & (outstanding != capacity)),
                      self.i_read.ready.eq(~self.busy), self.i.ready.eq(~reads & ~clears & ~self.i_read.valid),
-                     takes.eq(self.i.valid & self.i.ready)]
-        with m.If(clears | asks):
+                     accepts.eq(self.i.valid & self.i.ready)]
+        with m.If(clears | requests):
             m.d.sync += patch.eq(patch + 1)
-        with m.If(asks):
+        with m.If(requests):
             m.d.sync += last.eq(patch[:-1] == before_end)
         with m.If(clears & patch[:-1].all()):
             m.d.sync += [clears.eq(0), patch.eq(0)]
-        with m.If(asks & last):
+        with m.If(requests & last):
             m.d.sync += [reads.eq(0), patch.eq(0)]
         with m.If(self.i_read.valid & self.i_read.ready):
             m.d.sync += [before_end.eq(self.i_read.payload - 2), last.eq(self.i_read.payload == 1),
                          reads.eq(self.i_read.payload.any())]
-        m.d.sync += asked.eq(asked + asks - (queue.o.valid & queue.o.ready))
+        m.d.sync += outstanding.eq(outstanding + requests - (queue.o.valid & queue.o.ready))
 
         # A hit waits two cycles for its weight.
         hits = []
-        before = {"hit": takes & self.i.payload.hit.inverse.any(), "patch": self.i.payload.hit.patch}
+        before = {"hit": accepts & self.i.payload.hit.inverse.any(), "patch": self.i.payload.hit.patch}
         for _ in range(2):
             now = {"hit": Signal(), "patch": Signal(formats.patch, reset_less=True)}
             m.d.sync += [now[name].eq(before[name]) for name in now]
@@ -111,17 +111,18 @@ class Collector(wiring.Component):
             before = now
         weight_1, weight = (Signal(WEIGHT_BITS, reset_less=True) for _ in range(2))
         m.d.sync += [weight_1.eq(read.data), weight.eq(weight_1)]
-        scans = clears | asks
+        scans = clears | requests
         entry = sums.i.payload
         m.d.comb += [
-            sums.i.valid.eq(before["hit"] | scans), entry.tag.reads.eq(asks & ~before["hit"]), entry.tag.last.eq(last),
+            sums.i.valid.eq(before["hit"] | scans), entry.tag.reads.eq(requests & ~before["hit"]),
+            entry.tag.last.eq(last),
             entry.operand.hit.eq(before["hit"]), entry.operand.clear.eq(~before["hit"]),
             entry.operand.weight.eq(weight), entry.address.eq(Mux(before["hit"], before["patch"], patch))]
         made = sums.o.payload
         m.d.comb += [queue.i.valid.eq(sums.o.valid & made.tag.reads), queue.i.payload.patch.eq(made.address),
                      queue.i.payload.sum.eq(made.old[:width]),
                      queue.i.payload.overflow.eq(made.old[width]), queue.i.payload.last.eq(made.tag.last)]
-        # Hits that are still on their way go first.
+        # Hits in flight have priority.
         with m.If(hits[0]["hit"] | hits[1]["hit"]):
-            m.d.comb += asks.eq(0)
+            m.d.comb += requests.eq(0)
         return m

@@ -9,6 +9,7 @@ from golden.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.lib.fixed import split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
+from hw.lib.struct_stream import struct_stream
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["EdgePlanes"]
@@ -18,7 +19,7 @@ AXES = ((1, 2), (2, 0), (0, 1))
 
 
 class EdgePlanes(wiring.Component):
-    """``n_ij = V'_i x V'_j`` of four edges and two diagonals, and which way the patch turns.
+    """``n_ij = V'_i x V'_j`` of four edges and two diagonals, and the winding of the patch.
 
     In phase e six multipliers make the plane of edge e, six more its product with the vertex after it, and three make
     one half of a diagonal's plane: 0-2 in the first two phases, 1-3 in the others.
@@ -50,16 +51,15 @@ class EdgePlanes(wiring.Component):
     def __init__(self, *, config: Config, interval: int = 1):
         formats, registers = IcuFormats(config), config.icu.product_registers
 
-        def items(**fields):
-            return stream.Signature(StructLayout({"slot": formats.slot, **fields}), always_ready=True)
-
         patch = StructLayout({"slot": formats.slot, "directions": ArrayLayout(formats.vertex_vector, 4)})
-        super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
-                          "o_planes": Out(items(part=formats.planes)),
-                          "o": Out(items(turns=formats.turns, signs=formats.signs))})
+        super().__init__({
+            "i": In(stream.Signature(patch, always_ready=True)),
+            "o_planes": Out(struct_stream({"slot": formats.slot, "part": formats.planes}, always_ready=True)),
+            "o": Out(struct_stream({"slot": formats.slot, "turns": formats.turns, "signs": formats.signs},
+                                   always_ready=True))})
         self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval)
         beat = self._phases.o
-        # What a phase ends with: its edge's triple, and the signs of its edge's plane and of the diagonal's.
+        # The results of a phase: the signs of its edge's triple product, of its edge's plane and of the diagonal's.
         signs = ArrayLayout(signed(2), 3)
         self._end = stream.Signature(StructLayout({"slot": formats.slot, "phase": 2, "turn": signed(2), "edge": signs,
                                                    "diagonal": signs, "is_triangle": 1}), always_ready=True).create()
@@ -68,7 +68,7 @@ class EdgePlanes(wiring.Component):
         phase = pipeline.input(beat.payload.phase)
 
         def chosen(first):
-            """The vertex that is ``first`` places after the phase's own."""
+            """The vertex that follows the phase's own by ``first``."""
             return [pipeline.register(lambda phase, axis=axis: Array(
                 vertices[(k + first) % 4][axis] for k in range(4))[phase], phase) for axis in range(3)]
 
@@ -110,7 +110,7 @@ class EdgePlanes(wiring.Component):
         m = Module()
         m.submodules.phases = phases = self._phases
         m.d.comb += [phases.i.valid.eq(self.i.valid), phases.i.payload.eq(self.i.payload)]
-        # The planes as their phases pass; the next patch begins to overwrite them when they have been shown.
+        # The planes as their phases pass; the next patch begins to overwrite them after they have been sent.
         slot, phase, *values = (value.value for value in self._planes)
         plane, diagonal = values[:3], values[3:]
         passes = self._pipeline.valid(self._planes[0].age)

@@ -1,14 +1,14 @@
 """G2R transform: vertices from scene coordinates to the frustum's R frame."""
 
 from amaranth.hdl import Module
-from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import round_shift, split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
+from hw.lib.struct_stream import struct_stream
 
 __all__ = ["G2rTransform"]
 
@@ -17,7 +17,7 @@ __all__ = ["G2rTransform"]
 class G2rTransform(wiring.Component):
     """``V = matrix (P - origin)``, one rounding per component.
 
-    The offset is two limbs, so that each product fits one multiplier.
+    The offset is two limbs, so that each product fits one DSP block.
 
     Parameters
     ----------
@@ -45,12 +45,11 @@ class G2rTransform(wiring.Component):
     def __init__(self, *, config: Config, interval: int = 1):
         formats, numbers = IcuFormats(config), config.numbers
 
-        def items(vertex):
-            return stream.Signature(StructLayout({"slot": formats.slot, "index": 2, "vertex": vertex}),
-                                    always_ready=True)
-
-        super().__init__({"i": In(items(formats.scene_vector)), "o": Out(items(formats.vector_vector)),
-                          "frustum": In(formats.frustum)})
+        vertex = {"slot": formats.slot, "index": 2}
+        super().__init__({
+            "i": In(struct_stream({**vertex, "vertex": formats.scene_vector}, always_ready=True)),
+            "o": Out(struct_stream({**vertex, "vertex": formats.vector_vector}, always_ready=True)),
+            "frustum": In(formats.frustum)})
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         offset = [pipeline.register(lambda a, b: a - b, pipeline.input(given.vertex[axis]),

@@ -13,15 +13,15 @@ from hw.lib.queue import Queue
 
 __all__ = ["IcRayGenerator"]
 
-# Masks between the walk and the issue, those that wait for their settle word included.
+# Masks between the walk and the issue, including those that wait for their settle word.
 MASKS = 16
 
 
 class IcRayGenerator(wiring.Component):
     """Lazy isolation, a tile at a time: rays whose settle code is below the patch's threshold are issued.
 
-    The walk looks at one tile per cycle and goes on while the rays that it found are issued, one per cycle; masks
-    without rays are dropped on the way, but for a window's last one, with which the patch retires.
+    The walk visits one tile per cycle while the rays that it found are issued, one per cycle. Masks without rays are
+    discarded, except for a window's last one, with which the patch retires.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class IcRayGenerator(wiring.Component):
         wiring.connect(m, masks.o, issue.i)
         wiring.connect(m, issue.o, wiring.flipped(self.o))
 
-        # Places of the queue that are filled or spoken for.
+        # Entries of the queue that are used or reserved.
         taken, drops = Signal(range(MASKS + 1)), Signal()
         steps = walk.o.valid & (taken != MASKS)
         m.d.comb += [walk.tiles_across.eq(self.tiles_across), issue.first_column.eq(self.section.first_column),

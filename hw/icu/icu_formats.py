@@ -129,7 +129,7 @@ class IcuFormats(Formats):
     def section_window(self) -> StructLayout:
         """A window's part of the section, counted from the section's first column and row.
 
-        ``column_count`` columns from ``column_first`` on, and (where the window goes round) ``wrapped_count`` columns
+        ``column_count`` columns from ``column_first`` on, and (where the window wraps around) ``wrapped_count`` columns
         from 0 on, which are others. No rays: ``row_count`` or both of the other counts are 0.
         """
         return StructLayout({"column_first": self.index, "column_count": self.count, "wrapped_count": self.count,
@@ -142,7 +142,9 @@ class IcuFormats(Formats):
 
     @property
     def tile_step(self) -> StructLayout:
-        """A tile of a window: its number and place, which of its columns and rows lie in the window; ``last`` of it."""
+        """A tile of a window: its number, column and row, and which of its columns and rows lie in the window; ``last``
+        of the window or not.
+        """
         side = 1 << self.config.icu.tile_bits
         return StructLayout({"slot": self.slot, "threshold": self.threshold, "tile": self.tile,
                              "tile_column": self.tile_index, "tile_row": self.tile_index, "columns": side, "rows": side,

@@ -13,6 +13,7 @@ from hw.icu.ray_direction import RayDirection
 from hw.icu.screening import Screening
 from hw.icu.uv_alignment import UvAlignment
 from hw.icu.uv_subdivision import UvSubdivision
+from hw.lib.struct_stream import struct_stream
 
 __all__ = ["IntersectionPipeline"]
 
@@ -26,8 +27,8 @@ class IntersectionPipeline(wiring.Component):
                                    |             '----------.
                                    '- InverseDistance ---- update - won
 
-    Screened rays pass like all others. (u, v) are worked out for every ray that is tested; whether the ray won is known
-    by the time they are there.
+    Rays that miss pass like all others. (u, v) are computed for every ray that is tested, and arrive after the result
+    of the nearest update.
 
     Parameters
     ----------
@@ -69,17 +70,14 @@ class IntersectionPipeline(wiring.Component):
     def __init__(self, *, config: Config, update_latency: int):
         self._formats = formats = IcuFormats(config)
 
-        def items(layout):
-            return stream.Signature(StructLayout(layout), always_ready=True)
-
         super().__init__({
             "i": In(stream.Signature(formats.issued, always_ready=True)),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
-            **{f"i_{name}": In(items({"slot": formats.slot, "part": field.shape}))
+            **{f"i_{name}": In(_items({"slot": formats.slot, "part": field.shape}))
                for name, field in formats.slot_record},
-            "o_update": Out(items({"ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch, "hit": 1})),
-            "i_update": In(items({"ray": formats.ray, "inverse": formats.inverse, "won": 1})),
-            "o_payload": Out(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "o_update": Out(_items({"ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch, "hit": 1})),
+            "i_update": In(_items({"ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "o_payload": Out(_items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "o_done": Out(stream.Signature(formats.patch, always_ready=True)),
             "free": Out(1), "is_screen": In(1), "tested": Out(1), "inside": Out(1)})
         ray = {"ray": formats.ray, "is_ray": 1, "last": 1}
@@ -108,7 +106,7 @@ class IntersectionPipeline(wiring.Component):
             wiring.connect(m, wiring.flipped(getattr(self, f"i_{name}")), getattr(slots, f"i_{name}"))
 
         def feed(to, source, tag, **fields):
-            """An item with some of the numbers that another one brings."""
+            """An item with fields of another one."""
             m.d.comb += to.valid.eq(source.valid)
             m.d.comb += [to.payload[name].eq(value) for name, value in fields.items()]
             for given in tag:
@@ -148,6 +146,10 @@ class IntersectionPipeline(wiring.Component):
                      self.o_done.valid.eq(subdivision.o.valid & made.tag.last),
                      self.o_done.payload.eq(made.tag.patch)]
         return m
+
+
+def _items(fields):
+    return struct_stream(fields, always_ready=True)
 
 
 def _later(m, bit, cycles):

@@ -21,7 +21,7 @@ def value_bits(numbers: Numbers) -> int:
 
 
 def encode(pipeline: Pipeline, value: Staged, exponent: Staged, numbers: Numbers, *, up: bool = False) -> Staged:
-    """``value 2^exponent`` in the stored format, cut off or rounded ``up``.
+    """``value 2^exponent`` in the stored format, truncated or rounded ``up``.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def encode(pipeline: Pipeline, value: Staged, exponent: Staged, numbers: Numbers
 class InverseDistance(wiring.Component):
     """``1/t = m . d`` in the stored format.
 
-    The low limb of each component of m has a multiplier; the high one is so short that adders do.
+    The low limb of each component of m has a DSP block; the high one is short enough for adders.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Inverse distance bound: what no ray of a patch's window can exceed, and the settle code that says so."""
+"""Inverse distance bound: an upper bound for all rays of a patch's window, and its settle code."""
 
 from amaranth.hdl import Array, Cat, Module, Mux
 from amaranth.lib import stream, wiring
@@ -68,7 +68,7 @@ class InverseDistanceBound(wiring.Component):
         def product(a, b):
             return pipeline.product(a, b, registers=icu.product_registers)
 
-        # Phases 0 and 1 look at the window's columns, the others at its rows: the first one, then the last one.
+        # Phases 0 and 1 read the first and the last of the window's columns, phases 2 and 3 those of its rows.
         def place(first, count):
             further = pipeline.register(lambda phase, count: Mux(phase[0] & (count > 0), count - 1, 0), phase,
                                         pipeline.input(count))

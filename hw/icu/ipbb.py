@@ -19,7 +19,7 @@ class Ipbb(wiring.Component):
     """Per axis the smallest and the largest quotient of the vertices in front of the eye, widened by CORDIC's error.
 
     Where an edge passes from the front to behind the eye the window reaches the border of the screen on the side to
-    which the edge runs off, which the edge plane's sign says.
+    which the edge leaves, according to the edge plane's sign.
 
     Parameters
     ----------

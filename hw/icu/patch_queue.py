@@ -15,15 +15,15 @@ __all__ = ["PatchQueue"]
 class PatchQueue(wiring.Component):
     """Gives each patch a slot and each of its vertices an index.
 
-    Slots are handed out in turn and come back in the same order, so their number is a counter. The first vertex of a
-    patch waits until a slot is free; the other three follow it without asking.
+    Slots are allocated in turn and freed in the same order, so a counter allocates them. The first vertex of a
+    patch waits until a slot is free; the other three always follow.
 
     Parameters
     ----------
     config
         The configuration.
     depth
-        Vertices that wait.
+        Capacity of the queue in vertices.
 
     Members
     -------

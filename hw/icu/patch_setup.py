@@ -24,7 +24,7 @@ __all__ = ["PatchSetup"]
 
 
 class PatchSetup(wiring.Component):
-    """From four vertices to a window and a threshold, and on the way the parts of the patch's slot.
+    """From four vertices to a window and a threshold, and to the parts of the patch's slot record.
 
     ::
 
@@ -34,9 +34,9 @@ class PatchSetup(wiring.Component):
                                                                                    |        |
                                                           InverseDistanceBound ----'   SectionClip
 
-    Nothing between the first queue and the last one can wait, and nothing needs to: a patch enters only with a slot.
-    Where branches meet, what is there first waits in a queue. A patch that cannot be hit (the rays' own source, a plane
-    through the origin, seen edge-on) has an empty window.
+    Nothing between the first queue and the last one stalls, because a patch enters only with a slot. Where branches
+    join, the earlier one waits in a queue. A patch that cannot be hit (the rays' source, a plane through the origin,
+    seen edge-on) has an empty window.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class PatchSetup(wiring.Component):
         self._sbb, self._ipbb, self._clip = Sbb(config=config), Ipbb(config=config), SectionClip(config=config)
         self._bound = InverseDistanceBound(config=config)
         before = self._queue.latency + self._transform.latency + self._direction.latency
-        # A register behind the plane factor: it goes to blocks that are far from it and from each other.
+        # A register behind the plane factor, whose sinks are far from it and from each other.
         factor = before + self._vertices.latency + self._factor.latency + 1
         seen = before + self._coordinates.latency + self._seen.latency
         if before + self._vertices.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
@@ -110,12 +110,12 @@ class PatchSetup(wiring.Component):
         m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
         m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
         m.submodules.bound = bound = self._bound
-        # Numbers have a cycle for the way: the first vertex of a frustum is not here before.
+        # A register for the routing delay: the first vertex of a frustum arrives later.
         frustum = Signal(formats.frustum, reset_less=True)
         m.d.sync += frustum.eq(self.frustum)
         for block in (transform, sbb, ipbb, clip, bound):
             m.d.comb += block.frustum.eq(frustum)
-        # One bit that most of all this looks at, in places far from each other: each takes it from the one before.
+        # A high-fanout bit with distant sinks: each register takes it from the one before.
         early, screen, late = (Signal(name=f"is_screen_{name}") for name in ("coordinates", "window", "bound"))
         m.d.sync += [early.eq(frustum.is_screen), screen.eq(early), late.eq(screen)]
         m.d.comb += [coordinates.is_screen.eq(early), clip.frustum.is_screen.eq(screen),
@@ -158,7 +158,7 @@ class PatchSetup(wiring.Component):
         m.d.comb += [self.o_factor.valid.eq(found), self.o_factor.payload.slot.eq(made.slot),
                      self.o_factor.payload.part.eq(made.part)]
 
-        # What cannot be hit, slot by slot.
+        # Patches that cannot be hit, by slot.
         own, dropped = Signal(slots), Signal(slots)
         source, enters = frustum.source, Signal()
         seen_own, seen_slot = Signal(reset_less=True), Signal.like(entered.slot, reset_less=True)
@@ -169,14 +169,14 @@ class PatchSetup(wiring.Component):
         with m.If(found):
             m.d.sync += dropped.bit_select(made.slot, 1).eq(made.part.dropped)
 
-        def waits(name, shape, valid, payload, taken):
-            """A queue between branches that come in the same order."""
+        def wait(name, shape, valid, payload, ready):
+            """A queue between branches with the same order of patches."""
             m.submodules[name] = between = Queue(shape, depth=slots // 2)
-            m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(taken)]
+            m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(ready)]
             return between.o.payload
 
         signs = StructLayout({"turns": formats.turns, "signs": formats.signs})
-        known = waits("known", signs, planes.o.valid, Cat(planes.o.payload.turns, planes.o.payload.signs), seen.o.valid)
+        known = wait("known", signs, planes.o.valid, Cat(planes.o.payload.turns, planes.o.payload.signs), seen.o.valid)
         for block, mine in ((sbb, ~screen), (ipbb, screen)):
             given = block.i.payload
             m.d.comb += [block.i.valid.eq(seen.o.valid & mine), given.slot.eq(seen.o.payload.slot),
@@ -186,10 +186,10 @@ class PatchSetup(wiring.Component):
                                               ("front", given.front[k]))]
         m.d.comb += [clip.i.valid.eq(Mux(screen, ipbb.o.valid, sbb.o.valid)),
                      clip.i.payload.eq(Mux(screen, ipbb.o.payload, sbb.o.payload))]
-        corners = waits("corners", formats.window, ipbb.o.valid, ipbb.o.payload.window, found & screen)
+        corners = wait("corners", formats.window, ipbb.o.valid, ipbb.o.payload.window, found & screen)
         m.d.comb += [bound.i.valid.eq(found), bound.i.payload.slot.eq(made.slot), bound.i.payload.factor.eq(made.part),
                      bound.i.payload.window.eq(corners)]
-        clipped = waits("clipped", formats.section_window, clip.o.valid, clip.o.payload.window, bound.o.valid)
+        clipped = wait("clipped", formats.section_window, clip.o.valid, clip.o.payload.window, bound.o.valid)
 
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))

@@ -1,14 +1,14 @@
 """Patch slots: what the rays need of the patches that are in flight."""
 
 from amaranth.hdl import Module
-from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
+from hw.lib.struct_stream import struct_stream
 
 __all__ = ["PatchSlots"]
 
@@ -16,8 +16,8 @@ __all__ = ["PatchSlots"]
 class PatchSlots(wiring.Component):
     """One `IcuFormats.slot_record` for each of ``icu.slots`` patches, written in parts, read whole.
 
-    A part is written when the block that makes it has it, at the latest when the patch's window goes to the ray
-    generator. Who hands out the slots sees to it that no slot is written again before its last ray has read it.
+    Each block writes its part when it is ready, at the latest when the patch's window is sent to the ray generator.
+    `PatchQueue` ensures that no slot is written again before its last ray has read it.
 
     Parameters
     ----------
@@ -48,14 +48,14 @@ class PatchSlots(wiring.Component):
         self._slots = config.icu.slots
         self._parts = {key: field.shape for key, field in formats.slot_record}
 
-        def items(layout):
-            return stream.Signature(StructLayout(layout), always_ready=True)
+        def items(fields):
+            return struct_stream(fields, always_ready=True)
 
         super().__init__({
             **{f"i_{name}": In(items({"slot": formats.slot, "part": shape})) for name, shape in self._parts.items()},
             "i": In(items({"tag": tag, "slot": formats.slot})),
             "o": Out(items({"tag": tag, "record": formats.slot_record}))})
-        # Block RAM, though there are few records: they are wide, and of tables all would want the read address.
+        # Block RAM for few but wide records: with LUTs the read address would have a high fan-out.
         self._memories = {name: Memory(shape=shape, depth=self._slots, init=[],
                                        attrs={"ram_style": "block", "no_rw_check": 1})
                           for name, shape in self._parts.items()}

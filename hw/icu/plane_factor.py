@@ -11,6 +11,7 @@ from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.lib.fixed import normalise, split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.reciprocal import Reciprocal
+from hw.lib.struct_stream import struct_stream
 from hw.lib.time_multiplexer import TimeMultiplexer
 
 __all__ = ["PlaneFactor"]
@@ -21,8 +22,8 @@ AXES = ((1, 2), (2, 0), (0, 1))
 class PlaneFactor(wiring.Component):
     """``N = (V_2 - V_0) x (V_3 - V_1)``, ``V = N . V_0``, both exact, and ``m = N/V`` rounded.
 
-    Three pipelines and the division between them, each taking a patch in four phases: six multipliers make N of limbs,
-    six more V, three the product of N and 1/V.
+    Three pipelines and the division between them, each working on a patch in four phases: six DSP blocks for N,
+    six for V, three for the product of N and 1/V.
 
     Parameters
     ----------
@@ -48,12 +49,9 @@ class PlaneFactor(wiring.Component):
         formats = IcuFormats(config)
         self._config = config
 
-        def items(layout):
-            return stream.Signature(layout, always_ready=True)
-
         patch = StructLayout({"slot": formats.slot, "vertices": ArrayLayout(formats.vector_vector, 4)})
-        super().__init__({"i": In(items(patch)),
-                          "o": Out(items(StructLayout({"slot": formats.slot, "part": formats.factor})))})
+        super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
+                          "o": Out(struct_stream({"slot": formats.slot, "part": formats.factor}, always_ready=True))})
         self._normal_width = config.numbers.plane_normal.width
         normal = StructLayout({"slot": formats.slot, "normal": ArrayLayout(formats.plane_normal, 3),
                                "vertex": formats.vector_vector})
@@ -61,8 +59,8 @@ class PlaneFactor(wiring.Component):
         self._bits = bits
         self._rest = StructLayout({"slot": formats.slot, "normal": ArrayLayout(bits, 3), "negative": 3, "dropped": 1,
                                    "exponent": formats.factor_exponent})
-        self._normals = items(normal).create()
-        self._leading = items(StructLayout({"tag": self._rest, "mantissa": bits})).create()
+        self._normals = stream.Signature(normal, always_ready=True).create()
+        self._leading = struct_stream({"tag": self._rest, "mantissa": bits}, always_ready=True).create()
         self._first, self._second = TimeMultiplexer(patch, count=PHASES), TimeMultiplexer(normal, count=PHASES)
         self._reciprocal = Reciprocal(width=bits, tag=self._rest)
         self._third = TimeMultiplexer(StructLayout({"tag": self._rest, "inverse": bits}), count=PHASES)

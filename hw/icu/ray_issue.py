@@ -11,7 +11,7 @@ __all__ = ["RayIssue"]
 
 
 class RayIssue(wiring.Component):
-    """Takes the rays out of the masks that the window walk found, lowest first.
+    """Issues the rays of the masks that the window walk found, lowest first.
 
     Parameters
     ----------

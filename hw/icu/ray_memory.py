@@ -10,6 +10,7 @@ from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
+from hw.lib.struct_stream import struct_stream
 from hw.lib.update_memory import UpdateMemory
 
 __all__ = ["RayMemory"]
@@ -20,7 +21,7 @@ BANKS = 2
 class RayMemory(wiring.Component):
     """Larger 1/t wins, equal 1/t goes to the smaller patch id; so the order of updates does not matter.
 
-    A row is one integer to compare: 1/t above the complement of the id, and the tag of the generation. (u, v) are
+    A row is compared as one integer: 1/t above the complement of the id, and the tag of the generation. (u, v) are
     written later, on a win only. Of two banks one belongs to the frustum that is cast; the other one, or the same when
     nothing is in flight, is read out.
 
@@ -61,8 +62,8 @@ class RayMemory(wiring.Component):
         self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
-        def items(layout, ready=True):
-            return stream.Signature(StructLayout(layout), always_ready=ready)
+        def items(fields):
+            return struct_stream(fields, always_ready=True)
 
         super().__init__({
             "i_start": In(stream.Signature(0)),
@@ -71,7 +72,7 @@ class RayMemory(wiring.Component):
             "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
             "i_payload": In(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "active": Out(1),
-            "i_read": In(items({"bank": 1, "ray": formats.ray}, ready=False)),
+            "i_read": In(struct_stream({"bank": 1, "ray": formats.ray})),
             "o_read": Out(stream.Signature(formats.hit))})
         self.latency = 5
 
@@ -88,13 +89,13 @@ class RayMemory(wiring.Component):
             nearer = (old.generation != operand.row.generation) | (new_key > old_key)
             return operand.row, operand.clear | (operand.hit & nearer)
 
-        # Reads: what is asked for waits in the queue's place until it comes.
-        room = 16
-        m.submodules.found = found = Queue(formats.hit, depth=room)
-        asked, takes = Signal(range(room + 1)), Signal()
+        # Each outstanding read has an entry of the queue reserved.
+        capacity = 16
+        m.submodules.found = found = Queue(formats.hit, depth=capacity)
+        outstanding, accepts = Signal(range(capacity + 1)), Signal()
         wiring.connect(m, found.o, wiring.flipped(self.o_read))
-        m.d.comb += [self.i_read.ready.eq(asked != room), takes.eq(self.i_read.valid & self.i_read.ready)]
-        m.d.sync += asked.eq(asked + takes - (found.o.valid & found.o.ready))
+        m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
+        m.d.sync += outstanding.eq(outstanding + accepts - (found.o.valid & found.o.ready))
 
         m.d.comb += self.i_start.ready.eq(0)
         with m.If(self.i_start.valid & self.i_start.ready):
@@ -109,18 +110,18 @@ class RayMemory(wiring.Component):
             m.submodules[f"payload_{bank}"] = payload = Memory(
                 shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[],
                 attrs={"no_rw_check": 1})
-            # Begins where the other bank ends.
+            # A frustum begins in the bank that is not active.
             mine = self.active != bank
             m.d.comb += generations.i_start.valid.eq(self.i_start.valid & mine)
             with m.If(mine):
                 m.d.comb += self.i_start.ready.eq(generations.i_start.ready)
 
             updates = self.i.valid & (self.active == bank)
-            reads = takes & (self.i_read.payload.bank == bank)
-            # A block RAM has no time for a choice in front of it.
-            given, comes = Signal.like(rows.i.payload, reset_less=True), Signal()
+            reads = accepts & (self.i_read.payload.bank == bank)
+            # There is no slack for a multiplexer in front of a block RAM.
+            given, is_given = Signal.like(rows.i.payload, reset_less=True), Signal()
             m.d.sync += [
-                comes.eq(updates | reads | generations.sweeps),
+                is_given.eq(updates | reads | generations.sweeps),
                 given.address.eq(Mux(generations.sweeps, generations.row,
                                      Mux(updates, self.i.payload.ray, self.i_read.payload.ray))),
                 given.operand.clear.eq(generations.sweeps), given.operand.hit.eq(updates & self.i.payload.hit),
@@ -128,13 +129,13 @@ class RayMemory(wiring.Component):
                 given.operand.row.inverse.eq(self.i.payload.inverse),
                 given.operand.row.complement.eq(~self.i.payload.patch),
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
-            m.d.comb += [rows.i.valid.eq(comes), rows.i.payload.eq(given)]
+            m.d.comb += [rows.i.valid.eq(is_given), rows.i.payload.eq(given)]
 
             write, read = payload.write_port(), payload.read_port(domain="comb")
             writes = Signal()
             m.d.sync += writes.eq(self.i_payload.valid & (self.active == bank))
             m.d.comb += [write.addr.eq(won.ray), write.data.u.eq(won.u), write.data.v.eq(won.v), write.en.eq(writes)]
-            # The row comes with age 5, and so must (u, v): three cycles for the address, the memory's, and one more.
+            # The row has age 5, and so must (u, v): three registers of the address, the memory's, and one more.
             address = self.i_read.payload.ray
             for _ in range(3):
                 later = Signal.like(address, reset_less=True)

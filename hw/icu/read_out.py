@@ -14,7 +14,7 @@ __all__ = ["ReadOut"]
 
 
 class ReadOut(wiring.Component):
-    """Asks the ray memory for one ray after the other, row by row of the section.
+    """Reads one ray after the other from the ray memory, row by row of the section.
 
     Parameters
     ----------
@@ -64,12 +64,12 @@ class ReadOut(wiring.Component):
         # Of the row of tiles: the number of its first one.
         base = Signal(self._formats.tile)
         asks = Signal()
-        # The places of the rays that have been asked for.
+        # Column and row of the outstanding reads.
         m.submodules.places = places = Queue(self._place, depth=16)
         section = command.section
         before_end, end_row = (Signal(self._formats.index) for _ in range(2))
         last_column, single, last_row = Signal(), Signal(), row == end_row
-        # What reads and what takes hits need not answer within one cycle.
+        # Registers in both directions: no combinational path joins the ray memory and the sink of hits.
         m.submodules.found = found = SkidBuffer(self.o.payload.shape())
         wiring.connect(m, found.o, wiring.flipped(self.o))
         m.d.comb += [

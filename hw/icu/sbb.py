@@ -19,7 +19,7 @@ __all__ = ["Sbb"]
 
 
 class Sbb(wiring.Component):
-    """The azimuths of the vertices, walked round the patch the way its edge planes say, and the polar angles less what
+    """The azimuths of the vertices, in the winding order of the patch, and the polar angles less what
     each edge rises above its lower end; widened by the errors of CORDIC and of the tables.
 
     In phase e one lane does edge e; another one does the diagonal.
@@ -72,7 +72,7 @@ class Sbb(wiring.Component):
         around = [item.signs[edge][2] for edge in range(5)]
 
         def at_last(value, edge):
-            """What a phase had, when the last one is there."""
+            """The value of a phase, as of the last one."""
             return pipeline.before(value, PHASES - 1 - edge)
 
         def lane(edges):
@@ -87,7 +87,7 @@ class Sbb(wiring.Component):
                 lambda a, b, sign: Mux(sign < 0, a[:bits] - b[:bits], b[:bits] - a[:bits])[:bits], *azimuths, sign)
 
             def signed_turn(forward, sign):
-                # What goes on against the sign by less than a quarter turn is an error of the angles.
+                # A step against the winding by less than a quarter turn is an error of the angles.
                 behind = Mux(sign == 0, forward[-1], forward >= 3 * quarter)
                 return Cat(forward, behind).as_signed()
 

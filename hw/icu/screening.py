@@ -17,7 +17,8 @@ __all__ = ["Screening"]
 class Screening(wiring.Component):
     """Six distances ``n_ij . d``, and whether none has the sign opposite to the orientation, zero counting as inside.
 
-    A split patch is its two triangles, the first of which goes first. Each component of a plane is two balanced limbs.
+    A split patch is tested as two triangles; the first one has priority. Each component of a plane is two balanced
+    limbs.
 
     Parameters
     ----------

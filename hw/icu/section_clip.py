@@ -1,19 +1,19 @@
 """Section clip: the part of a window that belongs to the cluster's section."""
 
 from amaranth.hdl import Module, Mux
-from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
+from hw.lib.struct_stream import struct_stream
 
 __all__ = ["SectionClip"]
 
 
 class SectionClip(wiring.Component):
-    """Cuts a window at the section's borders and counts from there; columns that go round come as a second piece.
+    """Cuts a window at the section's borders and counts from there; columns that wrap around are a second piece.
 
     Parameters
     ----------
@@ -42,17 +42,16 @@ class SectionClip(wiring.Component):
         formats = IcuFormats(config)
         slot = formats.slot if slot is None else slot
 
-        def items(window):
-            return stream.Signature(StructLayout({"slot": slot, "window": window}), always_ready=True)
-
-        super().__init__({"i": In(items(formats.window)), "o": Out(items(formats.section_window)),
-                          "frustum": In(formats.frustum)})
+        super().__init__({
+            "i": In(struct_stream({"slot": slot, "window": formats.window}, always_ready=True)),
+            "o": Out(struct_stream({"slot": slot, "window": formats.section_window}, always_ready=True)),
+            "frustum": In(formats.frustum)})
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         given, made = self.i.payload.window, self.o.payload.window
         frustum, section = self.frustum, self.frustum.section
 
         def constant(function):
-            """Of the frustum; has been there for long when patches come."""
+            """Of the frustum; stable long before its patches arrive."""
             return pipeline.constant(function)
 
         across = constant(section.end_column - section.first_column)

@@ -12,6 +12,7 @@ from hw.icu.icu_formats import IcuFormats
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
+from hw.lib.struct_stream import struct_stream
 from hw.lib.update_memory import UpdateMemory
 
 __all__ = ["SettleMap"]
@@ -20,8 +21,8 @@ __all__ = ["SettleMap"]
 class SettleMap(wiring.Component):
     """Codes of the rays, written when a ray has found something nearer, read by the window walk and by survival.
 
-    Each reader has a copy of its own. What they read may be late, and then a code is too small, which only costs a
-    test: nearer hits of a ray come one after the other, so codes of a frustum never fall. A word belongs to the
+    Each reader has a copy of its own. A code that is read may be outdated, and is too small then, which only costs a
+    test: the codes of a frustum never fall. A word belongs to the
     generation in which it was written first; the writer keeps the tags too, and gives the other rays of a word that it
     is the first to write code 0.
 
@@ -50,7 +51,7 @@ class SettleMap(wiring.Component):
     Timing
     ------
     Latency: ``3`` cycles from ``i_walk`` to ``o_walk``, ``4`` from ``i_read`` to ``o_read``; a code can be read
-    ``6`` cycles after it came. One of each per cycle; only ``i_read`` stalls, with ``o_read``.
+    ``6`` cycles after it was written. One of each per cycle; only ``i_read`` stalls, with ``o_read``.
 
     Golden counterpart: `golden.icu.settle_code`.
     """
@@ -59,8 +60,8 @@ class SettleMap(wiring.Component):
         self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
-        def items(layout):
-            return stream.Signature(StructLayout(layout), always_ready=True)
+        def items(fields):
+            return struct_stream(fields, always_ready=True)
 
         super().__init__({
             "i_start": In(stream.Signature(0)),
@@ -131,12 +132,13 @@ class SettleMap(wiring.Component):
         pipeline.add_to(m)
 
         ports = reader("survival")
-        room = 8
-        m.submodules.queue = queue = Queue(formats.settle_word, depth=room)
+        capacity = 8
+        m.submodules.queue = queue = Queue(formats.settle_word, depth=capacity)
         wiring.connect(m, queue.o, wiring.flipped(self.o_read))
-        asked, takes, ages = Signal(range(room + 1)), Signal(), Signal(3)
-        m.d.comb += [self.i_read.ready.eq(asked != room), takes.eq(self.i_read.valid & self.i_read.ready)]
-        m.d.sync += [asked.eq(asked + takes - (queue.o.valid & queue.o.ready)), ages.eq((ages << 1) | takes)]
+        outstanding, accepts, ages = Signal(range(capacity + 1)), Signal(), Signal(3)
+        m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
+        m.d.sync += [outstanding.eq(outstanding + accepts - (queue.o.valid & queue.o.ready)),
+                     ages.eq((ages << 1) | accepts)]
         read = [Signal.like(port.data, reset_less=True) for port in ports]
         found = Signal(copy["word"].shape, reset_less=True)
         for port, value in zip(ports, read, strict=True):

@@ -19,7 +19,7 @@ __all__ = ["SphericalCoordinates"]
 class SphericalCoordinates(wiring.Component):
     """Hemisphere: azimuth and polar angle. Screen: x/z and y/z in units of 2^-``cordic_stages``.
 
-    Two CORDICs one behind the other. The azimuth comes of (x, y), brought to full length; the polar angle of that
+    Two CORDICs in a chain. The azimuth is computed from (x, y), normalised; the polar angle of that
     pair's length and z, lengthened as much. What a screen does not see within 45 degrees of its axis has quotient 1 or
     -1.
 
@@ -60,19 +60,19 @@ class SphericalCoordinates(wiring.Component):
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
         x, y, z = (pipeline.input(given.direction[axis]) for axis in range(3))
-        # A copy goes along with each vertex, which has few readers.
+        # Sideband: a copy accompanies each vertex, so that its fan-out is low.
         is_screen = pipeline.input(self.is_screen)
         front = pipeline.combine(lambda z: (z > 0), z)
         # Both products of 1.65 (the gain) and sqrt 2 twice, and the sign.
         width = bits + icu.cordic_guard + 4
 
-        # Magnitudes first: then one comparison says what a screen does not see within 45 degrees.
+        # Magnitudes first: then one comparison finds the vertices that are more than 45 degrees off the screen's axis.
         sizes = [pipeline.register(magnitude, value) for value in (x, y, z)]
         signs = [pipeline.combine(lambda value: value[-1], value) for value in (x, y, z)]
         positive = pipeline.constant(Const(0, 1))
 
         def full_length(sizes, signs):
-            """A pair with its larger magnitude at full length, and by how many places it was shifted."""
+            """A pair with its larger magnitude at full length, and by how many bits it was shifted."""
             sizes, by = normalise(pipeline, bits, sizes)
             return *(pipeline.register(with_sign, *parts) for parts in zip(sizes, signs, strict=True)), by
 
@@ -96,7 +96,7 @@ class SphericalCoordinates(wiring.Component):
         first, length = cordic(pipeline, guarded(a), guarded(b), linear=is_screen, icu=icu, width=width)
 
         scale = round(gain(icu) * 2**GAIN_FRACTION)
-        # There is time for it where vertices are far apart.
+        # A serial product fits between vertices that are far apart.
         lengthened = serial_product(pipeline, z, scale) if interval > 1 else pipeline.product(
             z, pipeline.constant(Const(scale)), registers=icu.product_registers)
         lengthened = pipeline.register(lambda value: round_shift(value, GAIN_FRACTION - icu.cordic_guard), lengthened)

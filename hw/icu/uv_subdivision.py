@@ -91,7 +91,7 @@ class UvSubdivision(wiring.Component):
                          halved(d02, d01, d23, lower, upper), halved(d13, d01, d23, lower, lower)]
             v.append(upper)
 
-        # The last halves are nobody's.
+        # The distances of the last halves are not used.
         for target, bits in ((self.o.payload.u, u), (self.o.payload.v, v)):
             pipeline.output(target, pipeline.register(lambda *bits: Cat(reversed(bits)), *bits))
         pipeline.output(self.o.payload.tag, pipeline.input(self.i.payload.tag))

@@ -12,14 +12,14 @@ __all__ = ["VertexGather"]
 
 
 class VertexGather(wiring.Component):
-    """Keeps what comes of a patch's vertices until the fourth is there.
+    """Collects an item of each of a patch's four vertices.
 
     Parameters
     ----------
     config
         The configuration.
     shape
-        Of what comes of a vertex.
+        Of a vertex' item.
 
     Members
     -------
@@ -45,7 +45,7 @@ class VertexGather(wiring.Component):
         m = Module()
         given, made = self.i.payload, self.o.payload
         m.d.sync += self.o.valid.eq(self.i.valid & (given.index == 3))
-        # All of them move: a place of its own for each would be known too late for so many registers.
+        # A shift register: an enable for each item would be a late signal with a high fan-out.
         with m.If(self.i.valid):
             m.d.sync += [made.slot.eq(given.slot), *(made.items[k].eq(made.items[k + 1]) for k in range(3)),
                          made.items[3].eq(given.item)]

@@ -15,7 +15,7 @@ __all__ = ["WindowWalk"]
 
 
 class WindowWalk(wiring.Component):
-    """Row of tiles by row of tiles, in each the window's first piece and then the one that goes round.
+    """Row of tiles by row of tiles, in each the window's first piece and then the one that wraps around.
 
     A window without rays is one step without rays.
 
@@ -48,20 +48,20 @@ class WindowWalk(wiring.Component):
         super().__init__({"i": In(stream.Signature(formats.patch_window)),
                           "o": Out(stream.Signature(formats.tile_step)),
                           "tiles_across": In(formats.count)})
-        # What is known of a window before its first step: ``some`` rays, a piece that goes ``round``, and of columns,
-        # those that go round, and rows the last one, the tile before its own, and whether the first tile is the last.
+        # Known of a window before its first step: ``some`` rays, a piece that wraps (``round``), and of columns,
+        # wrapped columns and rows the last one, the tile before its own, and whether the first tile is the last.
         tile = config.icu.side_bits - side
-        stretch = StructLayout({"last": index, "before": tile, "single": 1})
+        extent = StructLayout({"last": index, "before": tile, "single": 1})
         self._window = StructLayout({
             "slot": formats.slot, "threshold": formats.threshold, "some": 1, "round": 1,
-            "column_first": index, "row_first": index, "columns": stretch, "wrapped": stretch, "rows": stretch,
+            "column_first": index, "row_first": index, "columns": extent, "wrapped": extent, "rows": extent,
             "base": formats.tile})
         self._begins = stream.Signature(self._window).create()
         self._pipeline = pipeline = Pipeline(self.i, self._begins)
         given, made = self.i.payload, self._begins.payload
         window = given.window
 
-        def add_stretch(target, first, count):
+        def add_extent(target, first, count):
             first = pipeline.constant(Const(0, index)) if first is None else pipeline.input(first)
             last = pipeline.register(lambda first, count: (first + count - 1)[:config.icu.side_bits], first,
                                      pipeline.input(count))
@@ -70,9 +70,9 @@ class WindowWalk(wiring.Component):
             pipeline.output(target.single, pipeline.register(lambda first, last: first[side:] == last[side:], first,
                                                              last))
 
-        add_stretch(made.columns, window.column_first, window.column_count)
-        add_stretch(made.wrapped, None, window.wrapped_count)
-        add_stretch(made.rows, window.row_first, window.row_count)
+        add_extent(made.columns, window.column_first, window.column_count)
+        add_extent(made.wrapped, None, window.wrapped_count)
+        add_extent(made.rows, window.row_first, window.row_count)
         row_first = pipeline.input(window.row_first)
         some = pipeline.register(lambda rows, columns: rows.any() & columns.any(), pipeline.input(window.row_count),
                                  pipeline.input(window.column_count))
@@ -89,7 +89,7 @@ class WindowWalk(wiring.Component):
         m = Module()
         self._pipeline.add_to(m)
         side = self._config.icu.tile_bits
-        # The walk's end decides in the last moment whether the next window is taken.
+        # A register: whether the next window is accepted is known late.
         m.submodules.next = following = SkidBuffer(self._window)
         m.d.comb += [following.i.valid.eq(self._begins.valid), following.i.payload.eq(self._begins.payload),
                      self._begins.ready.eq(following.i.ready)]
@@ -98,7 +98,7 @@ class WindowWalk(wiring.Component):
         tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
         base, second = Signal.like(walked.base), Signal()
         first_of_piece, piece = Signal.like(walked.column_first), Signal.like(walked.columns)
-        # Found a step before: whether the window ends decides on whether the next one is taken.
+        # Computed a step ahead, because they decide whether the next window is accepted.
         last_column, last_row = Signal(), Signal()
         first_column = tile_column == first_of_piece[side:]
         ends = ~walked.some | (last_column & last_row & (second | ~walked.round))
@@ -107,8 +107,8 @@ class WindowWalk(wiring.Component):
             """Of the columns or rows of a tile those that lie in the window."""
             return Cat((~at_first | (k >= first[:side])) & (~at_last | (k <= last[:side])) for k in range(1 << side))
 
-        step, out, goes = self.o.payload, self.o, Signal()
-        m.d.comb += [goes.eq(walks & (out.ready | ~out.valid)), begins.ready.eq(~walks | (goes & ends))]
+        step, out, advance = self.o.payload, self.o, Signal()
+        m.d.comb += [advance.eq(walks & (out.ready | ~out.valid)), begins.ready.eq(~walks | (advance & ends))]
         with m.If(out.ready | ~out.valid):
             columns = inside(first_column, first_of_piece, last_column, piece.last)
             rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.rows.last)
@@ -116,7 +116,7 @@ class WindowWalk(wiring.Component):
                 out.valid.eq(walks), step.slot.eq(walked.slot), step.threshold.eq(walked.threshold),
                 step.tile.eq(base + tile_column), step.tile_row.eq(tile_row), step.tile_column.eq(tile_column),
                 step.columns.eq(columns), step.rows.eq(Mux(walked.some, rows, 0)), step.last.eq(ends)]
-        with m.If(goes):
+        with m.If(advance):
             with m.If(~last_column):
                 m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before)]
             with m.Elif(walked.round & ~second):

@@ -28,7 +28,7 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Staged, icu: Icu
     linear
         Which of the two.
     width
-        Bits that x and y need on their way.
+        Bits that x and y need at every stage.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Staged, icu: Icu
 
     behind = pipeline.combine(lambda x, linear: x[-1] & ~linear, x, linear)
     angle = pipeline.combine(lambda behind: Mux(behind, Const(1 << icu.angle_bits - 1, bits), 0).as_signed(), behind)
-    # It goes along: from one register it would be a wire to all of the stages.
+    # Sideband: a single register would have a fan-out to all stages.
     x, y, angle, _ = pipeline.rounds(
         stage, stages + 1, *(pipeline.combine(forward, value, behind) for value in (x, y)), angle, linear)
     return angle, x

@@ -1,4 +1,4 @@
-"""Pipelines whose delays are computed: values carry their age, and what meets is made equally old."""
+"""Pipelines whose delays are computed: values carry their age, and operands are aligned to the same age."""
 
 from collections.abc import Callable
 from functools import reduce
@@ -11,8 +11,8 @@ from amaranth.lib.memory import Memory
 
 __all__ = ["OPERAND", "Pipeline", "Staged"]
 
-# From this many registers in a row on, a memory with a counter takes less than they do; the most cycles that one can
-# hold a value for, which is the depth of a table's memory.
+# A memory with a counter takes less area than this many registers in a row; and the depth of one memory of LUTs, the
+# most cycles for which it can hold a value.
 LONG = 6
 DEEPEST = 16
 # Bits of an operand of a DSP block.
@@ -61,7 +61,7 @@ class Pipeline:
     ----------
     i, o
         Streams as the component sees them. If ``o`` is always ready nothing stalls, and ``i`` may be always ready too.
-        Otherwise the whole chain stands while an item at its end waits for ``o``.
+        Otherwise the whole chain stalls while an item at its end waits for ``o``.
     interval
         Cycles from an item to the next one, at least. Where they are several a register holds its value for all of
         them, and products share multipliers: one that is busy puts a product off, and with it what follows.
@@ -143,9 +143,9 @@ class Pipeline:
         return tuple(self._at(operand, age) for operand in operands)
 
     def product(self, a: Staged, b: Staged, *, registers: int) -> Staged:
-        """``a b`` in one multiplier: one register behind it, of more the second in front of it, the others behind.
+        """``a b`` in one DSP block: one register behind it, of more the second in front of it, the others behind.
 
-        The registers in front are shared by nobody else, so that they can be placed at the multiplier.
+        The registers in front have no other sinks, so that they can be placed inside the DSP block.
         """
         if self._interval > 1:
             return self._shared_product(a, b, max(1, registers))
@@ -172,8 +172,7 @@ class Pipeline:
         values = [operand.value for operand in operands]
         done = 0
         while True:
-            # A set gives the next one its last round while it takes the next item; the last set has nobody to give it
-            # to.
+            # A set passes its last round on to the next set while it accepts the next item; the last set keeps it.
             here = min(self._interval, count - done)
             registers = [Signal(Value.cast(value).shape(), reset_less=True) for value in values]
             number = Signal(range(done, done + here), init=done) if here > 1 else done
@@ -196,7 +195,7 @@ class Pipeline:
         return self._valid[age].value
 
     def moves(self, age: int) -> Value:
-        """Whether an item of this age goes on in this cycle: for what must happen once per item."""
+        """Whether an item of this age advances in this cycle: for what must happen once per item."""
         return self.valid(age) & self._advance if self._stalls else self.valid(age)
 
     def output(self, target, operand: Staged) -> None:

@@ -12,9 +12,9 @@ STEPS = 4
 
 
 class Reciprocal(wiring.Component):
-    """``floor(2^(2 width - 1) / mantissa)``, at most 2^``width`` - 1, for mantissas with their leading one in place.
+    """``floor(2^(2 width - 1) / mantissa)``, at most 2^``width`` - 1, for mantissas whose leading bit is 1.
 
-    A chain of stages of restoring division, each of which works for four cycles at one item.
+    A chain of stages of restoring division, each of which works on an item for four cycles.
 
     Parameters
     ----------
@@ -25,10 +25,10 @@ class Reciprocal(wiring.Component):
 
     Members
     -------
-    i
-        ``tag`` and ``mantissa``; at least four cycles apart. Always ready.
-    o
-        ``tag`` and ``inverse``. Always ready.
+    i : In, stream of ``tag``, ``mantissa``, always ready
+        Mantissas; at least four cycles apart.
+    o : Out, stream of ``tag``, ``inverse``, always ready
+        Reciprocals.
 
     Timing
     ------

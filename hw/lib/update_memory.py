@@ -18,25 +18,25 @@ BLOCK, WIDE = 1 << 14, 1 << 11
 class UpdateMemory(wiring.Component):
     """``row, write = change(old, operand)``, as if each item were finished before the next one begins.
 
-    An item that comes while up to five others are in flight may need what they write: the four that are decided
-    already are looked at when the old row arrives, the one just in front when the change is made. The new row has a
-    cycle to reach the block RAMs, which are far from each other.
+    An item that arrives while up to five others are in flight may need their results. The results of the first four are
+    forwarded when the old row arrives, that of the item directly ahead when the change is made. The new row has a
+    cycle for the routing delay to the block RAMs.
 
     Parameters
     ----------
     shape, depth
         Of the rows.
     operand, tag
-        Shapes of what an item changes its row by, and of what goes along.
+        Shapes of the operand of a change, and of the sideband data.
     change
         From the old row and the operand to the new row and whether it is written.
 
     Members
     -------
-    i
-        ``tag``, ``address``, ``operand``. Always ready.
-    o
-        ``tag``, ``address``, ``old``, ``new``, ``written``. Always ready.
+    i : In, stream of ``tag``, ``address``, ``operand``, always ready
+        Changes of rows.
+    o : Out, stream of ``tag``, ``address``, ``old``, ``new``, ``written``, always ready
+        The row before and after the change, and whether it was written.
 
     Timing
     ------
@@ -77,8 +77,8 @@ class UpdateMemory(wiring.Component):
 
         addresses = [item.address for item in items] + [item["address"] for item in done]
         m.d.sync += read_2.eq(read_1)
-        # Of what is decided when the old row is still in the block RAM, the last one; so that little is left to choose
-        # behind the block RAM, which is far away.
+        # The last result that is known while the old row is still in the block RAM: a multiplexer less behind the block
+        # RAM, which has a long routing delay.
         is_kept, kept = Signal(), Signal(self._shape, reset_less=True)
         m.d.sync += is_kept.eq(0)
         for ahead in (5, 4, 3):
@@ -117,7 +117,7 @@ class UpdateMemory(wiring.Component):
         return m
 
     def _same_as(self, m, addresses, ahead, *, age):
-        """Whether the item of an age is at the place of the one ``ahead`` of it, found a cycle before."""
+        """Whether the item of an age has the address of the one ``ahead`` of it, computed a cycle before."""
         flag = Signal(name=f"same_as_{ahead}_ahead")
         m.d.sync += flag.eq(addresses[age - 1 + ahead] == addresses[age - 1])
         return flag

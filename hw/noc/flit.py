@@ -1,4 +1,4 @@
-"""Flits, and what is on a link beside them."""
+"""Flits, and the payloads of links."""
 
 from amaranth.lib.data import StructLayout
 
@@ -11,5 +11,5 @@ def flit(bits: int) -> StructLayout:
 
 
 def link(bits: int, channels: int) -> StructLayout:
-    """A flit and the virtual channel that it takes."""
+    """A flit and its virtual channel."""
     return StructLayout({"flit": flit(bits), "channel": range(channels)})

@@ -10,7 +10,7 @@ __all__ = ["check_of"]
 def check_of(method: str, value: Value) -> Value:
     """The check bits of a value, `golden.noc.packing.check`: each is the sum of some of its bits, modulo 2."""
     value = Value.cast(value)
-    # The sum is linear: what each bit alone changes is all there is to know.
+    # The check is linear: it is the sum of the checks of the single bits.
     alone = [check(method, 1 << place, len(value)) for place in range(len(value))]
     return Cat(Cat(value[place] for place, its in enumerate(alone) if its >> bit & 1).xor()
                for bit in range(CHECK_BITS[method]))

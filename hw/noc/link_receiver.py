@@ -1,4 +1,4 @@
-"""Link receiver: flits of a router to its node."""
+"""Link receiver: flits from a router to its node."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
@@ -11,21 +11,23 @@ __all__ = ["LinkReceiver"]
 
 
 class LinkReceiver(wiring.Component):
-    """Keeps flits of each kind of message in a queue of its own, and gives places back.
+    """A queue for the flits of each kind of message, with credit return.
 
-    Packets of a kind come whole on the kind's first channel, so that its other channels have no queue here.
+    Packets of a kind arrive whole on the kind's first channel, so its other channels have no queue here.
 
     Parameters
     ----------
     bits, channels, messages, depth
-        As those of `hw.noc.link_sender.LinkSender`; ``depth`` of the queues here.
+        As those of `hw.noc.link_sender.LinkSender`; ``depth`` is the capacity of the queues here.
 
     Members
     -------
-    i, o_credit
-        The link, and places that are free again.
-    o
-        A stream of flits per kind.
+    i : In, stream of `link`, always ready
+        The link.
+    o_credit : Out(channels * messages)
+        Credit return of each channel.
+    o : Out, ``messages`` streams of `flit`
+        Flits of each kind.
 
     Timing
     ------
@@ -43,13 +45,13 @@ class LinkReceiver(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        given_back = Signal(self._channels * self._messages)
-        m.d.comb += self.o_credit.eq(given_back)
+        credit_return = Signal(self._channels * self._messages)
+        m.d.comb += self.o_credit.eq(credit_return)
         for kind, output in enumerate(self.o):
             channel = kind * self._channels
             m.submodules[f"queue_{kind}"] = queue = Queue(flit(self._bits), depth=self._depth)
             wiring.connect(m, queue.o, wiring.flipped(output))
             m.d.comb += [queue.i.payload.eq(self.i.payload.flit),
                          queue.i.valid.eq(self.i.valid & (self.i.payload.channel == channel))]
-            m.d.sync += given_back[channel].eq(output.valid & output.ready)
+            m.d.sync += credit_return[channel].eq(output.valid & output.ready)
         return m

@@ -1,4 +1,4 @@
-"""Link sender: flits of a node to its router."""
+"""Link sender: flits from a node to its router."""
 
 from amaranth.hdl import Array, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -11,27 +11,29 @@ __all__ = ["LinkSender"]
 
 
 class LinkSender(wiring.Component):
-    """Sends flits of one kind of message or several, those in turn, while the router has places for them.
+    """Sends the flits of all kinds of messages over one link, in round-robin order, as far as credits allow.
 
     Parameters
     ----------
     bits
         Of the data of a flit.
     entry
-        From a destination to the channel in which its packets enter, among those of a kind.
+        By destination the channel in which its packets enter, among those of a kind.
     channels
-        Of a kind.
+        Number of virtual channels of a kind.
     messages
-        Kinds.
+        Number of kinds.
     depth
-        Places of a queue of the router.
+        Capacity of a queue of the router.
 
     Members
     -------
-    i
-        A stream of flits per kind.
-    o, i_credit
-        The link, and places that are free again.
+    i : In, ``messages`` streams of `flit`
+        Flits of each kind.
+    o : Out, stream of `link`, always ready
+        The link.
+    i_credit : In(channels * messages)
+        Credit return of each channel.
 
     Timing
     ------
@@ -50,26 +52,26 @@ class LinkSender(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.turns = turns = RoundRobin(count=self._messages)
-        room = Signal(self._channels * self._messages)
+        m.submodules.arbiter = arbiter = RoundRobin(count=self._messages)
+        has_credit = Signal(self._channels * self._messages)
         sent = Signal.like(self.o.payload, reset_less=True)
-        m.d.comb += [turns.accept.eq(turns.eligible.any()), self.o.payload.eq(sent)]
-        m.d.sync += self.o.valid.eq(turns.accept)
+        m.d.comb += [arbiter.accept.eq(arbiter.eligible.any()), self.o.payload.eq(sent)]
+        m.d.sync += self.o.valid.eq(arbiter.accept)
         chosen = []
         for kind, source in enumerate(self.i):
-            # The packet's channel follows from its destination, which only its first flit knows.
+            # The packet's channel follows from its destination, which only its first flit carries.
             lane, kept = (Signal(range(self._channels), name=f"{name}_{kind}") for name in ("lane", "kept"))
             destination = source.payload.data[:max(1, (len(self._entry) - 1).bit_length())]
             entries = Array(Const(entry, lane.shape()) for entry in self._entry)
             m.d.comb += lane.eq(Mux(source.payload.first, entries[destination], kept))
-            with m.If(turns.grant[kind]):
+            with m.If(arbiter.grant[kind]):
                 m.d.sync += [kept.eq(lane), sent.flit.eq(source.payload), sent.channel.eq(kind * self._channels + lane)]
             m.d.comb += [
-                turns.request[kind].eq(source.valid), source.ready.eq(turns.grant[kind]),
-                turns.eligible[kind].eq(source.valid & (room >> kind * self._channels).bit_select(lane, 1))]
-            chosen += [turns.grant[kind] & (lane == place) for place in range(self._channels)]
-        for channel, goes in enumerate(chosen):
+                arbiter.request[kind].eq(source.valid), source.ready.eq(arbiter.grant[kind]),
+                arbiter.eligible[kind].eq(source.valid & (has_credit >> kind * self._channels).bit_select(lane, 1))]
+            chosen += [arbiter.grant[kind] & (lane == number) for number in range(self._channels)]
+        for channel, is_sent in enumerate(chosen):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")
-            m.d.comb += room[channel].eq(credits != 0)
-            m.d.sync += credits.eq(credits + self.i_credit[channel] - goes)
+            m.d.comb += has_credit[channel].eq(credits != 0)
+            m.d.sync += credits.eq(credits + self.i_credit[channel] - is_sent)
         return m

@@ -14,7 +14,7 @@ __all__ = ["Network"]
 
 
 class Network(wiring.Component):
-    """A router for each node of a topology, linked as its tables say.
+    """A router for each node of a topology, and its links.
 
     Parameters
     ----------
@@ -25,13 +25,14 @@ class Network(wiring.Component):
 
     Members
     -------
-    i, o
-        Per node the links to its router and from it; packets of a kind come out one after the other, each whole.
-    o_credit, i_credit
-        Per node and link of the other direction: a queue has a place again, a bit per channel.
-    flits, stalls
-        Since reset, modulo 2^32: flits sent by the routers, over links and to nodes; cycles in which flits waited for a
-        port and none could be sent, over all ports.
+    i, o : In, Out, a stream of `link` per node, always ready
+        The links to each router and from it; packets of a kind leave one after the other, each whole.
+    o_credit, i_credit : Out, In, a bit per channel of each node
+        Credit return of these links.
+    flits : Out(32)
+        Flits sent by all routers since reset, over links and to nodes; wraps.
+    stalls : Out(32)
+        Cycles since reset in which flits waited for a port and none was eligible, summed over all ports; wraps.
 
     Timing
     ------
@@ -41,7 +42,7 @@ class Network(wiring.Component):
     Raises
     ------
     InputError
-        Channels could wait for each other in a circle, which is named.
+        Channels could deadlock: the cycle is named.
     ValueError
         As `Router`.
 
@@ -73,17 +74,17 @@ class Network(wiring.Component):
                          router.i_credit[LOCAL].eq(self.i_credit[node])]
             moves += list(router.moves)
             stalls += list(router.stalls)
-        for way in self._routing.topology.links:
-            source, target = routers[way.source], routers[way.target]
-            wiring.connect(m, source.o[way.output], target.i[way.input])
-            m.d.comb += source.i_credit[way.output].eq(target.o_credit[way.input])
+        for edge in self._routing.topology.links:
+            source, target = routers[edge.source], routers[edge.target]
+            wiring.connect(m, source.o[edge.output], target.i[edge.input])
+            m.d.comb += source.i_credit[edge.output].eq(target.o_credit[edge.input])
         for counter, events in ((self.flits, moves), (self.stalls, stalls)):
             m.d.sync += counter.eq(counter + self._add_count(m, events))
         return m
 
     @staticmethod
     def _add_count(m, events):
-        """How many, a level of adders per cycle."""
+        """The number of events, in a tree of adders with a register per level."""
         level = events
         while len(level) > 1:
             sums = []

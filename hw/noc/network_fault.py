@@ -1,4 +1,4 @@
-"""What can go wrong with flits."""
+"""Faults of flits."""
 
 from amaranth.lib import enum
 

@@ -11,6 +11,7 @@ from golden.noc.routing import Routing
 from hw.formats import Formats
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
+from hw.lib.validate import check_integer
 from hw.noc.flit import link
 from hw.noc.link_receiver import LinkReceiver
 from hw.noc.link_sender import LinkSender
@@ -22,7 +23,7 @@ __all__ = ["NetworkInterface", "interface_members"]
 
 
 def interface_members(config: Config, nodes: int) -> dict:
-    """What an interface shows its cluster."""
+    """The members at the cluster's side."""
     formats = Formats(config)
     address = (nodes - 1).bit_length()
     asked = stream.Signature(StructLayout({"node": address, "patch": formats.patch}))
@@ -32,11 +33,11 @@ def interface_members(config: Config, nodes: int) -> dict:
 
 
 class NetworkInterface(wiring.Component):
-    """Asks other clusters for patches and answers their requests.
+    """Requests patches from other clusters and replies to their requests.
 
-    A request is a packet of one flit and a reply one of five, if a vertex fits into a flit. A request leaves only when
-    there is room for its whole reply, so replies are always taken from the network, whatever the cluster does: requests
-    may wait for replies, replies wait for nobody. Replies of a cluster come in the order of the requests to it.
+    A request is a packet of one flit and a reply one of five, if a vertex fits into a flit. A request reserves
+    buffer entries for its whole reply before it is sent, so replies never block in the network and nothing can
+    deadlock. Replies from a cluster arrive in the order of the requests to it.
 
     Parameters
     ----------
@@ -45,36 +46,43 @@ class NetworkInterface(wiring.Component):
     routing
         Of both networks, or of both kinds of messages in one.
     node
-        Which cluster it is.
+        The cluster's node.
 
     Members
     -------
-    i_request
-        ``node`` to ask, and ``patch``.
-    o_reply
-        Vertices of what was asked for (`Formats.patch_vertex`), four of a patch one after the other.
-    o_request
-        ``node`` that asks, and ``patch``.
-    i_reply
-        ``node`` that has asked, and ``vertex`` (`Formats.patch_vertex`): four one after the other with the same node
-        and patch. Replies to one node come in the order of its requests.
-    o, i_credit, i, o_credit
-        Links to the routers and from them, with credits: requests first, then replies; one link of both if the networks
-        are virtual.
-    fault
-        The first thing that went wrong since reset. What was wrong has come out nevertheless.
+    i_request : In, stream of ``node``, ``patch``
+        Requests of this cluster, and to which node.
+    o_reply : Out, stream of `Formats.patch_vertex`
+        The replies: four vertices of a patch follow each other.
+    o_request : Out, stream of ``node``, ``patch``
+        Requests to this cluster, and from which node.
+    i_reply : In, stream of ``node``, ``vertex``
+        Replies: four `Formats.patch_vertex` follow each other, with the same node and patch. Replies to one node are
+        in the order of its requests.
+    o, i : Out, In, a stream of `link` per network, always ready
+        Links to the routers and from them: requests first, then replies; one link for both if the networks are virtual.
+    i_credit, o_credit : In, Out, a bit per channel of each network
+        Credit return of these links.
+    fault : Out, `NetworkFault`
+        The first fault since reset. A faulty flit is passed on nevertheless.
 
     Timing
     ------
     Latency: ``1`` cycle from ``i_request`` to the link, ``1`` from the link to ``o_request``, ``2`` from the link of a
     vertex' last flit to ``o_reply``. One flit per cycle and link.
 
+    Raises
+    ------
+    TypeError
+        The node is no integer.
+    ValueError
+        The network has no such node.
+
     Golden counterpart: `golden.noc.packing`. Source: Shen 1993, section 5.2.3.
     """
 
     def __init__(self, *, config: Config, routing: Routing, node: int):
-        if not isinstance(node, int) or not 0 <= node < routing.topology.nodes:
-            raise ValueError(f"Node must be from 0 to {routing.topology.nodes - 1}, not {node!r}")
+        check_integer("Node", node, minimum=0, maximum=routing.topology.nodes - 1)
         self._config, self._routing, self._node = config, routing, node
         self._formats, noc = Formats(config), config.noc
         address = (routing.topology.nodes - 1).bit_length()
@@ -98,7 +106,7 @@ class NetworkInterface(wiring.Component):
         check = {"bits": noc.flit_bits, "method": noc.check}
         vertex = self._formats.scene_vector
 
-        # Requests that go out, each with room for the reply.
+        # Outgoing requests, each with buffer entries reserved for the reply.
         m.submodules.gate = gate = CreditGate(self._asked, credits=noc.requests)
         m.submodules.request_packer = packer = Packer(self._request_header, 0, bodies=0, **check)
         wiring.connect(m, wiring.flipped(self.i_request), gate.i)
@@ -108,23 +116,24 @@ class NetworkInterface(wiring.Component):
                      header.destination.eq(gate.o.payload.node), header.source.eq(self._node),
                      header.patch.eq(gate.o.payload.patch)]
 
-        # Replies that come in.
+        # Incoming replies.
         m.submodules.reply_unpacker = replies = Unpacker(
             self._reply_header, vertex, bodies=VERTICES, node=self._node, **check)
-        m.submodules.replies = room = Queue(self._formats.patch_vertex, depth=VERTICES * noc.requests)
+        m.submodules.replies = buffer = Queue(self._formats.patch_vertex, depth=VERTICES * noc.requests)
         wiring.connect(m, incoming[1], replies.i)
-        wiring.connect(m, room.o, wiring.flipped(self.o_reply))
+        wiring.connect(m, buffer.o, wiring.flipped(self.o_reply))
         left = Signal(range(VERTICES))
-        taken = self.o_reply.valid & self.o_reply.ready
-        with m.If(taken):
+        transfer = self.o_reply.valid & self.o_reply.ready
+        with m.If(transfer):
             m.d.sync += left.eq(left + 1)
         m.d.comb += [
-            room.i.valid.eq(replies.o.valid), replies.o.ready.eq(room.i.ready),
-            room.i.payload.patch.eq(replies.o.payload.header.patch),
-            room.i.payload.surface.eq(replies.o.payload.header.surface),
-            room.i.payload.vertex.eq(replies.o.payload.body), gate.i_return.valid.eq(taken & (left == VERTICES - 1))]
+            buffer.i.valid.eq(replies.o.valid), replies.o.ready.eq(buffer.i.ready),
+            buffer.i.payload.patch.eq(replies.o.payload.header.patch),
+            buffer.i.payload.surface.eq(replies.o.payload.header.surface),
+            buffer.i.payload.vertex.eq(replies.o.payload.body),
+            gate.i_return.valid.eq(transfer & (left == VERTICES - 1))]
 
-        # Requests that come in, and replies that go out.
+        # Incoming requests, and outgoing replies.
         m.submodules.request_unpacker = requests = Unpacker(self._request_header, 0, bodies=0, node=self._node, **check)
         m.submodules.reply_packer = packer = Packer(self._reply_header, vertex, bodies=VERTICES, **check)
         wiring.connect(m, incoming[0], requests.i)

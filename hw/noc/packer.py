@@ -32,10 +32,10 @@ class Packer(wiring.Component):
 
     Members
     -------
-    i
-        ``header`` and ``body``.
-    o
-        Flits.
+    i : In, stream of ``header``, ``body``
+        Items of packets.
+    o : Out, stream of `flit`
+        Flits, with check bits.
 
     Timing
     ------

@@ -1,4 +1,4 @@
-"""Patch network: an interface for each cluster, and what lies between them."""
+"""Patch network: a network interface for each cluster, and the networks between them."""
 
 from amaranth.hdl import Module
 from amaranth.lib import wiring
@@ -27,10 +27,16 @@ class PatchNetwork(wiring.Component):
 
     Members
     -------
-    i_request, o_reply, o_request, i_reply, fault
-        Per cluster, see `NetworkInterface`.
-    flits, stalls
-        See `Network`; of both.
+    i_request, o_request : In, Out, a stream of ``node``, ``patch`` per cluster
+        See `NetworkInterface`.
+    i_reply : In, a stream of ``node``, ``vertex`` per cluster
+        See `NetworkInterface`.
+    o_reply : Out, a stream of `Formats.patch_vertex` per cluster
+        See `NetworkInterface`.
+    fault : Out, a `NetworkFault` per cluster
+        See `NetworkInterface`.
+    flits, stalls : Out(32)
+        See `Network`; summed over both networks.
 
     Timing
     ------
@@ -40,7 +46,7 @@ class PatchNetwork(wiring.Component):
     Raises
     ------
     InputError
-        Channels could wait for each other in a circle.
+        Channels could deadlock: the cycle is named.
     """
 
     def __init__(self, *, config: Config):

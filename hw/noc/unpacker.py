@@ -14,24 +14,24 @@ __all__ = ["Unpacker"]
 
 
 class Unpacker(wiring.Component):
-    """The inverse of `hw.noc.packer.Packer`. What is wrong is reported, and cannot stop it: a flit that should be a
-    packet's first one and is not is dropped, one that should not be and is begins a packet.
+    """The inverse of `hw.noc.packer.Packer`. Faults are reported and do not stop it: a flit between packets that is no
+    first one is discarded, and a first one within a packet begins a new packet.
 
     Parameters
     ----------
     header, body, bodies, bits, method
         As the packer's; a header begins with ``destination``.
     node
-        Where it is.
+        The node of this unpacker.
 
     Members
     -------
-    i
-        Flits.
-    o
-        ``header`` and ``body``, an item per body, or one of a packet without.
-    fault
-        Of the flit that was taken in the cycle before.
+    i : In, stream of `flit`
+        Flits, with check bits.
+    o : Out, stream of ``header``, ``body``
+        An item per body, or one per packet without bodies.
+    fault : Out, `NetworkFault`
+        Of the flit that was accepted in the cycle before.
 
     Timing
     ------
@@ -57,7 +57,7 @@ class Unpacker(wiring.Component):
                  + (parts_of(Value.cast(whole.body), self._bits) if self._bodies else []))
         last = len(headers) + len(bodies) * self._bodies - 1
         number, part = Signal(range(last + 1)), Signal(range(len(shown)))
-        # A packet begins wherever it says so.
+        # A first flit begins a packet wherever it arrives.
         now, place = Signal.like(number), Signal.like(part)
         came = self.i.payload
         plain = Signal(self._plain)

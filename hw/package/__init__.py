@@ -1,1 +1,1 @@
-"""What is handed on of the hardware: Verilog with all that a design flow wants beside it."""
+"""Exports of the hardware: Verilog with the files that design flows need."""

@@ -1,4 +1,4 @@
-"""The files of a core: Verilog, and what design flows and people want to know of it."""
+"""The files of a core: Verilog, constraints, a manifest and a page."""
 
 import hashlib
 import importlib.metadata
@@ -20,9 +20,9 @@ from hw.report import UNITS, unit_latency
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
 
-# What the constraints ask for.
+# Clock period of the constraints.
 PERIOD_NS = 10
-# What Verilator says of the text and why it may.
+# Warnings of Verilator that are accepted, with the reason.
 WAIVERS = {
     "CASEINCOMPLETE": "where no case holds a default was assigned before",
     "CMPCONST": "limits that a configuration makes as large as the type",
@@ -88,7 +88,7 @@ def _version():
 
 
 def _facts(top, name, config, preset, text):
-    """What the side-car holds."""
+    """The content of the manifest."""
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
     ports += inspect(lambda: TOPS[top].make(config), _ports)
     latencies = {f"{block}.{unit}": unit_latency(block, unit, config)
@@ -182,7 +182,7 @@ Written by `python -m hw verilog --top {top} --preset {preset}` of Radiosity Eng
 | `{name}.json` | ports, parameters, latencies{more}, digest of the Verilog |
 | `{name}.sdc`, `.xdc`, `.lpf` | the clock, {mhz:g} MHz, for Quartus and others, Vivado, and nextpnr |
 | `{name}.core` | for FuseSoC; its target `lint` runs Verilator |
-| `{name}.vlt` | what Verilator's `-Wall` says of it and why it may |
+| `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |
 
 Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough.
 {meaning}
@@ -199,12 +199,12 @@ Everything happens at the rising edge of `clk`. `rst` is synchronous and active 
 _ENGINE = """
 * `host__*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
 * `axi__*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
-  registers `read_base` to `write_limit` say, and nowhere else. What is in memory there: `docs/memory-map.md`.
-* There is no interrupt: `status` says when something is over.
+  registers `read_base` to `write_limit` define, and nowhere else. The layout of memory: `docs/memory-map.md`.
+* There is no interrupt: the register `status` shows when a command has finished.
 """
 _STREAMS = """
-Ports named `*__valid`, `*__ready` and `*__payload` are streams: an item passes at an edge at which both are high; where
-there is no `*__ready` it is always so. The fields of a payload are in the side-car, `docs/{page}` says what they mean.
+Ports named `*__valid`, `*__ready` and `*__payload` are streams: a transfer occurs at an edge at which both are high; a
+stream without `*__ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
 """
 
 

@@ -1,4 +1,4 @@
-"""The components that can be taken alone."""
+"""The components that can be exported."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Families of FPGAs: how Yosys maps to them, and what their cells take."""
+"""Families of FPGAs: how Yosys maps to them, and how their cells are counted."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ __all__ = ["FAMILIES", "HOMELESS", "Area", "Family"]
 
 @dataclass(frozen=True, kw_only=True)
 class Area:
-    """What a component takes of an FPGA, in units of its `Family`.
+    """Resources of an FPGA that a component uses, in units of its `Family`.
 
     Parameters
     ----------
@@ -35,13 +35,13 @@ class Family:
     commands
         Of Yosys, that map a design ``top`` to its cells.
     lut, ff, dsp, bram
-        By type, how many units a cell takes.
+        By type, how many units a cell counts as.
     free
-        Cells that take nothing of these: what is in the place of a table beside it, and constants.
+        Cells that are not counted: parts of a LUT's slice, and constants.
     counted
         The units in words.
     has_clock
-        Whether there is a tool that places and routes.
+        Whether there is a tool for place and route.
     """
 
     title: str
@@ -60,7 +60,7 @@ class Family:
         Errors
         ------
         InputError
-            There is a cell of which nothing says what it takes.
+            A cell has no entry that says how it is counted.
         """
         for cell in cells:
             if not (cell in self.free or cell in self.ff or any(cell in takes for takes in (
@@ -92,7 +92,7 @@ def _each(*cells, takes=1):
 FAMILIES = {
     "ecp5": Family(
         title="ECP5-85, speed grade 6", has_clock=True,
-        # The registers of a tile share few enables and resets: a signal that few registers want becomes logic before
+        # The registers of a tile share few enables and resets: one with few registers becomes logic in front of
         # them.
         commands=("synth_ecp5 -abc9 -top top -run begin:map_ffs",
                   "dfflegalize -cell $_DFF_?_ 01 -cell $_SDFF_?P?_ r -cell $_DFFE_??_ 01 -cell $_SDFFE_?P??_ r "
@@ -116,7 +116,7 @@ FAMILIES = {
         lut=_each("LUT1", "LUT2", "LUT3", "LUT4", "ALU") | _each("RAM16SDP1", "RAM16SDP2", "RAM16SDP4", takes=6),
         ff=frozenset("DFF" + kind for kind in (
             "", "E", "S", "SE", "R", "RE", "P", "PE", "C", "CE")),
-        # Two of 9 x 9 bits are in the place of one of 18 x 18, and one of 36 x 36 in that of four.
+        # Two of 9 x 9 bits share the site of one of 18 x 18, and one of 36 x 36 uses four.
         dsp={"MULT9X9": 0.5, "MULT18X18": 1, "MULT36X36": 4},
         bram=_each("SP", "SPX9", "SDPB", "SDPX9B", "DPB", "DPX9B", "pROM", "pROMX9"),
         free=frozenset({"MUX2_LUT5", "MUX2_LUT6", "MUX2_LUT7", "MUX2_LUT8", "VCC", "GND"}),

@@ -13,6 +13,7 @@ from amaranth.back import rtlil
 from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
+from hw.output import write_text
 from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
 from hw.synthesis.global_nets import globalise
 from hw.synthesis.hard_registers import absorb
@@ -23,9 +24,9 @@ __all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "place_and_route", "synthesis
            "tool_versions", "yosys"]
 
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
-# Of a large unit fewer ways are too long than with the usual weight of 10.
+# In a large unit fewer paths violate their timing than with the default weight of 10.
 OPTIONS = ("--placer-heap-timingweight", "30")
-# More than is reached: of a clock that is, nextpnr takes all ways for equally urgent.
+# More than is achievable: with a target that is met, nextpnr considers all paths equally critical.
 MHZ = 105
 _YOSYS = """
 import sys
@@ -38,7 +39,7 @@ for command in sys.argv[1:]:
 
 @dataclass(frozen=True, kw_only=True)
 class Clock:
-    """The fastest clock that a placed and routed component bears.
+    """The achievable Fmax of a placed and routed component.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class Clock:
     mhz
         In MHz, ports between registers.
     path
-        The slowest path: nanoseconds in logic, in wires, the register at its start and the one at its end.
+        The critical path: nanoseconds of logic delay and of routing delay, the registers at its start and its end.
     """
 
     seed: int
@@ -101,7 +102,7 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
     seed
         Of the placer.
     options
-        More options of nextpnr. Unless they say ``--freq`` it is asked for `MHZ`.
+        More options of nextpnr. Without ``--freq`` the target is `MHZ`.
     """
     target = () if "--freq" in options else ("--freq", MHZ)
     return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", *target, *options, seed=seed)
@@ -109,7 +110,7 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
               options: tuple[str, ...]) -> tuple[Area, Clock]:
-    """A bitstream with all that it takes, in ``folder``: ``name`` and ``.bit``; the tools' logs stay beside it.
+    """A bitstream and its intermediate files in ``folder``: ``name`` and ``.bit``; the tools' logs stay beside it.
 
     Parameters
     ----------
@@ -123,11 +124,11 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     Raises
     ------
     InputError
-        It does not fit, or not bear the clock that is asked for.
+        It does not fit, or misses the target clock.
     """
     netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
     area = FAMILIES["ecp5"].area(_cells(netlist))
-    (folder / f"{name}.lpf").write_text(constraints)
+    write_text(folder / f"{name}.lpf", constraints)
     clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *options, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
     return area, clock
@@ -161,7 +162,7 @@ def _place(netlist, *options, seed):
           "--report", report.name], folder / f"{name}.nextpnr.log")
     found = json.loads(report.read_text())
     mhz = min(clock["achieved"] for clock in found["fmax"].values())
-    return Clock(seed=seed, mhz=mhz, path=_slowest(found["critical_paths"]))
+    return Clock(seed=seed, mhz=mhz, path=_critical_path(found["critical_paths"]))
 
 
 def _netlist(rtlil_text, folder, name, family):
@@ -170,7 +171,7 @@ def _netlist(rtlil_text, folder, name, family):
     source.write_text(_marked(rtlil_text))
     homeless.unlink(missing_ok=True)
     try:
-        # Names like x[0] of parts of wires are purged: the mapper takes them for bits and fails.
+        # Names like x[0] of parts of wires are purged: the mapper mistakes them for bits and fails.
         yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc",
               "opt_clean -purge", *family.commands, f"write_json {netlist.name}")
     except InputError:
@@ -187,7 +188,7 @@ def _netlist(rtlil_text, folder, name, family):
 
 
 def _marked(text):
-    """What ``no_rw_check`` says of a memory, at its read ports too.
+    """Text in which the read ports of memories with ``no_rw_check`` have it too.
 
     Nothing is read there in the cycle in which it is written, so nothing has to be built for that case. Yosys asks the
     memory only when it makes the read ports itself, as from Verilog.
@@ -217,15 +218,15 @@ def _cells(netlist):
     return cells
 
 
-def _slowest(paths):
-    """In words, of the path between registers that takes longest."""
+def _critical_path(paths):
+    """The critical path between registers, in words."""
     clocked = [path for path in paths if path["from"].startswith("posedge") and path["to"].startswith("posedge")]
     path = max(clocked, key=lambda path: sum(part["delay"] for part in path["path"]))["path"]
     logic = sum(part["delay"] for part in path if part["type"] != "routing")
-    wires = sum(part["delay"] for part in path if part["type"] == "routing")
+    routing = sum(part["delay"] for part in path if part["type"] == "routing")
     first, last = (re.sub(r"(_TRELLIS_FF_\w+|_LUT4_\w+|_CCU2C_\w+|\$\S*|_DPR\w*)", "", cell)
                    for cell in (path[0]["from"]["cell"], path[-1]["to"]["cell"]))
-    return f"{logic:.1f} + {wires:.1f} ns, {first} to {last}"
+    return f"{logic:.1f} + {routing:.1f} ns, {first} to {last}"
 
 
 def _run(command, log):

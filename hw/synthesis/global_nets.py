@@ -1,14 +1,14 @@
-"""Enables and resets that many registers want go through the network of clocks.
+"""High-fanout enables and resets use the global clock network.
 
-There they take none of the wires that all other signals need, and these registers may lie anywhere.
+There they add no congestion, and their registers may be placed anywhere.
 """
 
 from collections import defaultdict
 
 __all__ = ["globalise"]
 
-# The network takes eight signals to pins that are no clocks, and one is the clock's. What fewer registers want has
-# enough wires.
+# The network has eight signals for pins that are no clocks, and one is the clock's. Nets with fewer sinks are routed
+# without trouble.
 NETS, READERS = 7, 800
 PINS = ("CE", "LSR")
 
@@ -16,7 +16,7 @@ PINS = ("CE", "LSR")
 def globalise(module: dict) -> list[str]:
     """Give the signals that enable or reset the most registers a clock buffer (``DCCA``) to these pins.
 
-    What else reads them does so as before. What the module does is the same.
+    Their other sinks stay. The function of the module is the same.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Registers at multipliers and block RAMs go into them, which the mapper for the ECP5 leaves to the fabric."""
+"""Registers at DSP blocks and block RAMs become their internal ones, which the mapper for the ECP5 leaves unused."""
 
 from collections import defaultdict
 
@@ -9,12 +9,12 @@ _PRODUCT = [f"P{k}" for k in range(36)]
 
 
 def absorb(module: dict) -> dict[str, int]:
-    """Give a mapped module's multipliers and block RAMs the registers at their inputs and outputs.
+    """Move registers into a mapped module's DSP blocks and block RAMs.
 
-    A multiplier's operands are registered inside if registers without reset hold both; its product and the data of a
-    block RAM's port if nothing but such registers takes them: a word of 36 bits as a whole. All registers of one
-    multiplier share one enable. A register that others read too stays for those. What the module does is the same in
-    every cycle.
+    The operands of a DSP block are registered inside if registers without reset hold both; its product, and the data of
+    a block RAM's port, if such registers are the only sinks: a word of 36 bits as a whole. All registers of one
+    DSP block share one enable. A register with other sinks stays for those. The function of the module is the same
+    in every cycle.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def absorb(module: dict) -> dict[str, int]:
     Returns
     -------
     dict
-        Registers that are gone, by what took them: ``operand``, ``product``, ``block RAM``.
+        Number of registers that were moved, by where: ``operand``, ``product``, ``block RAM``.
     """
     netlist = _Netlist(module)
     gone = {"operand": 0, "product": 0, "block RAM": 0}

@@ -1,7 +1,6 @@
-"""Distributed memories of fewer than 16 words: their spare address bits follow one that is there.
+"""Distributed memories of fewer than 16 words: spare address bits become copies of one that is used.
 
-A constant that a memory's pins need comes from one place of the chip, and the router takes longer for these wires than
-for all others.
+A constant at a memory's pins comes from one site of the chip, and its routing takes longer than that of all other nets.
 """
 
 __all__ = ["copy_addresses"]
@@ -12,7 +11,7 @@ _BITS, _WORDS, _WIDTH = 4, 16, 4
 def copy_addresses(module: dict) -> int:
     """Let address bits that are 0 for reading and writing be copies of the highest one that is not.
 
-    Words lie elsewhere, first values too; what the module does is the same.
+    Words and initial values move; the function of the module is the same.
 
     Parameters
     ----------
@@ -22,7 +21,7 @@ def copy_addresses(module: dict) -> int:
     Returns
     -------
     int
-        Pins that no constant drives any more.
+        Number of pins that no constant drives any more.
     """
     gone = 0
     for cell in module["cells"].values():
@@ -41,7 +40,7 @@ def copy_addresses(module: dict) -> int:
 
 
 def _moved(values, spare, follows):
-    """First values, the last word first, where the words are now."""
+    """Initial values, the last word first, at the words' new addresses."""
     words = [values[first:first + _WIDTH] for first in range(0, _WORDS * _WIDTH, _WIDTH)][::-1]
     places = ["x" * _WIDTH] * _WORDS
     for address, word in enumerate(words):

@@ -8,9 +8,9 @@ __all__ = ["ScanHarness"]
 
 
 class ScanHarness(wiring.Component):
-    """Every input bit comes from a register, every output bit goes to one: paths of ports count like all others.
+    """Every input bit comes from a register, and every output bit ends in one, so that paths of ports are timed too.
 
-    The reset is that of the chip, an ECP5, which takes no wires: so it is on the board too.
+    The reset is the global one of the ECP5 (``SGSR``), which needs no routing, as on the board.
 
     Parameters
     ----------
@@ -19,16 +19,16 @@ class ScanHarness(wiring.Component):
 
     Members
     -------
-    clk, rst
-        Clock and reset of all.
-    i
-        Next bit for the inputs.
-    capture
-        Take in all outputs; otherwise they move on towards ``o``.
-    o
-        Last bit of the outputs.
-    input_bits, output_bits
-        Registers of the harness itself, to be taken off a count.
+    clk, rst : In(1)
+        Clock and reset.
+    i : In(1)
+        Next bit of the inputs' shift register.
+    capture : In(1)
+        Capture all outputs; otherwise they are shifted towards ``o``.
+    o : Out(1)
+        Last bit of the outputs' shift register.
+    input_bits, output_bits : int
+        Registers of the harness itself, to be subtracted from a count.
 
     Timing
     ------

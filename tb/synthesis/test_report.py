@@ -42,11 +42,11 @@ def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     written = json.loads((tmp_path / "CellNumber" / "row.json").read_text())
     assert [clock["seed"] for clock in written["clocks"]] == list(MHZ)
     text = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=tuple(MHZ), options=OPTIONS)
-    assert "| MHz least / median / best | slowest path of the best |" in text
+    assert "| Fmax (MHz) least / median / best | critical path of the best |" in text
     assert "| 90 / 100 / 121 | path 5 (seed 5) |" in text
     assert "placer seeds 3, 5, 8, --placer-heap-timingweight 30; preset tiny" in text
     one = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=(3,), options=OPTIONS)
-    assert "| MHz | slowest path |" in one
+    assert "| Fmax (MHz) | critical path |" in one
     assert "placer seed 3, " in one
 
 
