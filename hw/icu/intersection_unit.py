@@ -232,7 +232,7 @@ class IntersectionUnit(wiring.Component):
                   "waits_for_rays": ~drained & ~issued}
         m.submodules.counters = counters = EventCounters(
             {name: Value.cast(event).shape() for name, event in events.items()}, bits=COUNTER_BITS)
-        m.d.comb += [self.counters.eq(counters.counters), *(
-            counters.events[name].eq(event) for name, event in events.items())]
+        for name, event in events.items():
+            m.d.comb += [counters.events[name].eq(event), self.counters[name].eq(counters.counters[name])]
         m.d.sync += counters.clear.eq(accepts)
         return m
