@@ -6,8 +6,8 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config, Numbers
-from golden.icu.inverse_distance import SMALLEST
 from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_tables import SMALLEST
 from hw.lib.fixed import normalise, small_product, split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline, Staged
 

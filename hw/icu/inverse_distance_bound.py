@@ -7,9 +7,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.icu.inverse_distance import BOUND_BITS
-from golden.icu.settle_code import scale
 from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
+from hw.icu.icu_tables import BOUND_BITS, scale
 from hw.icu.inverse_distance import encode, value_bits
 from hw.lib.fixed import extreme, magnitude, split_limbs
 from hw.lib.pipeline import OPERAND, Pipeline

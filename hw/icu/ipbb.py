@@ -6,9 +6,8 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.cordic import linear_error
-from golden.icu.edge_planes import DIAGONAL, EDGES
 from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_tables import DIAGONAL, EDGES, linear_error
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.pipeline import Pipeline
 

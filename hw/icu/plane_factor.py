@@ -6,8 +6,8 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.icu.plane_factor import GUARD, NEAREST_PLANE
 from hw.icu.icu_formats import PHASES, IcuFormats
+from hw.icu.icu_tables import GUARD, NEAREST_PLANE
 from hw.lib.fixed import normalise, split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.reciprocal import Reciprocal

@@ -7,9 +7,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.icu.edge_planes import DIAGONAL, EDGES
-from golden.icu.sbb import SAGITTA_BITS, sagitta_table, window_errors
 from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
+from hw.icu.icu_tables import DIAGONAL, EDGES, SAGITTA_BITS, sagitta_table, window_errors
 from hw.lib.fixed import extreme, shift_left
 from hw.lib.pipeline import Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer

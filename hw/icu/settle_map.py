@@ -7,8 +7,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.icu.settle_code import scale
 from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_tables import scale
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue

@@ -6,9 +6,8 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.cordic import gain
-from golden.icu.sbb import GAIN_FRACTION
 from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_tables import GAIN_FRACTION, gain
 from hw.lib.cordic import cordic
 from hw.lib.fixed import magnitude, normalise, round_shift, serial_product, shift_right, with_sign
 from hw.lib.pipeline import Pipeline

@@ -6,8 +6,8 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.icu.edge_planes import EDGES
 from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_tables import EDGES
 from hw.lib.fixed import extreme, magnitude, normalise, shift_right, with_sign
 from hw.lib.pipeline import Pipeline
 

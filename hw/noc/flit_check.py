@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Cat, Value
 
-from golden.noc.packing import CHECK_BITS, check
+from hw.noc.noc_tables import CHECK_BITS, check
 
 __all__ = ["check_of"]
 

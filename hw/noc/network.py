@@ -4,10 +4,9 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.noc.routing import Routing, check_deadlock_free
-from golden.noc.topology import LOCAL
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.flit import link
+from hw.noc.noc_tables import LOCAL, Routing, check_deadlock_free
 from hw.noc.router import Router
 
 __all__ = ["Network"]

@@ -6,8 +6,6 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.noc.packing import CHECK_BITS, VERTICES
-from golden.noc.routing import Routing
 from hw.formats import Formats
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
@@ -16,6 +14,7 @@ from hw.noc.flit import link
 from hw.noc.link_receiver import LinkReceiver
 from hw.noc.link_sender import LinkSender
 from hw.noc.network_fault import NetworkFault
+from hw.noc.noc_tables import CHECK_BITS, VERTICES, Routing
 from hw.noc.packer import Packer
 from hw.noc.unpacker import Unpacker
 

@@ -5,11 +5,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from golden.config import Config
-from golden.noc.packing import CHECK_BITS
-from golden.noc.routing import route
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from hw.noc.network_interface import NetworkInterface, interface_members
+from hw.noc.noc_tables import CHECK_BITS, route
 
 __all__ = ["PatchNetwork"]
 

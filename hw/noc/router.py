@@ -4,12 +4,11 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.noc.reach import reach
-from golden.noc.routing import Routing
 from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.validate import check_integer
 from hw.noc.flit import link
 from hw.noc.input_queue import InputQueue
+from hw.noc.noc_tables import Routing, reach
 from hw.noc.output_port import OutputPort
 
 __all__ = ["Router"]

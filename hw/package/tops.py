@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from amaranth.lib import wiring
 
 from golden.config import Config
-from golden.noc.packing import CHECK_BITS
-from golden.noc.routing import route
 from hw.cluster import Cluster
 from hw.ctu.traversal_unit import TraversalUnit
 from hw.engine import CLUSTER, Engine
 from hw.export import verilog_of
 from hw.icu.intersection_unit import IntersectionUnit
+from hw.noc.noc_tables import CHECK_BITS, route
 from hw.noc.router import Router
 
 __all__ = ["TOPS", "Top", "engine_verilog"]

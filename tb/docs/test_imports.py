@@ -34,3 +34,16 @@ def test_packages_import_only_what_is_below_them(package, forbidden):
 def test_components_import_no_caster_scene_or_scheduler():
     found = {str(path.relative_to(ROOT)): imported(path) & WHOLE_MODEL for path in (ROOT / "hw").rglob("*.py")}
     assert not {name: names for name, names in found.items() if names and not name.startswith(DRIVERS)}
+
+
+# Blocks of the hardware, and the files of each that may import more of golden than its configuration: what hardware and
+# model must agree on. ``hw/lib/cordic.py`` has golden's table of angles.
+BLOCKS = ("icu", "lib", "noc")
+AGREEMENTS = {"hw/icu/icu_tables.py", "hw/noc/noc_tables.py", "hw/lib/cordic.py"}
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_components_import_golden_numbers_through_tables(block):
+    found = {str(path.relative_to(ROOT)) for path in (ROOT / "hw" / block).rglob("*.py")
+             if any(name.startswith("golden.") and name != "golden.config" for name in imported(path))}
+    assert found <= AGREEMENTS

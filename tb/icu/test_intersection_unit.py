@@ -142,7 +142,7 @@ async def every_pair_of_stalls(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """A reset in the midst of a frustum leaves nothing behind."""
+    """A reset within a frustum leaves nothing behind."""
     await start(dut, cycles=200_000)
     for cut in (40, 150, 333):
         bench = bench_of(dut)
@@ -298,7 +298,7 @@ async def back_pressure_reaches_the_vertices(dut):
     assert not cast.done()
     assert before // 4 >= TOKENS + slots, "as many patches must come as there is room for"
     COVERAGE.hit_all({"tokens wait": bool(int(dut.o_done__valid.value)),
-                      "as many patches under way as slots": before // 4 >= slots})
+                      "as many patches in flight as slots": before // 4 >= slots})
     held[0] = False
     await cast
     await frusta.hits_of(record, Sector.whole(record))

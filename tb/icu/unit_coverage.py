@@ -24,7 +24,7 @@ WINDOWS = ("window without rays", "window of one ray", "window of one tile", "wi
 HITS = ("first hit of a ray", "nearer hit", "farther hit", "equally near with a smaller id",
         "equally near with a larger id")
 PLACES = ("no hit", "u smallest", "u largest", "v smallest", "v largest")
-FLOW = ("rays skipped", "all rays issued", "vertices wait", "no vertex waits", "as many patches under way as slots",
+FLOW = ("rays skipped", "all rays issued", "vertices wait", "no vertex waits", "as many patches in flight as slots",
         "tokens wait")
 # Of all coroutines that run in one simulation.
 COVERAGE = Coverage((*FRUSTA, *PATCHES, *WINDOWS, *HITS, *PLACES, *FLOW))

@@ -65,7 +65,7 @@ async def one_item_per_cycle(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of what was under way comes out after a reset."""
+    """Nothing that was in flight comes out after a reset."""
     await start(dut, cycles=1000)
     dut.o__ready.value = 0
     sources = [Source(dut, name) for name in INPUTS]

@@ -127,7 +127,7 @@ class Clusters:
 
 @cocotb.test()
 async def all_are_answered(dut):
-    """Both networks are full, all clusters take slowly, and yet all comes to an end; also after a reset in flight."""
+    """Both networks are full, all clusters accept slowly, and yet all requests are answered; also after a reset."""
     clusters = Clusters(dut)
     cycles = clusters.patience
     await start(dut, cycles=2 * cycles)

@@ -79,7 +79,7 @@ class Script:
         return sum((1 << self._credits_at) - 1 << link * self._width for link in range(links))
 
     def credit(self, cycle: int, link: int, channel: int) -> None:
-        """A place is given back."""
+        """A credit is returned."""
         self.words[cycle] |= 1 << link * self._width + self._credits_at + channel
 
 
@@ -106,7 +106,7 @@ def script(generator: np.random.Generator, packets: Packets, arrivals: Arrivals,
 
 
 def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None:
-    """All scripts, one after the other, each after a reset in the midst of the one before.
+    """All scripts, one after the other, each after a reset within the one before.
 
     Parameters
     ----------

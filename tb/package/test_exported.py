@@ -1,4 +1,4 @@
-"""What is handed on, as it is, in simulators: hits are golden's."""
+"""Exported Verilog in simulators: hits are those of the golden model."""
 
 import pytest
 

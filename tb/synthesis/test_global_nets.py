@@ -1,4 +1,4 @@
-"""Enables and resets in the network of clocks: the right ones, and each register has its own as before."""
+"""Enables and resets in the global clock network: the right ones, and each register keeps its own."""
 
 import copy
 import json
@@ -47,7 +47,7 @@ def test_those_with_the_most_registers(counts, promoted):
     assert len(globalise(module)) == len(promoted)
     assert sources(module) == promoted
     assert wants(module) == before
-    # Their own nets, and nobody else's.
+    # Their own nets, and no other's.
     made = [cell["connections"]["CLKO"][0] for cell in module["cells"].values() if cell["type"] == "DCCA"]
     assert len(set(made) - set(netlist(*counts)["netnames"]["all"]["bits"])) == len(made)
 

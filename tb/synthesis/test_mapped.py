@@ -208,7 +208,7 @@ def test_cell_by_cell_it_does_the_same(cells, tmp_path):
 @pytest.mark.parametrize(("there", "missing"), [
     (r'REGMODE_([AB])\("OUTREG', r'REGMODE_\1("NOREG'), (r'REG_INPUT([AB])_CLK\("CLK0', r'REG_INPUT\1_CLK("NONE'),
     (r'REG_OUTPUT_CLK\("CLK0', 'REG_OUTPUT_CLK("NONE'), ("same}} & written", "1'b1}} & written"),
-    (r"(reg .* = \d+'h)f+", r"\g<1>0")], ids=["data", "operands", "product", "collision", "first values"])
+    (r"(reg .* = \d+'h)f+", r"\g<1>0")], ids=["data", "operands", "product", "collision", "initial values"])
 def test_what_is_missing_is_noticed(cells, simulator, there, missing):
     text, expected = cells
     changed = re.sub(there, missing, text)
