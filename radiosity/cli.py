@@ -19,7 +19,10 @@ from radiosity.commands.demo import demo
 from radiosity.commands.pictures import pictures
 from radiosity.machine_method import MachineMethod
 
-__all__ = ["main"]
+__all__ = ["METHODS", "main"]
+
+# Ways to cast frusta beside those of golden.
+METHODS = (MachineMethod(),)
 
 
 @command_line("radiosity")
@@ -27,8 +30,7 @@ def main():
     """Radiosity Engine: render scenes, cast on the simulated machine, and generate its hardware."""
 
 
-_MACHINE = MachineMethod()
-for _command in (render_command(_MACHINE), formfactors_command(_MACHINE), cast_command(_MACHINE), schedule_command,
+for _command in (render_command(*METHODS), formfactors_command(*METHODS), cast_command(*METHODS), schedule_command,
                  intersect, list_scenes, export, show_config, export_stimulus, verilog, report, figures, registers,
                  board, bench, demo, pictures):
     main.add_command(_command)

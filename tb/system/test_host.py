@@ -19,7 +19,7 @@ PLACES = addresses(ENGINE_REGISTERS)
 
 
 class Registers(Port):
-    """Does nothing; busy for some looks at ``status``."""
+    """Registers without a machine; busy for some reads of ``status``."""
 
     def __init__(self):
         self.values, self.memory, self.commands = {}, {}, []

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The machine as a program: the same as in a simulator that wakes Python in each cycle, in a fraction of the time."""
+"""The compiled machine: the same results as in a simulator that runs Python in each cycle, many times as fast."""
 
 import json
 import sys
@@ -26,7 +26,7 @@ from tb.system.test_engine import SMALL, Bench, third_party_memory
 CHANGES = SMALL | {"noc.columns": 1}
 CONFIG = config_of(CHANGES)
 BASE = 0x1_0000_4000
-# How many times the cycles per second of a bench whose memory is moved by Python in each cycle, at least.
+# Least speedup over a testbench whose memory runs Python in each cycle.
 FASTER = 2
 
 
@@ -84,7 +84,7 @@ def test_latency_costs_cycles_and_the_seed_repeats_them(given):
 
     assert cycles(latency=1) < cycles(latency=10) < cycles(latency=40)
     chance = {"latency": 5, "spread": 200, "shuffles": True}
-    # The host looks now and then, so seeds may seem to take the same.
+    # The host polls, so different seeds may take the same number of cycles.
     assert cycles(seed=1, **chance) == cycles(seed=1, **chance)
     assert len({cycles(seed=seed, **chance) for seed in range(1, 6)}) > 1
 
@@ -128,7 +128,7 @@ async def rate(bench):
 
 @cocotb.test()
 async def timed(dut):
-    """Of our memory model, which looks at as few pins as can be, and of somebody else's memory."""
+    """With our memory model, which reads as few pins as possible, and with a third-party memory."""
     bench = Bench(dut, latency=10)
     await start(dut, cycles=options()["cycles"])
     rates = {"ours": await rate(bench)}
