@@ -1,4 +1,4 @@
-"""Scenes: patches, materials, cameras, files and the built-in ones."""
+"""Scenes: patches, materials, cameras, files and built-in scenes."""
 
 from golden.scene.camera import Camera
 from golden.scene.material import Material, Rgb

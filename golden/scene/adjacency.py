@@ -1,4 +1,4 @@
-"""Which patches lie side by side, and what they are together: one plane or one curved surface."""
+"""Adjacency of patches: shared edges, planar surfaces and smooth groups."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -8,20 +8,20 @@ __all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "inside_out", "p
            "shared_edges", "smooth_numbers", "surface_numbers"]
 
 FLAT = 1e-5
-"""Sine of the angle between two patches that still counts as flat, for exact coordinates."""
+"""Largest sine of the angle between two coplanar patches, for exact coordinates."""
 
 ROUNDING = 2.0 ** -21
 """Uncertainty of a coordinate relative to the largest one: four vertices rounded to float32, with a transform."""
 
 MOST_ROUNDING = 1e-2
-"""Far from the origin rounding would excuse anything; no sine above this is ever taken for rounding."""
+"""Upper bound of the sine that is attributed to rounding, also far from the origin."""
 
 
 class SharedEdges:
-    """Pairs of patches with one edge in common that they run through in opposite directions.
+    """Pairs of patches with a common edge, in opposite directions.
 
-    ``left``, ``right`` are patch numbers with ``left < right`` (P int64); ``left_edge``, ``right_edge`` say which edge
-    of each: edge k runs from vertex k to vertex k + 1.
+    ``left``, ``right`` are patch numbers with ``left < right`` (P int64); ``left_edge``, ``right_edge`` are the
+    numbers of the edge in each: edge k runs from vertex k to vertex k + 1.
     """
 
     def __init__(self, left, left_edge, right, right_edge):
@@ -35,7 +35,7 @@ class SharedEdges:
 
 
 def rounded_sine(reach: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """What rounding to float32 can add to the sine of an angle.
+    """Bound of the error of the sine of an angle by rounding to float32.
 
     ``reach`` is the largest coordinate, ``height`` the shortest distance that the angle is measured over (it may be
     zero): `ROUNDING` of one over the other, at most `MOST_ROUNDING`.
@@ -92,9 +92,9 @@ def shared_edges(patches: np.ndarray, groups: np.ndarray) -> SharedEdges:
 
 
 def coplanar(patches: np.ndarray, pairs: SharedEdges) -> np.ndarray:
-    """P bool: the two patches lie in one plane, side by side.
+    """P bool: the two patches are in one plane, side by side.
 
-    The sine between their normals is at most `FLAT` plus what rounding to float32 can do (`ROUNDING` of the largest
+    The sine between their normals is at most `FLAT` plus the error of rounding to float32 (`ROUNDING` of the largest
     coordinate over the height of the narrower patch above the edge, at most `MOST_ROUNDING`).
     """
     normals, areas = patch_normals(patches)
@@ -107,7 +107,7 @@ def coplanar(patches: np.ndarray, pairs: SharedEdges) -> np.ndarray:
 
 
 def _components(count: int, pairs: SharedEdges) -> np.ndarray:
-    """Patches that hang together through ``pairs`` have the same number, counted from 0 in the order of patches."""
+    """Numbers of connected components: equal for patches connected by ``pairs``, from 0 in the order of patches."""
     links = coo_array((np.ones(len(pairs), dtype=bool), (pairs.left, pairs.right)), shape=(count, count))
     labels = connected_components(links, directed=False)[1]
     first, numbers = np.unique(labels, return_index=True)[1], np.empty(count, dtype=np.int64)
@@ -116,7 +116,7 @@ def _components(count: int, pairs: SharedEdges) -> np.ndarray:
 
 
 def inside_out(patches: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """N bool: the patch belongs to a closed body of one group whose fronts look inwards.
+    """N bool: the patch belongs to a closed body of one group whose fronts face inwards.
 
     A body is closed if all its edges are shared, in opposite directions, by as many patches on either side.
     """
@@ -133,13 +133,13 @@ def inside_out(patches: np.ndarray, groups: np.ndarray) -> np.ndarray:
 
 
 def surface_numbers(patches: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """N integers, equal for patches of one group that hang together over edges and lie in one plane (`coplanar`)."""
+    """N integers, equal for patches of one group that are connected by edges and coplanar."""
     pairs = shared_edges(patches, groups)
     return _components(len(patches), pairs[coplanar(patches, pairs)])
 
 
 def smooth_numbers(patches: np.ndarray, groups: np.ndarray, *, crease: float) -> np.ndarray:
-    """N integers, equal for patches of one group that hang together over edges with less than ``crease`` degrees."""
+    """N integers, equal for patches of one group that are connected by edges of less than ``crease`` degrees."""
     pairs = shared_edges(patches, groups)
     normals, _ = patch_normals(patches)
     cosine = np.einsum("ij,ij->i", normals[pairs.left], normals[pairs.right])

@@ -9,7 +9,7 @@ __all__ = ["SceneBuilder"]
 
 
 class SceneBuilder:
-    """Gathers arrays of patches and hands out the numbers of materials, surfaces and smooth groups.
+    """Collects arrays of patches and assigns the numbers of materials, surfaces and smooth groups.
 
     Parameters
     ----------
@@ -30,9 +30,12 @@ class SceneBuilder:
         Parameters
         ----------
         patches
-            N x 4 x 3 (or one 4 x 3), a triangle repeating its last vertex; counter-clockwise from the front.
+            N x 4 x 3 (or one 4 x 3) in scene units, counter-clockwise from the front; the last vertex of a triangle is
+            repeated.
+        material
+            Their material.
         surface
-            N numbers, equal for patches cut from one planar polygon. Default: each patch is its own surface.
+            N int, equal for patches cut from one planar polygon. Default: each patch is its own surface.
         smooth
             Whether all these patches together approximate one curved surface.
         two_sided

@@ -16,10 +16,10 @@ class Camera:
     Parameters
     ----------
     eye, target, up
-        Points and direction in scene units. ``up`` need not be square to the view, but not along it.
+        Points and direction in scene units. ``up`` need not be orthogonal to the view, but must not be along it.
     fov
         Full vertical field of view in degrees, between 0 and 180 exclusive. The horizontal one follows from the
-        image's aspect; pixels are square.
+        picture's aspect; pixels are square.
 
     Raises
     ------

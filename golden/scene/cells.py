@@ -1,4 +1,4 @@
-"""The uniform grid of cells over a scene, and which patches each cell holds."""
+"""The uniform grid of cells over a scene, with the patches of each cell."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from golden.scene.scene import Scene
 
 __all__ = ["FINEST", "Cells", "balanced_cell", "patches_by_cell"]
 
-# A patch also belongs to cells that it misses by this share of the scene's size, so that no rounding in a traversal
-# can pass it by.
+# A patch also belongs to cells that it misses by up to this share of the scene's size, so that rounding in a traversal
+# misses no patch.
 MARGIN_SHARE = 2.0**-30
-# Cells along the longest side at most: 256^3 start numbers are 128 MiB.
+# Most cells along the longest side: 256^3 start numbers are 128 MiB.
 FINEST = 256
-# Candidate pairs of patch and cell that are looked at together.
+# Candidate pairs of patch and cell per block.
 BLOCK = 1 << 20
 
 
@@ -37,7 +37,7 @@ class Cells:
     start, patch
         The patches of cell number c are ``patch[start[c]:start[c + 1]]``; x runs slowest.
     margin
-        How near to a cell a patch must come to belong to it, in scene units.
+        Largest distance of a patch from a cell that lists it, in scene units.
 
     Raises
     ------
@@ -51,7 +51,7 @@ class Cells:
             raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
         self.margin = MARGIN_SHARE * scene.size
         self.size = cell * scene.size
-        # The outermost patches may lie exactly on the scene box: the margin keeps them, and rays to them, inside.
+        # The outermost patches may be exactly on the scene box: the margin keeps them, and rays to them, inside.
         self.lower = lower - self.margin
         self.shape = np.maximum(np.ceil((upper - lower + 2 * self.margin) / self.size).astype(int), 1)
         self.start, self.patch = patches_by_cell(
@@ -62,7 +62,7 @@ class Cells:
 
 
 def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, shape: np.ndarray, margin: float):
-    """Which patches come within a margin of which cells of a grid.
+    """The patches within a margin of each cell of a grid.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _touches(points, half):
 
 
 def _overlap(points, direction, half):
-    """Whether the points' span along a direction reaches into that of a cube of half side ``half``."""
+    """Whether the points' extent along a direction overlaps that of a cube of half side ``half``."""
     along = np.einsum("kij,kj->ki", points, direction)
     reach = half * np.abs(direction).sum(axis=1)
     return (along.min(axis=1) <= reach) & (along.max(axis=1) >= -reach)

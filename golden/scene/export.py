@@ -1,4 +1,4 @@
-"""Scenes to files that other programs read."""
+"""Scenes written to files."""
 
 from pathlib import Path
 
@@ -20,8 +20,8 @@ FORMATS = (".glb", ".obj", ".ply", ".stl")
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def _turn(up, toward) -> np.ndarray:
-    """The rotation that takes the direction ``up`` to ``toward`` the shortest way; exact between axes."""
+def _rotation(up, toward) -> np.ndarray:
+    """The shortest rotation from the direction ``up`` to ``toward``; exact between axes."""
     up, toward = np.array(up) / np.linalg.norm(up), np.array(toward)
     cosine = up @ toward
     if cosine < -1 + 1e-12:
@@ -32,11 +32,11 @@ def _turn(up, toward) -> np.ndarray:
     return np.eye(3) + cross + cross @ cross / (1 + cosine)
 
 
-def _indexed(scene: Scene, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct vertices, turned, and N x 4 numbers of each patch's corners."""
+def _indexed(scene: Scene, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct vertices, rotated, and N x 4 numbers of each patch's corners."""
     corners = corner_numbers(scene.vertices)
     _, first = np.unique(corners, return_index=True)
-    return scene.vertices.reshape(-1, 3)[first] @ turn.T + 0.0, corners
+    return scene.vertices.reshape(-1, 3)[first] @ rotation.T + 0.0, corners
 
 
 def _triangles(corners: np.ndarray, is_triangle: np.ndarray) -> np.ndarray:
@@ -56,41 +56,41 @@ def _is_same(one: Material, other: Material) -> bool:
 
 
 def _to_gltf(material: Material, *, two_sided: bool) -> dict:
-    """The glTF material that `gltf_material` reads as ``material``; the nearest one with the exact shares beside it."""
+    """The glTF material that `gltf_material` reads as ``material``; if there is none, the nearest with exact extras."""
     diffuse, specular, transparent = (np.array(getattr(material, name)) for name in
                                       ("diffuse", "specular", "transparent"))
     base = np.minimum(diffuse + specular + transparent, 1)
     total = max(base.sum(), 1e-300)
     metallic = float(specular.sum() / total)
-    passed = float(transparent.sum() / max((diffuse + transparent).sum(), 1e-300))
+    transmitted = float(transparent.sum() / max((diffuse + transparent).sum(), 1e-300))
     strongest = max(1.0, *material.emission)
-    said = {"name": material.name, "doubleSided": two_sided,
+    source = {"name": material.name, "doubleSided": two_sided,
             "pbrMetallicRoughness": {"baseColorFactor": [*base.tolist(), 1.0], "metallicFactor": metallic,
-                                     "roughnessFactor": 0.0 if metallic or passed else 1.0}}
+                                     "roughnessFactor": 0.0 if metallic or transmitted else 1.0}}
     extensions = {"KHR_materials_ior": {"ior": material.refraction_index}}
     if material.emits:
-        said["emissiveFactor"] = [channel / strongest for channel in material.emission]
+        source["emissiveFactor"] = [channel / strongest for channel in material.emission]
         if strongest > 1:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strongest}
-    if passed:
-        extensions["KHR_materials_transmission"] = {"transmissionFactor": passed}
+    if transmitted:
+        extensions["KHR_materials_transmission"] = {"transmissionFactor": transmitted}
         if material.refraction_index > 1:
             extensions["KHR_materials_volume"] = {"thicknessFactor": 1.0}
-    said["extensions"] = extensions
-    if not _is_same(gltf_material(said, material.name), material):
-        said["extras"] = {EXACT: {name: getattr(material, name) for name in
+    source["extensions"] = extensions
+    if not _is_same(gltf_material(source, material.name), material):
+        source["extras"] = {EXACT: {name: getattr(material, name) for name in
                                   ("diffuse", "specular", "transparent", "refraction_index", "emission")}}
-    return said
+    return source
 
 
-def _add_view(tree: dict, scene: Scene, turn: np.ndarray) -> None:
+def _add_view(tree: dict, scene: Scene, rotation: np.ndarray) -> None:
     """Camera and point lights as nodes of the scene."""
     nodes = []
     if scene.camera is not None:
-        right, up, forward = scene.camera.axes @ turn.T
+        right, up, forward = scene.camera.axes @ rotation.T
         matrix = np.eye(4)
         matrix[:3, :3] = np.stack((right, up, -forward), axis=1)
-        matrix[:3, 3] = turn @ scene.camera.eye
+        matrix[:3, 3] = rotation @ scene.camera.eye
         tree["cameras"] = [{"type": "perspective", "perspective": {
             "yfov": float(np.radians(scene.camera.fov)), "znear": 1e-4 * max(scene.size, 1e-300)}}]
         nodes.append({"name": "camera", "camera": 0, "matrix": matrix.T.reshape(-1).tolist()})
@@ -99,7 +99,7 @@ def _add_view(tree: dict, scene: Scene, turn: np.ndarray) -> None:
         tree.setdefault("extensions", {})["KHR_lights_punctual"] = {"lights": [
             {"type": "point", "intensity": float(max(1e-300, *intensity)),
              "color": (intensity / max(1e-300, *intensity)).tolist()} for intensity in intensities]}
-        nodes += [{"name": f"light {number}", "translation": (turn @ light.position).tolist(),
+        nodes += [{"name": f"light {number}", "translation": (rotation @ light.position).tolist(),
                    "extensions": {"KHR_lights_punctual": {"light": number}}}
                   for number, light in enumerate(scene.lights)]
     tree["scenes"][0]["nodes"] += range(len(tree["nodes"]), len(tree["nodes"]) + len(nodes))
@@ -107,8 +107,8 @@ def _add_view(tree: dict, scene: Scene, turn: np.ndarray) -> None:
 
 
 def _glb(scene: Scene, path: Path) -> None:
-    turn = _turn(scene.up, Y_UP)
-    points, corners = _indexed(scene, turn)
+    rotation = _rotation(scene.up, Y_UP)
+    points, corners = _indexed(scene, rotation)
     exported, materials = trimesh.Scene(), []
     for key in sorted(set(zip(scene.material.tolist(), scene.two_sided.tolist(), strict=True))):
         chosen = (scene.material == key[0]) & (scene.two_sided == key[1])
@@ -123,7 +123,7 @@ def _glb(scene: Scene, path: Path) -> None:
         tree["materials"] = materials
         for mesh, number in zip(tree["meshes"], range(len(materials)), strict=True):
             mesh["primitives"][0]["material"] = number
-        _add_view(tree, scene, turn)
+        _add_view(tree, scene, rotation)
         used = {key for material in materials for key in material["extensions"]} | set(tree.get("extensions", {}))
         tree["extensionsUsed"] = sorted(used)
 
@@ -132,20 +132,20 @@ def _glb(scene: Scene, path: Path) -> None:
 
 def _mtl(material: Material, name: str) -> str:
     diffuse, transparent = np.array(material.diffuse), np.array(material.transparent)
-    passed = float(transparent.max())
+    transmitted = float(transparent.max())
     is_mirror, bends = max(material.specular) > 0, material.refraction_index > 1
-    illum = (6 if bends else 4) if passed else (3 if is_mirror else 1)
-    lines = [f"newmtl {name}", f"Kd {_numbers(diffuse / (1 - passed) if passed < 1 else diffuse)}",
+    illum = (6 if bends else 4) if transmitted else (3 if is_mirror else 1)
+    lines = [f"newmtl {name}", f"Kd {_numbers(diffuse / (1 - transmitted) if transmitted < 1 else diffuse)}",
              f"Ks {_numbers(material.specular)}", f"Ke {_numbers(material.emission)}",
-             f"Ni {material.refraction_index!r}", f"d {1 - passed!r}", f"illum {illum}"]
-    if passed:
-        lines.append(f"Tf {_numbers(transparent / passed)}")
+             f"Ni {material.refraction_index!r}", f"d {1 - transmitted!r}", f"illum {illum}"]
+    if transmitted:
+        lines.append(f"Tf {_numbers(transparent / transmitted)}")
     return "\n".join(lines) + "\n"
 
 
 def _obj(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _turn(scene.up, Y_UP))
-    # Blanks would end a name for other readers; numbers keep equal ones apart.
+    points, corners = _indexed(scene, _rotation(scene.up, Y_UP))
+    # Blanks end a name for other readers; numbers distinguish equal names.
     names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
              enumerate(scene.materials)]
     library = path.with_suffix(".mtl")
@@ -163,7 +163,7 @@ def _obj(scene: Scene, path: Path) -> None:
 
 
 def _ply(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _turn(scene.up, Z_UP))
+    points, corners = _indexed(scene, _rotation(scene.up, Z_UP))
     colours = np.rint(255 * to_srgb([material.diffuse for material in scene.materials])).astype(int)[scene.material]
     lines = ["ply", "format ascii 1.0", f"element vertex {len(points)}",
              *(f"property double {axis}" for axis in "xyz"), f"element face {len(scene)}",
@@ -177,23 +177,23 @@ def _ply(scene: Scene, path: Path) -> None:
 
 
 def _stl(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _turn(scene.up, Z_UP))
+    points, corners = _indexed(scene, _rotation(scene.up, Z_UP))
     mesh = trimesh.Trimesh(points, _triangles(corners, scene.is_triangle), process=False, validate=False)
     path.write_bytes(mesh.export(file_type="stl"))
 
 
 def export_scene(scene: Scene, path) -> None:
-    """Writes a scene to a .glb, .obj (with an .mtl of the same name beside it), .ply or .stl file, whole or not at all.
+    """Writes a scene to a .glb, .obj (with an .mtl of the same name beside it), .ply or .stl file, atomically.
 
-    Turned so that the scene's up is the format's: +y in GLB and OBJ, +z in PLY and STL. GLB holds float32 vertices,
-    materials (those glTF cannot express with their exact shares in ``extras``), sides, camera and point lights; OBJ
-    exact vertices and materials; PLY exact vertices and diffuse colours; STL float32 triangles only. Quads stay quads,
-    in GLB and STL as two triangles one after the other, which `load_scene` merges again.
+    The scene is rotated so that its up is the format's: +y in GLB and OBJ, +z in PLY and STL. GLB holds float32
+    vertices, materials (with exact shares in ``extras`` where glTF cannot express them), sides, camera and point
+    lights; OBJ exact vertices and materials; PLY exact vertices and diffuse colours; STL float32 triangles only.
+    Quads stay quads; in GLB and STL they are two consecutive triangles, which `load_scene` merges.
 
     Raises
     ------
     InputError
-        An unknown suffix, or the file cannot be written.
+        The suffix is unknown, or the file cannot be written.
     """
     path = Path(path)
     writers = dict(zip(FORMATS, (_glb, _obj, _ply, _stl), strict=True))
@@ -201,7 +201,7 @@ def export_scene(scene: Scene, path) -> None:
     if suffix not in writers:
         raise InputError(f"output {str(path)!r}: Name must end in {' or '.join(FORMATS)}, not {path.suffix!r}")
     try:
-        if suffix == ".obj":  # two files, each written whole
+        if suffix == ".obj":  # two files, each written atomically
             _obj(scene, path)
             return
         with whole_file(path) as part:

@@ -1,4 +1,4 @@
-"""Scene (G) coordinates: the integers in which the machine knows where things are."""
+"""Scene (G) coordinates: positions in the machine's integers."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from golden.scene.scene import Scene
 
 __all__ = ["GCoordinates"]
 
-# Free room on each side of the unit cube.
+# Margin on each side of the unit cube.
 MARGIN = 2.0**-10
 
 
@@ -18,7 +18,7 @@ MARGIN = 2.0**-10
 class GCoordinates:
     """One uniform scale from scene units to unsigned 0.b fractions of the unit cube; rounded to nearest.
 
-    The same point always gives the same integers, so patches that share a vertex go on sharing it.
+    The same point always gives the same integers, so patches that share a vertex share its integers.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class GCoordinates:
     scale
         Length of the unit cube's side per scene unit.
     numbers
-        Widths.
+        Widths of the integers.
     bounds
         2 x 3, the scene box in scene units.
     """
@@ -44,7 +44,7 @@ class GCoordinates:
         Raises
         ------
         InputError
-            A point is not finite, or everything is at one place.
+            A point is not finite, or all vertices coincide.
         """
         points = np.concatenate([scene.bounds, np.asarray(points, dtype=np.float64).reshape(-1, 3),
                                  [scene.camera.eye] if scene.camera else np.empty((0, 3))])
@@ -58,7 +58,7 @@ class GCoordinates:
         return cls(corner=lower - MARGIN / scale, scale=scale, numbers=numbers, bounds=scene.bounds)
 
     def integers(self, points) -> np.ndarray:
-        """... x 3 int64 of ... x 3 scene points.
+        """G coordinates of ... x 3 scene points: ... x 3 int64.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class GCoordinates:
         return scaled.astype(np.int64)
 
     def points(self, integers) -> np.ndarray:
-        """The scene points that integers stand for."""
+        """The scene points of ... x 3 integers: float64, scene units."""
         return self.numbers.scene.decode(integers) / self.scale + self.corner
 
     @property

@@ -31,7 +31,7 @@ EXACT = "radiosity_engine"
 
 EXACT_SHARES = ("diffuse", "specular", "transparent", "refraction_index", "emission")
 
-PACKED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
+COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 JSON_CHUNK = 0x4E4F534A
 
 
@@ -258,9 +258,9 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     if not isinstance(asset, dict) or not str(asset.get("version", "")).startswith("2"):
         raise unreadable(kind.upper(), "it is not of version 2")
     check_tree(tree)
-    packed = PACKED.intersection(tree.get("extensionsUsed", ()))
-    if packed:
-        raise InputError(f"its geometry is packed with {packed.pop()}, which cannot be read")
+    compressed = COMPRESSED.intersection(tree.get("extensionsUsed", ()))
+    if compressed:
+        raise InputError(f"its geometry is compressed with {compressed.pop()}, which cannot be read")
     view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
     scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))

@@ -1,4 +1,4 @@
-"""What a patch's surface does with light."""
+"""Materials: reflectances and emission of surfaces."""
 
 from dataclasses import dataclass, fields
 
@@ -15,27 +15,28 @@ Rgb = tuple[float, float, float]
 class Material:
     """Reflectances and emission of a surface, three linear colour channels each.
 
-    Per channel ``diffuse + specular + transparent`` is at most 1: a surface never gives back more than it gets.
+    Per channel ``diffuse + specular + transparent`` is at most 1: a surface reflects and transmits at most the
+    incident light.
 
     Parameters
     ----------
     name
-        How messages and exported files call it.
+        Name in messages and exported files.
     diffuse
         Share of the incident light that leaves diffusely (rho).
     specular
         Share that leaves along the mirror direction.
     transparent
-        Share that passes through, bent by ``refraction_index``.
+        Share that is transmitted, refracted by ``refraction_index``.
     refraction_index
-        Index of the inside relative to the outside, at least 1; 1 lets light pass straight on (a thin sheet).
+        Index of the inside relative to the outside, at least 1; 1 does not refract (a thin sheet).
     emission
-        Radiance that the front side (both sides where the patch is two-sided) sends out by itself, in W/(m2 sr).
+        Radiance that the front side (both sides where the patch is two-sided) emits, in W/(m2 sr).
 
     Raises
     ------
     InputError
-        A value is not finite, is negative, or a channel's shares add up to more than 1.
+        A value is not finite, is negative, or a channel's shares sum to more than 1.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Polygons as a file holds them, and how they become the patches of a scene."""
+"""Polygons of files, and the scene that they become."""
 
 from dataclasses import dataclass
 
@@ -13,22 +13,22 @@ from golden.scene.scene import Scene
 __all__ = ["CREASE", "Mesh", "mesh_scene"]
 
 CREASE = 30.0
-"""Degrees between neighbouring patches from which on their common edge is a visible one."""
+"""Least angle between neighbouring patches, in degrees, at which their common edge is a crease."""
 
 NO_AREA = 1e-12
-"""Area of a face over the square of its extent that counts as none."""
+"""Largest area of a face, over the square of its extent, that counts as zero."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
-    """What a file says about geometry.
+    """Geometry of a file.
 
     Parameters
     ----------
     points
-        V x 3 vertices.
+        V x 3 float64, vertices.
     counts
-        F: how many corners each face has.
+        F int64, number of corners of each face.
     corners
         Vertex numbers of all faces, one face after the other.
     material
@@ -78,7 +78,7 @@ def _numbers(values) -> str:
 
 
 def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Patches (planar, convex) and the face each comes from, in the order of the faces."""
+    """Patches (planar, convex) and the face of each, in the order of the faces."""
     starts = np.cumsum(mesh.counts) - mesh.counts
     patches, faces = [], []
     for count, picks in ((3, (0, 1, 2, 2)), (4, (0, 1, 2, 3))):
@@ -102,7 +102,7 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _without_twins(patches: np.ndarray, *columns: np.ndarray, one_sided: np.ndarray):
-    """Drops patches with the same corners as an earlier one; a sheet of two opposite patches is two-sided."""
+    """Drops patches with the corners of an earlier one; a sheet of two opposite patches becomes two-sided."""
     corners = np.sort(corner_numbers(patches), axis=1)
     _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     group = group.reshape(-1)
@@ -120,15 +120,15 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     """The scene of a mesh.
 
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
-    has triangles only, those that are the halves of a quad are merged (`merge_triangles`). Faces that lie on an earlier
-    one corner by corner are dropped; where one looked the other way, the first becomes two-sided. Patches of one
-    material that hang together over edges are one surface if they are coplanar and one smooth group if their angle is
-    below `CREASE`. Closed bodies that bend light are turned so that their fronts look outwards.
+    has triangles only, those that are the halves of a quad are merged (`merge_triangles`). Faces with the corners
+    of an earlier one are dropped; if one faced the other way, the first becomes two-sided. Patches of one material
+    that are connected by edges are one surface if they are coplanar, and one smooth group if their angle is below
+    `CREASE`. Closed bodies that refract are oriented so that their fronts face outwards.
 
     Parameters
     ----------
     name, properties
-        As of `Scene`.
+        See `Scene`.
     where
         The file's path, for messages.
 

@@ -1,6 +1,6 @@
 """Reader of the Neutral File Format (NFF) after E. Haines' description of it.
 
-``read_nff`` says what becomes of each entity.
+``read_nff`` describes each entity.
 """
 
 import math
@@ -20,13 +20,13 @@ from golden.scene.tessellate import frustum, sphere
 __all__ = ["read_nff"]
 
 UNFILLED = Material(name="unfilled", diffuse=(0.7, 0.7, 0.7))
-"""What objects before the first fill are made of."""
+"""Material of objects before the first fill."""
 
 NEAREST_LIGHT = 0.1
-"""A light nearer to the middle of the scene counts as this far away, in diagonals of the scene box."""
+"""Least distance of a light from the middle of the scene, in diagonals of the scene box."""
 
 LARGEST = 1e30
-"""What a value may be at most: areas and intensities of such coordinates are still finite."""
+"""Largest magnitude of a value: areas and intensities of such coordinates are finite."""
 
 VIEW = {"from": 3, "at": 3, "up": 3, "angle": 1, "hither": 1, "resolution": 2}
 REQUIRED_VIEW = ("from", "at", "up", "angle")
@@ -95,7 +95,7 @@ def _check_count(statement: _Statement) -> None:
 
 
 class _Reader:
-    """Takes statements in turn; what they say is gathered in its attributes."""
+    """Reads statements one after the other into a scene builder, a camera and lights."""
 
     def __init__(self, name: str, segments: int):
         self.builder = SceneBuilder(name)
@@ -122,7 +122,7 @@ class _Reader:
             raise statement.error(error) from None
 
     def end(self) -> None:
-        """Closes what is still open."""
+        """Ends an open view and an open smooth surface."""
         self._end_view()
         self._end_curved()
 

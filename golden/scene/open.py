@@ -1,4 +1,4 @@
-"""A scene by the name that a user gives."""
+"""A scene by name."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ def open_scene(spec: str, *, up=None) -> Scene:
     Parameters
     ----------
     up
-        As of `load_scene`; built-in scenes know theirs.
+        See `load_scene`; built-in scenes have their own.
 
     Raises
     ------
     InputError
-        Neither a built-in scene nor a file has that name, or either cannot be made.
+        Neither a built-in scene nor a file has that name, or it cannot be made.
     """
     spec = str(spec)
     if spec.partition(":")[0] in BUILTIN:

@@ -18,7 +18,7 @@ class PatchGeometry:
     Parameters
     ----------
     coordinates
-        From scene units to integers.
+        Map from scene units to integers.
     vertices
         N x 4 x 3 int64, G coordinates.
     surface
@@ -36,7 +36,7 @@ class PatchGeometry:
         Raises
         ------
         InputError
-            As `GCoordinates.of`.
+            See `GCoordinates.of`.
         """
         coordinates = GCoordinates.of(scene, numbers, points)
         return cls(coordinates=coordinates, vertices=coordinates.integers(scene.vertices), surface=scene.surface)

@@ -1,4 +1,4 @@
-"""Planar polygons as patches: cut into quads and triangles, merged again, split where they are not planar.
+"""Polygons as patches: cut into quads and triangles, merged from triangles, split where they are not planar.
 
 A patch is 4 x 3: a planar, strictly convex quadrilateral, or a triangle that repeats its last vertex.
 """
@@ -14,13 +14,13 @@ from golden.scene.adjacency import FLAT, coplanar, patch_normals, rounded_sine, 
 __all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "merge_triangles", "split_nonplanar"]
 
 CONVEX = 1e-4
-"""Sine of the turn at each corner that a strictly convex quad has at least."""
+"""Least sine of the exterior angle at each corner of a strictly convex quad."""
 
 STRAIGHT = 1e-6
-"""Sine of the turn below which a vertex of a polygon lies on a straight side."""
+"""Largest sine of the exterior angle of a vertex on a straight side of a polygon."""
 
 SHAPES = 64
-"""Steps of skewness between a square corner and none."""
+"""Steps of skewness between a right angle and a straight one."""
 
 
 def as_patches(triangles: np.ndarray) -> np.ndarray:
@@ -29,19 +29,19 @@ def as_patches(triangles: np.ndarray) -> np.ndarray:
 
 
 def _corner_sines(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sines of the turns at the corners about the quad's normal (N x 4) and what rounding may add to them (N)."""
+    """Sines of the exterior angles about the quad's normal (N x 4), and the bound of their rounding error (N)."""
     normals, _ = patch_normals(quads)
     ahead = np.roll(quads, -1, axis=1) - quads
     lengths = np.linalg.norm(ahead, axis=2)
     behind, behind_lengths = np.roll(ahead, 1, axis=1), np.roll(lengths, 1, axis=1)
-    turns = np.einsum("nij,nj->ni", np.cross(behind, ahead), normals)
+    winding = np.einsum("nij,nj->ni", np.cross(behind, ahead), normals)
     product = lengths * behind_lengths
-    sines = np.divide(turns, product, out=np.zeros_like(turns), where=product > 0)
+    sines = np.divide(winding, product, out=np.zeros_like(winding), where=product > 0)
     return sines, rounded_sine(np.abs(quads).max(axis=(1, 2)), lengths.min(axis=1))
 
 
 def _folds(quads: np.ndarray) -> np.ndarray:
-    """N bool: the two triangles on either side of a diagonal do not lie in one plane, for either diagonal."""
+    """N bool: the two triangles on either side of a diagonal are not coplanar, for either diagonal."""
     folded = np.zeros(len(quads), dtype=bool)
     reach = np.abs(quads).max(axis=(1, 2))
     for a, b, c, d in ((0, 1, 2, 3), (1, 2, 3, 0)):
@@ -60,29 +60,30 @@ def _folds(quads: np.ndarray) -> np.ndarray:
 def is_convex_quad(quads: np.ndarray) -> np.ndarray:
     """N bool: the N x 4 x 3 quads are planar and strictly convex.
 
-    Planar: across both diagonals the sine between the halves is at most `golden.scene.adjacency.FLAT` (1e-5) plus what
-    rounding the coordinates to float32 can do (2^-21 of the largest coordinate over the height of the narrower half,
-    at most 1e-2). Strictly convex: the sine of every turn is over `CONVEX` (1e-4) plus the same over the shortest side.
+    Planar: across both diagonals the sine between the halves is at most `golden.scene.adjacency.FLAT` (1e-5) plus the
+    error of rounding the coordinates to float32 (2^-21 of the largest coordinate over the height of the narrower half,
+    at most 1e-2). Strictly convex: the sine of every exterior angle exceeds `CONVEX` (1e-4) plus the same
+    error over the shortest side.
     """
     sines, rounding = _corner_sines(quads)
     return (sines.min(axis=1, initial=1) > CONVEX + rounding) & ~_folds(quads)
 
 
 def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cuts what is no patch into two triangles each.
+    """Cuts quads that are no patches into two triangles each.
 
     Parameters
     ----------
     quads
         N x 4 x 3; triangles (last vertex repeated) pass unchanged. A quad that `is_convex_quad` accepts passes too.
-        Others are cut along the diagonal that leaves two triangles of the same orientation; the shorter one if both do.
+        Others are cut along the diagonal that gives two triangles of the same orientation; the shorter one if both do.
 
     Returns
     -------
     patches
         M x 4 x 3, in the order of the quads.
     parent
-        M int64: the quad from which each came.
+        M int64, the quad of each patch.
     """
     quads = np.asarray(quads, dtype=np.float64)
     split = ~is_convex_quad(quads) & (quads[:, 3] != quads[:, 2]).any(axis=1)
@@ -106,12 +107,12 @@ def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Merges pairs of triangles that form a quad, as before a file format cut it.
+    """Merges pairs of triangles that form a quad, which a file format had cut.
 
     Two triangles merge if they share an edge (equal coordinates, opposite directions), are of one group and form a
-    planar, strictly convex quad (`is_convex_quad`). If most of those that can merge come one after the other like the
-    halves of a quad, (a, b, c), (a, c, d) or (a, b, c), (c, d, a), such pairs are taken first; then the pair that is
-    closest to a rectangle, so that the grid comes back from which an array of triangles was cut.
+    planar, strictly convex quad (`is_convex_quad`). If most pairs that can merge are consecutive halves of a
+    quad, (a, b, c), (a, c, d) or (a, b, c), (c, d, a), such pairs merge first. Then the pair closest to a rectangle
+    merges, which restores the grid from which an array of triangles was cut.
 
     Parameters
     ----------
@@ -125,7 +126,7 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
     patches
         N x 4 x 3, in the order of each one's first triangle; a quad starts at that triangle's first vertex.
     surface
-        N int64, equal for patches of one group that hang together over edges and lie in one plane.
+        N int64, equal for patches of one group that are connected by edges and coplanar.
     parent
         N int64, the first triangle of each patch.
     """
@@ -148,7 +149,7 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
     is_fan = (pairs.right == pairs.left + 1) & (pairs.left_edge == 3) & (pairs.right_edge != 1)
     able = len(np.union1d(pairs.left, pairs.right))
     is_fan &= 2 * np.count_nonzero(is_fan) > able / 2
-    # Coarse steps of skewness: rounding must not mix two ways to pair up a grid.
+    # Coarse steps of skewness: rounding must not mix two pairings of a grid.
     order = np.lexsort((pairs.left, np.where(is_fan, 0, 1 + np.floor(SHAPES * skew))))
     left, right, quads = pairs.left[order], pairs.right[order], quads[order]
     taken = bytearray(len(single))
@@ -177,8 +178,8 @@ def _flat(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (plane if vector[axis] > 0 else plane[:, ::-1]), vector
 
 
-def _turns(plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sine and cosine of the turn at every vertex."""
+def _exterior_angles(plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sine and cosine of the exterior angle at every vertex."""
     ahead = np.roll(plane, -1, axis=0) - plane
     ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     behind = np.roll(ahead, 1, axis=0)
@@ -220,8 +221,8 @@ def cut_polygon(points: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     points
-        n x 3 vertices, counter-clockwise from the front; convex or concave. Vertices on a straight side are kept, so
-        that a neighbour that has them too still meets the same corners; repeated ones are dropped.
+        n x 3 vertices, counter-clockwise from the front; convex or concave. Vertices on a straight side are kept,
+        so that neighbours share them; repeated ones are dropped.
 
     Returns
     -------
@@ -245,7 +246,7 @@ def cut_polygon(points: np.ndarray) -> np.ndarray:
         return points[None, [0, 1, 2, 2]]
     if len(_without_repeats(plane)) != len(plane):
         raise InputError("polygon: it crosses itself")
-    sines, cosines = _turns(plane)
+    sines, cosines = _exterior_angles(plane)
     if sines.min() > CONVEX and np.arctan2(sines, cosines).sum() < 3 * np.pi:
         patches, _ = split_nonplanar(points[_ladder(len(points))])
         return patches

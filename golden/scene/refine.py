@@ -10,10 +10,10 @@ from golden.scene.scene import Scene
 __all__ = ["MOST_ELEMENTS", "Refinement", "refine"]
 
 MOST_ELEMENTS = 1 << 21
-"""More elements than this are taken for a mistake in a bound."""
+"""Most elements of a refinement."""
 
 SLACK = 1e-12
-"""Relative excess over a bound that is rounding: 1 / 0.1 pieces are 10."""
+"""Relative excess over a bound that counts as rounding: 1 / 0.1 pieces are 10."""
 
 HALVINGS = 60
 
@@ -25,10 +25,10 @@ class Refinement:
     Parameters
     ----------
     scene
-        The scene whose patches are the elements; ``surface``, ``smooth`` and all else come from the patch. Neighbours
-        that cut their common edge alike share the cut points bit for bit.
+        The scene whose patches are the elements; ``surface``, ``smooth`` and all else are the patch's. Neighbours
+        with the same cuts of their common edge share the cut points bit for bit.
     parent
-        E int64: the patch of each element.
+        E int64, the patch of each element.
     first
         N int64: the first element of each patch; the others follow.
     cuts
@@ -46,8 +46,8 @@ class Refinement:
     def locate(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """The elements at bilinear coordinates (u, v) in [0, 1] of patches: R int64 from three arrays of R.
 
-        In a quad element ``first + iv nu + iu``; in a triangle rows along v, in each row upright and turned elements in
-        turn (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
+        In a quad element ``first + iv nu + iu``; in a triangle rows along v, in each row upright and inverted elements
+        alternate (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
         """
         patch = np.asarray(patch)
         cuts = self.cuts[patch]
@@ -82,7 +82,7 @@ def _largest_cell(vertices: np.ndarray, cuts: np.ndarray) -> np.ndarray:
 
 
 def _quad_cuts(vertices: np.ndarray, max_edge: float, max_area: float) -> np.ndarray:
-    """Cuts into cells no longer than ``max_edge`` and no larger than ``max_area``, as square as they can be."""
+    """Cuts into cells no longer than ``max_edge`` and no larger than ``max_area``, as square as possible."""
     edges = np.linalg.norm(np.roll(vertices, -1, axis=1) - vertices, axis=2)
     lengths = np.stack((np.maximum(edges[:, 0], edges[:, 2]), np.maximum(edges[:, 1], edges[:, 3])), axis=1)
     high = np.minimum(lengths.max(axis=1), max_edge)
@@ -138,10 +138,10 @@ def _triangle_elements(vertices: np.ndarray, n: int) -> np.ndarray:
 
 
 def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | None = None) -> Refinement:
-    """Cuts every patch into elements that keep the bounds, as few as that takes.
+    """Cuts every patch into as few elements within the bounds as possible.
 
-    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. To keep an
-    area, the cells of a quad become as square as they can.
+    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. Within an
+    area bound the cells of a quad are as square as possible.
 
     Parameters
     ----------
@@ -153,13 +153,13 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
     Raises
     ------
     InputError
-        A bound is not a finite value above 0, or would take more than `MOST_ELEMENTS`.
+        A bound is not a finite value above 0, or requires more than `MOST_ELEMENTS`.
     """
     for name, bound in (("edge", max_edge), ("area", max_area)):
         if bound is not None and not (np.isfinite(bound) and bound > 0):
             raise InputError(f"refinement: Max {name} must be a finite value above 0, not {bound!r}")
     bounds = (np.inf if max_edge is None else max_edge, np.inf if max_area is None else max_area)
-    # A patch takes at least its area over that of the largest element allowed: no need to count what is absurd.
+    # A patch needs at least its area over that of the largest element; this bounds the count before the cuts.
     with np.errstate(divide="ignore", over="ignore"):
         least = (scene.areas / min(bounds[0] ** 2, bounds[1])).sum()
     is_triangle = scene.is_triangle

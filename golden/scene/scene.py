@@ -1,4 +1,4 @@
-"""A scene as everything downstream sees it: patches, materials, lights, a camera."""
+"""Scenes: patches, materials, lights and a camera."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +14,7 @@ __all__ = ["PointLight", "Scene"]
 
 @dataclass(frozen=True, kw_only=True)
 class PointLight:
-    """A light without size: ``intensity`` in W/sr per channel at ``position``."""
+    """A point light: ``intensity`` in W/sr per channel at ``position``."""
 
     position: tuple[float, float, float]
     intensity: Rgb
@@ -32,14 +32,14 @@ class PointLight:
 class Scene:
     """Patches with their materials: planar, strictly convex quadrilaterals and triangles.
 
-    A triangle repeats its last vertex (``vertices[i, 3] == vertices[i, 2]``). Neighbouring patches hold the same
-    float64 coordinates at a shared corner; casting relies on it to lose no ray between them. The front of a patch is
+    A triangle repeats its last vertex (``vertices[i, 3] == vertices[i, 2]``). Neighbouring patches have the same
+    float64 coordinates at a shared corner, so that casting loses no ray between them. The front of a patch is
     the side from which its vertices run counter-clockwise.
 
     Parameters
     ----------
     name
-        Shown in summaries and used for file names.
+        Name in summaries and of files.
     vertices
         N x 4 x 3 float64, scene units.
     material
@@ -50,19 +50,19 @@ class Scene:
         N int32. Patches that were cut from one planar polygon have the same number; a ray that starts on a surface
         never hits that surface. Default: every patch its own.
     smooth
-        N int32. Patches with the same number approximate one curved surface: shading normals and radiosities run on
-        over the edges between them. Default: the same as ``surface``.
+        N int32. Patches with the same number approximate one curved surface: shading normals and radiosities are
+        continuous across the edges between them. Default: the same as ``surface``.
     two_sided
-        N bool. Whether the back of the patch reflects and emits as its front does; the back of a one-sided patch is
+        N bool. Whether the back of the patch reflects and emits like its front; the back of a one-sided patch is
         black. Both sides block. Default: all one-sided.
     camera
-        The scene's own view, if it has one.
+        View of the scene, or None.
     lights
         Point lights (area lights are patches whose material emits).
     background
-        Radiance that rays meet which leave the scene.
+        Radiance along rays that leave the scene.
     up
-        The scene's own idea of up, for a default camera.
+        Up direction of the default camera.
 
     Raises
     ------
@@ -114,7 +114,7 @@ class Scene:
 
     @cached_property
     def is_triangle(self) -> np.ndarray:
-        """N bool."""
+        """N bool: the patch is a triangle."""
         return (self.vertices[:, 3] == self.vertices[:, 2]).all(axis=1)
 
     @cached_property
@@ -131,7 +131,7 @@ class Scene:
 
     @cached_property
     def areas(self) -> np.ndarray:
-        """N areas in squared scene units."""
+        """N float64, areas in squared scene units."""
         return np.linalg.norm(self.area_vectors, axis=1)
 
     @cached_property

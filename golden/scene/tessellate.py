@@ -1,7 +1,7 @@
 """Curved surfaces as patches.
 
 All functions return N x 4 x 3 float64 patches, fronts outwards, a triangle repeating its last vertex. Corners where
-patches meet hold the same coordinates to the bit.
+patches meet have the same coordinates, bit for bit.
 """
 
 from functools import lru_cache
@@ -14,7 +14,7 @@ from golden.scene.polygons import split_nonplanar
 __all__ = ["bezier", "frustum", "revolution", "sphere", "square"]
 
 PLANAR = 1e-12
-"""How far a corner of a quad may be out of its plane, in parts of the largest coordinate."""
+"""Largest distance of a corner from its quad's plane, as a share of the largest coordinate."""
 
 
 def _check_count(name: str, value, least: int) -> None:
@@ -62,13 +62,13 @@ def square(center, side: float, *, facing=(0.0, 0.0, 1.0), cuts: int = 1) -> np.
 
 
 def _cells(points: np.ndarray) -> np.ndarray:
-    """... x m x n x 3 grid points to ... x m-1 x n-1 x 4 x 3 quads that turn from the first index to the second."""
+    """... x m x n x 3 grid points to ... x m-1 x n-1 x 4 x 3 quads, wound from the first index to the second."""
     return np.stack((points[..., :-1, :-1, :], points[..., 1:, :-1, :],
                      points[..., 1:, 1:, :], points[..., :-1, 1:, :]), axis=-2)
 
 
 def revolution(profile, *, segments: int = 16) -> np.ndarray:
-    """The surface that a profile sweeps around the z axis.
+    """The surface of revolution of a profile around the z axis.
 
     A quad between two parallel circles is an isosceles trapezoid, hence planar; at the axis there are triangles.
 
@@ -87,7 +87,7 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
     Raises
     ------
     InputError
-        Fewer than two points, a distance that is negative, two neighbours that coincide or both lie on the axis, a
+        Fewer than two points, a distance that is negative, two neighbours that coincide or are both on the axis, a
         value that is not finite, or ``segments`` is no whole number of at least 3.
     """
     _check_count("Segments", segments, 3)
@@ -101,7 +101,7 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
         raise InputError(f"Profile must not have two neighbours on the axis or in one place, not {profile.tolist()!r}")
     angle = 2 * np.pi * np.arange(segments) / segments
     rings = np.empty((len(profile), segments + 1, 3))
-    # Adding zero turns -0 into 0, so that equal corners are equal bytes too.
+    # Adding zero makes -0 0, so that equal corners have equal bytes.
     rings[:, :-1, 0] = profile[:, :1] * np.cos(angle) + 0.0
     rings[:, :-1, 1] = profile[:, :1] * np.sin(angle) + 0.0
     rings[:, :-1, 2] = profile[:, 1:]
@@ -182,15 +182,15 @@ def frustum(base, apex, base_radius: float, apex_radius: float, *,
 
 
 def bezier(control, *, cuts: int) -> np.ndarray:
-    """Bicubic Bezier patches as flat ones.
+    """Bicubic Bezier patches as flat patches.
 
-    The value on a border depends on the border's control points alone and not on the direction in which they run, so
-    neighbours that share them share the corners to the bit.
+    A border depends on its own control points only, and not on their direction, so neighbours that share them share
+    the corners, bit for bit.
 
     Parameters
     ----------
     control
-        4 x 4 x 3 or M x 4 x 4 x 3 control points; the front is where the first index turns to the second
+        4 x 4 x 3 or M x 4 x 4 x 3 control points; the front is where the first index winds to the second
         counter-clockwise.
     cuts
         Cells along a side.
@@ -199,7 +199,7 @@ def bezier(control, *, cuts: int) -> np.ndarray:
     -------
     ndarray
         At most ``2 * cuts**2`` patches for each Bezier patch: a cell that is planar is one quad, another is cut into
-        two triangles, one at a collapsed border is one triangle, one without area is left out.
+        two triangles, one at a collapsed border is one triangle, one without area is omitted.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def _bezier_points(control: np.ndarray, cuts: int) -> np.ndarray:
 
 
 def _without_collapsed_sides(quads: np.ndarray) -> np.ndarray:
-    """Turns quads of three different corners into triangles; drops those of fewer."""
+    """Makes quads of three different corners triangles; drops those of fewer."""
     equal = (quads == np.roll(quads, -1, axis=1)).all(axis=2)
     crossed = (quads[:, :2] == quads[:, 2:]).all(axis=2).any(axis=1)
     kept = (equal.sum(axis=1) < 2) & ~crossed

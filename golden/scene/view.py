@@ -1,4 +1,4 @@
-"""Where to look at a scene from that does not say so itself."""
+"""Default cameras of scenes without one."""
 
 from dataclasses import dataclass
 
@@ -12,18 +12,18 @@ from golden.scene.scene import Scene
 __all__ = ["default_camera"]
 
 PROBES = 256
-"""Rays from each of the points that find out whether the scene is a room."""
+"""Rays from each of the points that test whether the scene is a room."""
 
 WALL_SHARE, OPEN_SHARE = 1 / 3, 1 / 3
-"""Of the probes in a room at least this share meets a wall, and of those that no furniture stops at most this share
-gets out: a room may lack a side.
+"""Least share of a room's probes that hit a wall, and largest share of the probes past the furniture that leave: a room
+may lack a side.
 """
 
 OPENING = 0.04
-"""Share of the probes that get out through a missing side."""
+"""Share of the probes that leave through a missing side."""
 
 WALL_DEPTH = 0.05
-"""How far from the scene box a hit still is one of a wall, in lengths of its longest side."""
+"""Largest distance of a wall's hit from the scene box, in lengths of its longest side."""
 
 OUTSIDE_FOV, INSIDE_FOV = 40.0, 65.0
 ELEVATION, AZIMUTH = 25.0, 35.0
@@ -31,7 +31,7 @@ MARGIN = 1.04
 
 
 def _directions(count: int) -> np.ndarray:
-    """Unit vectors spread evenly over the sphere: a Fibonacci lattice."""
+    """Unit vectors distributed uniformly over the sphere: a Fibonacci lattice."""
     step = np.arange(count) + 0.5
     height, turn = 1 - 2 * step / count, np.pi * (1 + 5 ** 0.5) * step
     radius = np.sqrt(1 - height * height)
@@ -40,15 +40,15 @@ def _directions(count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Room:
-    """A scene seen from within; ``opening`` is the axis and the sign of the side that is missing, if one is."""
+    """A room; ``opening`` is the axis and the sign of its missing side, or None."""
 
     opening: tuple[int, float] | None
 
 
 def _room(scene: Scene, caster) -> _Room | None:
-    """Whether most rays from within meet the front of something at the border of the scene box.
+    """The room, if most rays from within hit fronts at the border of the scene box.
 
-    The backs of a closed box are those of an object; with a light in it, it is a room all the same.
+    A closed box with its backs inside is an object, unless it holds a light.
     """
     low, high = scene.bounds
     signs = np.array([(0, 0, 0), *np.stack(np.meshgrid(*[(-1, 1)] * 3), axis=-1).reshape(-1, 3)])
@@ -76,7 +76,7 @@ def _vertical(scene: Scene) -> int:
 
 
 def _through(scene: Scene, opening: tuple[int, float]) -> Camera:
-    """From outside straight through the missing side, which the image just holds."""
+    """A camera outside the missing side, which fills the picture."""
     low, high = scene.bounds
     axis, sign = opening
     half = (high - low) / 2
@@ -88,7 +88,7 @@ def _through(scene: Scene, opening: tuple[int, float]) -> Camera:
 
 
 def _from_inside(scene: Scene, caster) -> Camera:
-    """From near an upper corner to the opposite lower part: of a few such places the one with the widest view."""
+    """A camera near an upper corner, towards the opposite lower part: the candidate with the widest view."""
     low, high = scene.bounds
     axis = _vertical(scene)
     upward = np.sign(scene.up[axis])
@@ -105,7 +105,7 @@ def _from_inside(scene: Scene, caster) -> Camera:
             directions = _directions(PROBES)
             directions = directions[directions @ candidate.axes[2] > np.cos(np.radians(INSIDE_FOV / 2))]
             hits = caster.nearest(Rays(np.tile(eye, (len(directions), 1)), directions))
-            # The geometric mean: one thing right before the eye hides more than a far wall shows.
+            # The geometric mean: an object before the eye hides more than a far wall adds.
             distance = np.minimum(hits.t, np.linalg.norm(high - low))
             openness = float(np.exp(np.log(np.maximum(distance, 1e-9 * scene.size)).mean()))
             if openness > best * 1.01:
@@ -131,16 +131,16 @@ def _from_outside(scene: Scene) -> Camera:
 
 
 def default_camera(scene: Scene, caster=None) -> Camera:
-    """The scene's own camera, or a good one for any scene.
+    """The scene's own camera, or a default.
 
-    A room is looked at from within, from near a corner to the opposite lower part, or through the side that is missing;
-    everything else (but lights) from outside and above, as a whole, with +z (y up) or -y (z up) in front. It is a room
-    if most rays from its middle parts end at the border of the scene box, on fronts or with a light in the scene.
+    A room is seen from within, from near a corner towards the opposite lower part, or through its missing side. Any
+    other scene (without its lights) is seen as a whole, from outside and above, with +z (y up) or -y (z up) in front. A
+    scene is a room if most rays from its middle end at the border of the scene box, on fronts or with a light inside.
 
     Parameters
     ----------
     caster
-        A caster of the scene (``nearest``), if there is one already.
+        A caster of the scene (``nearest``). Default: a new one.
     """
     if scene.camera is not None:
         return scene.camera

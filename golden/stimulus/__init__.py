@@ -1,6 +1,4 @@
-"""Inputs and expected outputs of each block, for benches and other people's testbenches: one module per block, of the
-same name.
-"""
+"""Inputs and expected outputs of each block, for ours and third-party testbenches: one module per block."""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -34,7 +32,7 @@ class Stimulus:
         JSON: block, about, count, seed, parameters, and per field name, role (input or output), format, bits, shape,
         constant (one array for all vectors), about.
     arrays
-        By name of field: int64, float64 where the format is float64.
+        Arrays by name of field: int64, or float64 where the format is float64.
     """
 
     header: dict
@@ -42,7 +40,7 @@ class Stimulus:
 
 
 def block(name: str) -> tuple[str, Block]:
-    """A block by its name, of which the part before the point may be left out if no other block has the rest.
+    """A block by its name; the part before the point may be omitted if the rest is unique.
 
     Returns
     -------
@@ -66,7 +64,7 @@ def stimulus(name: str, *, count: int, seed: int, config: Config) -> Stimulus:
     Raises
     ------
     InputError
-        See `block`; or ``count`` or ``seed`` out of range.
+        See `block`; or ``count`` or ``seed`` is out of range.
     """
     name, of = block(name)
     if not 1 <= count <= 1 << 20:
@@ -86,6 +84,6 @@ def stimulus(name: str, *, count: int, seed: int, config: Config) -> Stimulus:
 
 
 def _stored(values, fields):
-    """The values of the fields in their order, checked."""
+    """Values in the order of the fields, checked against their formats."""
     return {field.name: np.asarray(values[field.name], dtype=np.float64) if field.format is None
             else field.format.check(np.asarray(values[field.name], dtype=np.int64), field.name) for field in fields}

@@ -1,4 +1,4 @@
-"""What a block's stimulus is made of."""
+"""Blocks and fields of stimuli."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,22 +11,22 @@ from golden.fixed import Format, unsigned
 __all__ = ["FLAG", "Arrays", "Block", "Field", "hard_first", "padded"]
 
 Arrays = dict[str, np.ndarray]
-# Of what is 0 or 1.
+# Format of a value that is 0 or 1.
 FLAG = unsigned(1, 0)
 
 
 @dataclass(frozen=True)
 class Field:
-    """One input or output.
+    """One input or output of a block.
 
     Parameters
     ----------
     name, about
-        What it is called, and what it is.
+        Name and meaning.
     format
-        Of each of its integers; None for float64 numbers.
+        Format of its integers; None for float64.
     constant
-        It is one array for all vectors. Otherwise its first axis counts the vectors.
+        Whether it is one array for all vectors; else its first axis counts the vectors.
     """
 
     name: str
@@ -37,18 +37,19 @@ class Field:
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """How the stimulus of a block is made.
+    """Generator of a block's stimulus.
 
     Parameters
     ----------
     about
-        What one vector is.
+        Meaning of one vector.
     fields
         Inputs and outputs for a configuration.
     draw
-        The inputs of a number of vectors, from a random generator: the block's hard cases, then others.
+        Function from a random generator, a number of vectors and a configuration to the inputs: the block's hard cases
+        first.
     expect
-        The outputs, from nothing but the inputs.
+        Function from the inputs and a configuration to the outputs.
     """
 
     about: str
@@ -58,14 +59,14 @@ class Block:
 
 
 def hard_first(drawn: np.ndarray, hard) -> np.ndarray:
-    """``drawn`` with the hard cases in place of its first vectors, but at most of half of them."""
+    """``drawn`` with its first vectors, at most half of them, replaced by the hard cases."""
     hard = np.asarray(hard)[:(len(drawn) + 1) // 2]
     drawn[:len(hard)] = hard
     return drawn
 
 
 def padded(lists: list[np.ndarray]) -> np.ndarray:
-    """Lists as rows of one array, filled up with -1."""
+    """Lists as rows of one array, padded with -1."""
     rows = np.full((len(lists), max([1, *map(len, lists)])), -1, dtype=np.int64)
     for row, values in zip(rows, lists, strict=True):
         row[:len(values)] = values

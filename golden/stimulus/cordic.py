@@ -11,7 +11,7 @@ __all__ = ["BLOCK"]
 
 def _fields(config):
     icu, numbers = config.icu, config.numbers
-    # The second of the angles of a vertex takes in what the first one has lengthened.
+    # The second rotation of a vertex has the lengthened result of the first as its input.
     long = signed(numbers.vertex_bits + 2, icu.cordic_guard)
     return [Field("x", long, "circular: along"), Field("y", long, "circular: across"),
             Field("z", numbers.vertex, "linear: divisor, at least half of its range"),

@@ -1,4 +1,4 @@
-"""Stimuli as files: arrays with a header, or lines of text."""
+"""Files of stimuli: arrays with a header, or lines of text."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ def write_stimulus(path: Path, made: Stimulus) -> None:
     """Write a stimulus.
 
     ``.npz``: one array per field, and ``header``, a string of JSON (see `Stimulus`). ``.jsonl``: the header with a
-    member ``constants`` on the first line, then one object per vector, in which negative numbers stand as such.
+    member ``constants`` on the first line, then one object per vector, with negative numbers as such.
     """
     with whole_file(path) as part:
         if path.suffix.lower() == ".npz":
@@ -35,12 +35,12 @@ def write_stimulus(path: Path, made: Stimulus) -> None:
 
 
 def read_stimulus(path: Path) -> Stimulus:
-    """A stimulus that `write_stimulus` wrote, of either form.
+    """The stimulus of a file of `write_stimulus`, of either format.
 
     Raises
     ------
     InputError
-        The file is not one.
+        The file is no stimulus.
     """
     try:
         if path.suffix.lower() == ".npz":

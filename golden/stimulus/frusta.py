@@ -12,20 +12,20 @@ from golden.stimulus.block import FLAG, Arrays, Field
 __all__ = ["SOURCE", "frustum_arrays", "frustum_fields", "frustum_record", "random_frustum", "random_hemisphere",
            "random_screen"]
 
-# The surface that a frustum's rays leave.
+# Surface on which a frustum's rays start.
 SOURCE = 3
 HEMISPHERE, SCREEN = (64, 16), (60, 45)
 _SIZES = ("columns", "rows", "column_bits", "row_bits", "source")
 
 
 def random_hemisphere(random: np.random.Generator, config: Config, size=HEMISPHERE) -> FrustumRecord:
-    """Around a random normal; ``size`` in azimuths and polars."""
+    """A hemisphere around a random normal; ``size``: azimuths and polars."""
     return hemisphere_record(Hemisphere(*size), _unit(config), random.uniform(0.3, 0.7, 3),
                              random.normal(size=3), source=SOURCE)
 
 
 def random_screen(random: np.random.Generator, config: Config, size=SCREEN) -> FrustumRecord:
-    """Through a random camera; ``size`` in pixels."""
+    """A screen of a random camera; ``size`` in pixels."""
     eye = random.uniform(0.3, 0.7, 3)
     camera = Camera(eye=tuple(eye), target=tuple(eye + random.normal(size=3)), up=tuple(random.normal(size=3)),
                     fov=float(random.choice([20, 60, 100])))
@@ -33,12 +33,12 @@ def random_screen(random: np.random.Generator, config: Config, size=SCREEN) -> F
 
 
 def random_frustum(random: np.random.Generator, config: Config) -> FrustumRecord:
-    """One of both."""
+    """A hemisphere or a screen."""
     return random.choice([random_hemisphere, random_screen])(random, config)
 
 
 def frustum_fields(config: Config) -> list[Field]:
-    """What `frustum_arrays` gives."""
+    """Fields of `frustum_arrays`."""
     numbers = config.numbers
     return [Field(f"frustum_{name}", form, about, constant=True) for name, form, about in (
         ("is_screen", FLAG, "screen or hemisphere"),
@@ -46,25 +46,25 @@ def frustum_fields(config: Config) -> list[Field]:
         ("matrix", numbers.direction, "G to R"),
         ("to_global", numbers.direction, "directions of grid rays to G"),
         ("z_scale", unsigned(1, numbers.direction_fraction), "R coordinate of depth 1"),
-        ("half_angles", None, "true slopes of x = 1 and y = 1"),
+        ("half_angles", None, "slopes of a screen at x = 1 and y = 1"),
         ("columns", unsigned(17, 0), "azimuths or pixels across"),
         ("rows", unsigned(17, 0), "polar angles or pixels down"),
-        ("column_bits", unsigned(5, 0), "logarithm of the grid of columns"),
-        ("row_bits", unsigned(5, 0), "logarithm of the grid of rows"),
+        ("column_bits", unsigned(5, 0), "binary logarithm of the columns of the full grid"),
+        ("row_bits", unsigned(5, 0), "binary logarithm of the rows of the full grid"),
         ("column_table", numbers.direction, "(cos, sin) of each azimuth, or x of each column"),
         ("row_table", numbers.direction, "(sin, cos) of each polar angle, or y of each row"),
-        ("source", signed(31, 0), "the surface that the rays leave and never hit, or -1"))]
+        ("source", signed(31, 0), "the surface that the rays start on and never hit, or -1"))]
 
 
 def frustum_arrays(record: FrustumRecord) -> Arrays:
-    """A record's numbers."""
+    """Arrays of a record."""
     names = [field.name.removeprefix("frustum_") for field in frustum_fields(Config())]
     return {f"frustum_{name}": np.asarray(getattr(record, name), dtype=None if name == "half_angles" else np.int64)
             for name in names}
 
 
 def frustum_record(given: Arrays, config: Config) -> FrustumRecord:
-    """The record of its numbers."""
+    """The record of its arrays."""
     part = {name.removeprefix("frustum_"): value for name, value in given.items() if name.startswith("frustum_")}
     part |= {name: int(part[name]) for name in (*_SIZES, "z_scale")}
     part |= {"is_screen": bool(part["is_screen"]), "half_angles": tuple(part["half_angles"].tolist())}

@@ -1,4 +1,4 @@
-"""Patches and directions that are hard on the intersection."""
+"""Patches and directions that are hard cases of the intersection."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ KINDS = ("anywhere", "near the axis", "sliver", "on the horizon", "around the ax
 
 
 def r_patches(random: np.random.Generator, count: int, numbers: Numbers) -> np.ndarray:
-    """Quads and triangles of all `KINDS` by turns: count x 4 x 3 int64, R frame."""
+    """Quads and triangles of all `KINDS` in rotation: count x 4 x 3 int64, R frame."""
     kind = np.arange(count) % len(KINDS)
 
     def of(name):
@@ -27,8 +27,8 @@ def r_patches(random: np.random.Generator, count: int, numbers: Numbers) -> np.n
     first[around], second[around] = [0.3, 0.02, 0.01], [-0.03, 0.25, 0.01]
     corner[around] = -(first + second)[around] / 2 + corner[around] * [0.2, 0.2, 1]
     corner[of("through the origin")] = -(0.3 * first + 0.4 * second)[of("through the origin")]
-    stretch = random.uniform(0.3, 1, (count, 2, 1))
-    patch = np.concatenate([corner, corner + first, corner + first * stretch[:, :1] + second * stretch[:, 1:],
+    scale = random.uniform(0.3, 1, (count, 2, 1))
+    patch = np.concatenate([corner, corner + first, corner + first * scale[:, :1] + second * scale[:, 1:],
                             corner + second], axis=1)
     patch[of("on the horizon"), :2, 2] = 0
     patch[of("degenerate")] *= random.random((of("degenerate").sum(), 4, 3)) > 0.3
@@ -57,7 +57,7 @@ def directions_at(random: np.random.Generator, patches: np.ndarray, numbers: Num
 
 
 def meeting_pairs(random: np.random.Generator, count: int, config: Config) -> tuple[np.ndarray, np.ndarray]:
-    """Patches (R frame) and directions, every one of which meets its patch."""
+    """Patches (R frame) and directions, each of which meets its patch."""
     numbers = config.numbers
     patches, directions = np.empty((0, 4, 3), dtype=np.int64), np.empty((0, 3), dtype=np.int64)
     while len(patches) < count:

@@ -1,6 +1,6 @@
 """Shapes that the built-in scenes are put together from: N x 4 x 3 arrays of planar patches, fronts outwards.
 
-Neighbouring patches of one shape hold the same coordinates to the bit, also after `placed`.
+Neighbouring patches of one shape have the same coordinates, bit for bit, also after `placed`.
 """
 
 import numpy as np
@@ -56,7 +56,7 @@ def loft(rings) -> np.ndarray:
 
 
 def frames(path) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors square to an open path, M x 3, and to each other, carried along it without twist: both M x 3."""
+    """Two unit vectors orthogonal to an open path, M x 3, and to each other, without twist along it: both M x 3."""
     path = np.asarray(path, dtype=np.float64)
     tangent = np.gradient(path, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1)[:, None]
@@ -100,7 +100,7 @@ def rounded(width: float, depth: float, *, radius: float, steps: int, height: fl
 
 
 def placed(patches, *, at=(0.0, 0.0, 0.0), turn: float = 0.0, axis=None, scale=(1.0, 1.0, 1.0)) -> np.ndarray:
-    """Patches scaled along the axes, turned by ``turn`` degrees around z, tilted so that z lies along ``axis``, moved.
+    """Patches scaled along the axes, turned by ``turn`` degrees around z, tilted so that z is along ``axis``, moved.
 
     Equal points stay equal to the bit: a matrix product may round them differently by their place in the array.
     """

@@ -1,1 +1,1 @@
-"""Stimuli of the blocks of cell traversal."""
+"""Stimuli of the blocks of the cell traversal unit."""

@@ -10,7 +10,7 @@ from golden.stimulus.ctu.grids import CELL_NUMBER, SHELLS
 
 __all__ = ["BLOCK"]
 
-# Shen & Deprettere's sequences: from where in a cell, and where to.
+# Shen & Deprettere's sequences: start in a cell, and direction.
 PAPER_PLACES, PAPER_DIRECTIONS = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.5]], [[3, 2, 1], [1, 1, 0], [1, 0, -1]]
 
 
@@ -20,9 +20,9 @@ def _fields(config):
                   constant=True),
             Field("shape", unsigned(10, 0), "cells along x, y and z", constant=True),
             Field("begin", parameter, "parameter at which the shell begins", constant=True),
-            Field("end", parameter, "parameter at which it ends", constant=True),
+            Field("end", parameter, "parameter at which the shell ends", constant=True),
             Field("direction", signed(4, FRACTION), "G coordinates")], [
-        Field("cells", CELL_NUMBER, "(x shape_y + y) shape_z + z in the order in which they are met, then -1")]
+        Field("cells", CELL_NUMBER, "(x shape_y + y) shape_z + z in the order in which the ray meets them, then -1")]
 
 
 def _draw(random, count, config):
@@ -40,7 +40,7 @@ def _draw(random, count, config):
     hard = np.array([[x, y, z] for x in (1, 0, -1) for y in (1, 0, -1) for z in (1, 0, -1) if x or y or z], dtype=float)
     direction = hard_first(direction, np.concatenate([PAPER_DIRECTIONS, hard]))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    # Of a wide screen parameters are longer than ways.
+    # On a wide screen parameters are longer than distances.
     slope_scale = 6 if kind > 4 else [1, random.uniform(1, 12)][random.integers(2)]
     begin, end = (int(border * slope_scale * one) for border in (shell - 1, shell))
     return {"place": place, "shape": shape, "begin": np.array(begin), "end": np.array(end),

@@ -15,7 +15,7 @@ RAY = unsigned(16, 0)
 
 
 def draw_rays(random: np.random.Generator, record, count: int) -> dict[str, np.ndarray]:
-    """Shell, row and column of grid rays, those of the grids' corners first."""
+    """Shell, row and column of grid rays; those at the corners of the grids are first."""
     shell = random.integers(*SHELLS, count, endpoint=True)
     size = np.array([(rays.rows, rays.columns) for rays in map(shells(record), shell.tolist())])
     place = random.integers(size)
@@ -27,15 +27,15 @@ def draw_rays(random: np.random.Generator, record, count: int) -> dict[str, np.n
 
 def _fields(config):
     position = signed(17, INDEX_FRACTION)
-    return [*frustum_fields(config), Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
+    return [*frustum_fields(config), Field("shell", SHELL, "at least 2"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid")], [
         Field("direction", signed(1, FRACTION), "see GridRays"),
         Field("global_direction", signed(2, FRACTION), "G coordinates"),
         Field("first_row", RAY, "of the rays near it"), Field("row_count", RAY, "of the rays near it"),
-        Field("first_column", RAY, "of the rays near it; a hemisphere's go on around the circle"),
+        Field("first_column", RAY, "of the rays near it; in a hemisphere they wrap around the circle"),
         Field("column_count", RAY, "of the rays near it"),
-        Field("row_position", position, "where it is among the frustum's rows"),
-        Field("column_position", position, "where it is among the frustum's columns")]
+        Field("row_position", position, "position among the frustum's rows"),
+        Field("column_position", position, "position among the frustum's columns")]
 
 
 def _draw(random, count, config):

@@ -17,12 +17,12 @@ __all__ = ["CELL_NUMBER", "SHELL", "grid_fields", "mask_fields", "masks", "rando
 
 SHELL = unsigned(10, 0)
 CELL_NUMBER = signed(24, 0)
-# Patches that fill the grid, and the shells that are asked for.
+# Number of patches in the grid, and the shells of the stimulus.
 PATCHES, SHELLS = 200, (2, 9)
 
 
 def grid_fields(config: Config) -> list[Field]:
-    """The inputs of `table_of`."""
+    """Fields of `random_table`, the inputs of `table_of`."""
     return [Field("vertices", config.numbers.scene, "the patches of the scene, G coordinates", constant=True),
             Field("cell", unsigned(1, config.numbers.scene_bits), "side of a cell", constant=True)]
 
@@ -47,13 +47,13 @@ def shells(record: FrustumRecord) -> Callable[[int], GridRays]:
 
 
 def mask_fields() -> list[Field]:
-    """What `masks` gives."""
-    return [Field("may_change", unsigned(1, 0), "masks x rows x columns: may the ray's hit still change?",
+    """Fields of `masks`."""
+    return [Field("may_change", unsigned(1, 0), "masks x rows x columns: the ray's hit may still change",
                   constant=True)]
 
 
 def masks(random: np.random.Generator, record: FrustumRecord, count: int) -> np.ndarray:
-    """Of all rays, of none but one, of blots, of few."""
+    """Masks of all rays, of a single ray, of clusters of rays, and of few rays."""
     shape = (record.rows, record.columns)
     drawn = np.zeros((count, *shape), dtype=np.int64)
     for number, mask in enumerate(drawn):

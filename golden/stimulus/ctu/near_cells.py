@@ -12,8 +12,8 @@ __all__ = ["BLOCK"]
 
 def _fields(config):
     return [*frustum_fields(config), *grid_fields(config),
-            Field("origin", config.numbers.scene, "in place of the frustum's")], [
-        Field("cells", CELL_NUMBER, "those of shell 1, ascending, then -1")]
+            Field("origin", config.numbers.scene, "replaces that of the frustum")], [
+        Field("cells", CELL_NUMBER, "cells of shell 1, ascending, then -1")]
 
 
 def _draw(random, count, config):

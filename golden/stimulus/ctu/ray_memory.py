@@ -15,20 +15,20 @@ NUMBER = unsigned(16, 0)
 
 def _fields(config):
     return [Field("slots", NUMBER, "of the memory, all present, of version 0", constant=True),
-            Field("deferred", NUMBER, "requests that can wait", constant=True),
-            Field("completes", FLAG, "the slot's ray comes back; otherwise a subshell requests it"),
+            Field("deferred", NUMBER, "capacity of deferred requests", constant=True),
+            Field("completes", FLAG, "the slot's ray returns; otherwise a subshell requests it"),
             Field("slot", NUMBER, "of the memory"), Field("subshell", NUMBER, "that requests"),
             Field("shell", SHELL, "requested")], [
-        Field("looked_at", FLAG, "a request was taken: it need not come again"),
-        Field("leaves", FLAG, "the slot's ray leaves (again)"),
+        Field("looked_at", FLAG, "the request is accepted"),
+        Field("leaves", FLAG, "the slot's ray is issued (again)"),
         Field("leaves_subshell", NUMBER, "for this subshell"), Field("leaves_shell", SHELL, "and shell"),
-        Field("waiting", NUMBER, "requests that wait afterwards")]
+        Field("waiting", NUMBER, "deferred requests afterwards")]
 
 
 def _draw(random, count, config):
     completes = random.random(count) < 0.4
     slot = random.integers(SLOTS, size=count)
-    # Only a ray that is under way comes back.
+    # Only a ray in flight returns.
     memory = RayMemory(SLOTS, deferred=DEFERRED)
     subshell = random.integers(16, size=count)
     shell = np.minimum(2 + np.arange(count) // 8, SHELL.high - 2) + random.integers(3, size=count)
@@ -52,13 +52,13 @@ def _expect(given, config):
     found = []
     for completes, slot, subshell, shell in zip(*(given[name] for name in (
             "completes", "slot", "subshell", "shell")), strict=True):
-        looked_at, again = 0, []
+        accepted, again = 0, []
         if completes:
             again = memory.complete(np.array([slot]))
         else:
-            leaving, looked_at = memory.request(np.array([slot]), subshell=int(subshell), shell=int(shell))
+            leaving, accepted = memory.request(np.array([slot]), subshell=int(subshell), shell=int(shell))
             again = [(slot, subshell, shell)] if len(leaving) else []
-        found.append((looked_at, len(again), *(again[0][1:] if again else (0, 0)), len(memory.waiting)))
+        found.append((accepted, len(again), *(again[0][1:] if again else (0, 0)), len(memory.waiting)))
     return dict(zip(("looked_at", "leaves", "leaves_subshell", "leaves_shell", "waiting"), np.array(found).T,
                     strict=True))
 

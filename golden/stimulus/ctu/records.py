@@ -1,4 +1,4 @@
-"""What cell traversal does in whole frusta of scenes, stage by stage, in barrier order."""
+"""Records of cell traversal in whole frusta of scenes, stage by stage, in barrier order."""
 
 from dataclasses import dataclass
 
@@ -22,22 +22,22 @@ from golden.schedule.subshells import SubshellList
 __all__ = ["CELLS", "SCENES", "Played", "SectorRecord", "TraversalRecord", "traversal_record"]
 
 SCENES, CELLS = ("cornell", "lobby", "room1627"), (0.5, 0.125, 0.0625)
-# Of the sparse casting that finds sections and subshells.
+# Ratio of the sparse casting that finds sections and subshells.
 RATIO = 16
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Played:
-    """A stage and what it was judged by.
+    """A stage, with the input of its survival test.
 
     Parameters
     ----------
     stage
-        What is opened and found; ``cells`` are compared as often as they are met, in any order.
+        Cells opened and patches found; ``cells`` are compared with repetitions, in any order.
     threshold
-        The shell's, for settle codes.
+        Threshold of the shell for settle codes.
     codes
-        rows x columns int64: the section's settle codes when the stage begins, all tests of the stages before it done.
+        rows x columns int64: the section's settle codes at the beginning of the stage, after all earlier tests.
     """
 
     stage: Stage
@@ -47,16 +47,16 @@ class Played:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SectorRecord:
-    """One cluster's part.
+    """One cluster's part of a frustum.
 
     Parameters
     ----------
     sector
         The cluster's section and sector.
     subshells
-        Its list; the last subshell is not listed.
+        Its subshell list; the last subshell is not listed.
     played
-        The stages in order. A stage in which no ray may change is left out.
+        The stages in order. Stages in which no ray may change are omitted.
     """
 
     sector: Sector
@@ -66,16 +66,16 @@ class SectorRecord:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TraversalRecord:
-    """A frustum.
+    """The record of a frustum.
 
     Parameters
     ----------
     shelling, record
         The scene with its cells, and the frustum.
     sectors
-        The clusters.
+        The record of each cluster.
     hits
-        What the rays hit.
+        Hits of the rays.
     """
 
     shelling: Shelling

@@ -12,10 +12,10 @@ __all__ = ["BLOCK"]
 
 
 def _fields(config):
-    return [*frustum_fields(config), Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
+    return [*frustum_fields(config), Field("shell", SHELL, "at least 2"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid"),
             Field("sector", RAY, "first column, end column, first row, end row of the frustum's rays"),
-            Field("window", RAY, "first column, columns, first row, rows; a hemisphere's columns go on around")], [
+            Field("window", RAY, "first column, columns, first row, rows; columns of a hemisphere wrap")], [
         Field("in_sector", FLAG, "the grid ray can open cells of hits of the sector's rays"),
         Field("in_subshell", FLAG, "the grid ray passes through the window")]
 

@@ -12,11 +12,11 @@ __all__ = ["BLOCK"]
 
 def _fields(config):
     return [Field("codes", config.icu.settle, "rows x columns: settle codes of a section", constant=True),
-            Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "codes below it may still change"),
-            Field("first", RAY, "column of a window, counted from the section's"),
+            Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "a ray with a smaller code may still change"),
+            Field("first", RAY, "column of a window, relative to the section"),
             Field("count", RAY, "columns of it"), Field("square", RAY, "column and row of a square")], [
         Field("live", FLAG, "the square has a ray that may still change"),
-        Field("first_square", RAY, "of the window"), Field("end_square", RAY, "of the window, not in it")]
+        Field("first_square", RAY, "of the window"), Field("end_square", RAY, "one past the last of the window")]
 
 
 def _draw(random, count, config):

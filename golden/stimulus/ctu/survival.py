@@ -17,13 +17,13 @@ MASKS = 8
 
 
 def _fields(config):
-    return [*frustum_fields(config), *mask_fields(), Field("mask", unsigned(4, 0), "which of them"),
+    return [*frustum_fields(config), *mask_fields(), Field("mask", unsigned(4, 0), "number of the mask"),
             Field("codes", config.icu.settle, "masks x rows x columns: settle codes", constant=True),
             Field("section", RAY, "of the codes: first column, end column, first row, end row", constant=True),
-            Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "codes below it may still change"),
-            Field("shell", SHELL, "from 2 on"), Field("row", RAY, "of the shell's grid"),
+            Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "a ray with a smaller code may still change"),
+            Field("shell", SHELL, "at least 2"), Field("row", RAY, "of the shell's grid"),
             Field("column", RAY, "of the shell's grid")], [
-        Field("survives", FLAG, "some ray near the grid ray may still change"),
+        Field("survives", FLAG, "a ray near the grid ray may still change"),
         Field("survives_by_code", FLAG, "a square of the section that holds rays near the grid ray is live")]
 
 

@@ -16,10 +16,10 @@ MOST_SHELLS = 12
 
 def _fields(config):
     return [*frustum_fields(config), *grid_fields(config),
-            Field("shell", SHELL, "to open: from 1 on, then from 1 on again for another state of the rays"),
-            Field("may_change", FLAG, "rows x columns: may the ray's hit still change?"),
+            Field("shell", SHELL, "shell to open: ascending from 1, then again from 1 for another state of the rays"),
+            Field("may_change", FLAG, "rows x columns: the ray's hit may still change"),
             Field("sector", RAY, "first column, end column, first row, end row")], [
-        Field("cells", CELL_NUMBER, "pass by pass (one step of each grid ray), as often as they are met, then -1")]
+        Field("cells", CELL_NUMBER, "pass by pass (one step of each grid ray), with repetitions, then -1")]
 
 
 def _draw(random, count, config):

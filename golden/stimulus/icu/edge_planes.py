@@ -10,19 +10,19 @@ __all__ = ["BLOCK", "plane_arrays", "plane_fields", "planes_of"]
 
 
 def plane_fields(config) -> list[Field]:
-    """What `plane_arrays` gives."""
+    """Fields of `plane_arrays`."""
     return [Field("planes", config.numbers.edge_plane, "V'_i x V'_j of 01, 12, 23, 30, 02, 13"),
             Field("orientation", signed(1, 0), "of the triangles 012 and 023: -1, 0 or 1"),
             Field("split", FLAG, "the patch is tested as its two triangles")]
 
 
 def plane_arrays(planes: EdgePlanes) -> Arrays:
-    """The numbers of some planes."""
+    """Arrays of edge planes."""
     return {"planes": planes.planes, "orientation": planes.orientation, "split": planes.split}
 
 
 def planes_of(given: Arrays) -> EdgePlanes:
-    """The planes of their numbers."""
+    """The edge planes of their arrays."""
     return EdgePlanes(given["planes"], given["orientation"], given["split"].astype(bool))
 
 

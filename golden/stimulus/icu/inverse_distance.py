@@ -19,7 +19,7 @@ def _fields(config):
 def _draw(random, count, config):
     patches = r_patches(random, count, config.numbers)
     factor = factor_arrays(plane_factor(patches, config.numbers))
-    # Dropped patches have no distance; some factors are of planes nearer and farther than any patch has them.
+    # Dropped patches have no distance; some factors are of planes nearer and farther than those of any patch.
     dropped, bits = factor["dropped"], config.numbers.mantissa_bits
     factor["mantissa"][dropped] = random.integers(1 << bits - 1, 1 << bits, (dropped.sum(), 3))
     factor["factor_exponent"][dropped] = random.integers(-64, 64, dropped.sum())

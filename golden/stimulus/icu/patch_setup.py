@@ -20,7 +20,7 @@ __all__ = ["BLOCK"]
 def _fields(config):
     numbers = config.numbers
     return [*frustum_fields(config), Field("vertices", numbers.scene, "G coordinates; a triangle's last one twice"),
-            Field("surface", signed(31, 0), "what the patch is a part of")], [
+            Field("surface", signed(31, 0), "surface of the patch")], [
         Field("exponents", EXPONENT, "of the four V'"), *plane_fields(config), *factor_fields(config),
         *window_fields(), Field("bound", numbers.inverse, "no ray of the window has a larger 1/t"),
         Field("live", FLAG, "the patch can be hit")]

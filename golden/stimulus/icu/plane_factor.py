@@ -9,19 +9,19 @@ __all__ = ["BLOCK", "factor_arrays", "factor_fields", "factor_of"]
 
 
 def factor_fields(config) -> list[Field]:
-    """What `factor_arrays` gives."""
+    """Fields of `factor_arrays`."""
     return [Field("mantissa", config.numbers.mantissa, "m in units of 2^factor_exponent"),
             Field("factor_exponent", signed(7, 0), "of m"),
             Field("dropped", FLAG, "the plane passes through the origin, or there is none")]
 
 
 def factor_arrays(factor: PlaneFactor) -> Arrays:
-    """The numbers of some factors."""
+    """Arrays of plane factors."""
     return {"mantissa": factor.mantissa, "factor_exponent": factor.exponent, "dropped": factor.dropped}
 
 
 def factor_of(given: Arrays) -> PlaneFactor:
-    """The factors of their numbers."""
+    """The plane factors of their arrays."""
     return PlaneFactor(given["mantissa"], given["factor_exponent"], given["dropped"].astype(bool))
 
 

@@ -15,7 +15,7 @@ def _fields(config):
     return [*plane_fields(config), Field("ray", config.numbers.direction, "direction of the ray")], [
         Field("distances", config.numbers.edge_distance, "planes times ray"),
         Field("inside", FLAG, "the ray is inside the edges"),
-        Field("held", signed(1, 0), "the orientation with which it is; where it is not, that of the first triangle, or "
+        Field("held", signed(1, 0), "the orientation for which it is inside; else that of the first triangle, or "
                                     "(split) of the second")]
 
 

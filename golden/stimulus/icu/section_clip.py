@@ -17,7 +17,7 @@ COUNT = unsigned(17, 0)
 
 
 def draw_windows(random: np.random.Generator, record: FrustumRecord, count: int) -> Window:
-    """Windows anywhere, of a hemisphere many that go round; the first eight as wide as can be."""
+    """Random windows, many of which wrap in a hemisphere; the first eight are as wide as possible."""
     first, rows = random.integers(record.columns, size=count), random.integers(record.rows, size=count)
     most = record.columns - first if record.is_screen else np.full(count, record.columns)
     columns = random.integers(0, most + 1)
@@ -28,10 +28,10 @@ def draw_windows(random: np.random.Generator, record: FrustumRecord, count: int)
 def _fields(config):
     return [*frustum_fields(config),
             Field("section", COUNT, "first column, end column, first row, end row", constant=True), *window_fields()], [
-        Field("part_column_first", COUNT, "counted from the section's first column"),
-        Field("part_column_count", COUNT, "columns from there on"),
-        Field("part_wrapped_count", COUNT, "others, from the section's first column on"),
-        Field("part_row_first", COUNT, "counted from the section's first row"),
+        Field("part_column_first", COUNT, "relative to the section's first column"),
+        Field("part_column_count", COUNT, "columns from part_column_first"),
+        Field("part_wrapped_count", COUNT, "further columns, from the section's first"),
+        Field("part_row_first", COUNT, "relative to the section's first row"),
         Field("part_row_count", COUNT, "0 of a window without rays in the section")]
 
 

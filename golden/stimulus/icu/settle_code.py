@@ -9,8 +9,9 @@ __all__ = ["BLOCK"]
 
 def _fields(config):
     return [Field("inverse", config.numbers.inverse, "1/t of a ray's best hit, or the bound of a patch")], [
-        Field("code", config.icu.settle, "of a ray"), Field("floor", config.numbers.inverse, "what the code says"),
-        Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "codes below it may improve on the bound")]
+        Field("code", config.icu.settle, "of a ray"),
+        Field("floor", config.numbers.inverse, "least 1/t of a ray with the code"),
+        Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "the patch may improve a ray with a smaller code")]
 
 
 def _draw(random, count, config):

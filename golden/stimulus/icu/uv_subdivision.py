@@ -16,7 +16,7 @@ def _fields(config):
     icu = config.icu
     return [Field("distances", config.numbers.edge_distance, "of a ray inside the patch to its planes"),
             Field("exponents", EXPONENT, "of the four V'"),
-            Field("held", signed(1, 0), "orientation with which the ray is inside")], [
+            Field("held", signed(1, 0), "orientation for which the ray is inside")], [
         Field("aligned", signed(2 * icu.uv_bits + icu.uv_guard + 1, 0), "the distances at one exponent"),
         Field("u", icu.uv, "step of the patch's lattice"), Field("v", icu.uv, "step of the patch's lattice")]
 

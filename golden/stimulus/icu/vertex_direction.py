@@ -13,14 +13,14 @@ EXPONENT = signed(5, 0)
 
 def _fields(config):
     return [Field("vertex", config.numbers.vector, "R frame")], [
-        Field("direction", config.numbers.vertex, "V'"), Field("exponent", EXPONENT, "V = V' 2^exponent, but rounded")]
+        Field("direction", config.numbers.vertex, "V'"), Field("exponent", EXPONENT, "V is V' 2^exponent, rounded")]
 
 
 def _draw(random, count, config):
     high, low = config.numbers.vector.high, config.numbers.vector.low + 1
     size = 2.0 ** random.uniform(0, config.numbers.vector.width - 2, (count, 1))
     drawn = np.rint(random.uniform(-1, 1, (count, 3)) * size).astype(np.int64)
-    # All bits set rounds up to one bit more than there are.
+    # A magnitude with all bits set rounds up to another bit.
     full = (1 << config.numbers.vertex_bits + 1) - 1
     hard = [(0, 0, 0), (high, low, 0), (1, 0, 0), (0, -1, 0), (0, 0, high), (low, low, low), (full, 0, 1),
             (-full, full, full - 1), (full >> 1, 0, 0), (full + 1, 1, -1)]

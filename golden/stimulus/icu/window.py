@@ -13,27 +13,27 @@ __all__ = ["window_arrays", "window_block", "window_fields"]
 
 
 def window_fields() -> list[Field]:
-    """What `window_arrays` gives."""
+    """Fields of `window_arrays`."""
     return [Field(name, unsigned(17, 0), about) for name, about in (
-        ("column_first", "in a hemisphere the columns go on from the last to the first"),
-        ("column_count", "0 of a window without rays"), ("row_first", "the row nearest to the pole, or the upmost"),
+        ("column_first", "in a hemisphere columns wrap from the last to the first"),
+        ("column_count", "0 of a window without rays"), ("row_first", "the row nearest to the pole, or the uppermost"),
         ("row_count", "0 of a window without rays"))]
 
 
 def window_arrays(window: Window) -> Arrays:
-    """The numbers of some windows."""
+    """Arrays of windows."""
     return {field.name: getattr(window, field.name) for field in window_fields()}
 
 
 def window_block(about: str, windows, random_frustum) -> Block:
-    """The stimulus of a block that finds the windows of patches in one frustum.
+    """The stimulus of a block that computes the windows of patches in one frustum.
 
     Parameters
     ----------
     windows
-        The block's class, made from a record and a configuration.
+        Class of the block, constructed from a record and a configuration.
     random_frustum
-        Gives a record from a random generator and a configuration.
+        Function from a random generator and a configuration to a record.
     """
 
     def fields(config):

@@ -16,10 +16,10 @@ def _fields(config):
     return [Field("tiles_across", COUNT, "tiles in a row of tiles of the section", constant=True),
             *(Field(name, COUNT, "see icu.section_clip, part_" + name) for name in PARTS),
             Field("live", unsigned(34, 0), "rays of the window that may improve"),
-            Field("column", COUNT, "of a ray, counted from the section's first column"),
-            Field("row", COUNT, "of a ray, counted from the section's first row")], [
-        Field("tiles", unsigned(34, 0), "words of the settle map that the walk reads"),
-        Field("cycles", unsigned(34, 0), "that the window takes"),
+            Field("column", COUNT, "of a ray, relative to the section's first column"),
+            Field("row", COUNT, "of a ray, relative to the section's first row")], [
+        Field("tiles", unsigned(34, 0), "words of the settle map that the scan reads"),
+        Field("cycles", unsigned(34, 0), "of the window's scan"),
         Field("address", unsigned(34, 0), "of the ray in the ray memory")]
 
 

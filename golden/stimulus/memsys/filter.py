@@ -13,16 +13,16 @@ NUMBER = unsigned(24, 0)
 
 
 def _fields(config):
-    return [Field("count", NUMBER, "numbers that there are", constant=True),
+    return [Field("count", NUMBER, "size: numbers are below it", constant=True),
             Field("tag_bits", unsigned(4, 0), "width of a tag", constant=True),
-            Field("clears", FLAG, "a new generation begins before the number comes"),
+            Field("clears", FLAG, "a new generation begins before the number"),
             Field("number", NUMBER, "of a cell or a patch")], [
         Field("passes", FLAG, "the number has not passed before in this generation"),
-        Field("passed", NUMBER, "how many have passed in it by now")]
+        Field("passed", NUMBER, "numbers passed in this generation")]
 
 
 def _draw(random, count, config):
-    # Two bits of tag, so that the generations go around.
+    # Two bits of tag, so that the generations wrap.
     return {"count": np.array(COUNT), "tag_bits": np.array(2), "clears": random.random(count) < 0.05,
             "number": np.where(random.random(count) < 0.2, COUNT - 1, random.integers(COUNT, size=count))}
 

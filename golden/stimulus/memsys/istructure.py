@@ -16,14 +16,15 @@ READ, WRITE, START = range(3)
 
 def _fields(config):
     return [Field("count", NUMBER, "locations", constant=True),
-            Field("deferred", NUMBER, "reads that can wait", constant=True),
+            Field("deferred", NUMBER, "capacity of deferred reads", constant=True),
             Field("kind", KIND, f"{READ} a read, {WRITE} a write, {START} a new version"),
             Field("address", NUMBER, "of the location"),
             Field("value", NUMBER, "tag of the read, data of the write")], [
-        Field("taken", FLAG, "0: no room for a read, a location was written already, reads wait at a start"),
-        Field("answered", signed(16, 0), "tags of the reads that are answered now, the oldest first"),
-        Field("data", NUMBER, "with which they are answered"),
-        Field("waiting", NUMBER, "reads that wait afterwards")]
+        Field("taken", FLAG, "accepted; 0: no capacity for a read, a location already written, or a start while reads "
+                             "are deferred"),
+        Field("answered", signed(16, 0), "tags of the reads that are answered now, oldest first"),
+        Field("data", NUMBER, "of the answers"),
+        Field("waiting", NUMBER, "deferred reads afterwards")]
 
 
 def _draw(random, count, config):

@@ -416,7 +416,7 @@ BAD = {
     "glTF of other JSON": ("a.gltf", "[1]", ": not a readable GLTF file (it is not of version 2)"),
     "glTF without nodes": ("a.gltf", '{"asset": {"version": "2.0"}}', ": it has no faces"),
     "packed glTF": ("a.gltf", '{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_draco_mesh_compression"]}',
-                    ": its geometry is packed with KHR_draco_mesh_compression, which cannot be read"),
+                    ": its geometry is compressed with KHR_draco_mesh_compression, which cannot be read"),
     "wrong suffix": ("a.doc", "x", ": Suffix must be one of .obj .ply .stl .gltf .glb .nff, not '.doc'"),
 }
 
