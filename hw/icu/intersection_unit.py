@@ -213,7 +213,7 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(bank)]
         for name in ("section", "tiles_across"):
             m.d.comb += read_out.i.payload[name].eq(Mux(bank, sections[1][name], sections[0][name]))
-        wiring.connect(m, read_out.o_ask, memory.i_read)
+        wiring.connect(m, read_out.o_read, memory.i_read)
         wiring.connect(m, memory.o_read, read_out.i_hit)
         found = read_out.o
         m.d.comb += [

@@ -194,11 +194,12 @@ class PatchSetup(wiring.Component):
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))
         slot = bound.o.payload.slot
-        window, comes, dead = Signal(formats.patch_window, reset_less=True), Signal(), Signal(2, reset_less=True)
+        window, is_known = Signal(formats.patch_window, reset_less=True), Signal()
+        is_unseen = Signal(2, reset_less=True)
         m.d.sync += [
-            comes.eq(bound.o.valid), window.slot.eq(slot), window.threshold.eq(bound.o.payload.threshold),
-            window.window.eq(clipped), dead.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
-        m.d.comb += [ready.i.valid.eq(comes), ready.i.payload.eq(window)]
-        with m.If(dead.any()):
+            is_known.eq(bound.o.valid), window.slot.eq(slot), window.threshold.eq(bound.o.payload.threshold),
+            window.window.eq(clipped), is_unseen.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
+        m.d.comb += [ready.i.valid.eq(is_known), ready.i.payload.eq(window)]
+        with m.If(is_unseen.any()):
             m.d.comb += ready.i.payload.window.eq(0)
         return m

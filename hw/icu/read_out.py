@@ -25,7 +25,7 @@ class ReadOut(wiring.Component):
     -------
     i : In, stream of ``bank``, ``section``, ``tiles_across``
         The bank to read, and what its frustum was.
-    o_ask : Out, stream of ``bank``, ``ray``
+    o_read : Out, stream of ``bank``, ``ray``
         To `RayMemory.i_read`.
     i_hit : In, stream of `IcuFormats.hit`
         The replies, in order.
@@ -46,11 +46,11 @@ class ReadOut(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
-        self._place = StructLayout({"column": formats.index, "row": formats.index, "last": 1})
+        self._position = StructLayout({"column": formats.index, "row": formats.index, "last": 1})
         super().__init__({
             "i": In(stream.Signature(StructLayout({"bank": 1, "section": formats.section,
                                                    "tiles_across": formats.count}))),
-            "o_ask": Out(stream.Signature(StructLayout({"bank": 1, "ray": formats.ray}))),
+            "o_read": Out(stream.Signature(StructLayout({"bank": 1, "ray": formats.ray}))),
             "i_hit": In(stream.Signature(formats.hit)),
             "o": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                     "hit": formats.hit, "last": 1}))),
@@ -63,9 +63,9 @@ class ReadOut(wiring.Component):
         column, row = (Signal(self._formats.index) for _ in range(2))
         # Of the row of tiles: the number of its first one.
         base = Signal(self._formats.tile)
-        asks = Signal()
+        reads = Signal()
         # Column and row of the outstanding reads.
-        m.submodules.places = places = Queue(self._place, depth=16)
+        m.submodules.positions = positions = Queue(self._position, depth=16)
         section = command.section
         before_end, end_row = (Signal(self._formats.index) for _ in range(2))
         last_column, single, last_row = Signal(), Signal(), row == end_row
@@ -74,29 +74,30 @@ class ReadOut(wiring.Component):
         wiring.connect(m, found.o, wiring.flipped(self.o))
         m.d.comb += [
             self.i.ready.eq(~self.busy), self.bank.eq(command.bank),
-            self.o_ask.valid.eq(asks & places.i.ready), places.i.valid.eq(asks & self.o_ask.ready),
-            self.o_ask.payload.bank.eq(command.bank),
-            self.o_ask.payload.ray.eq(Cat(column[:side], row[:side], (base + (column >> side))[:len(base)])),
-            places.i.payload.column.eq(column + section.first_column),
-            places.i.payload.row.eq(row + section.first_row), places.i.payload.last.eq(last_column & last_row),
-            found.i.valid.eq(self.i_hit.valid & places.o.valid), self.i_hit.ready.eq(found.i.ready & places.o.valid),
-            places.o.ready.eq(found.i.ready & self.i_hit.valid),
-            found.i.payload.column.eq(places.o.payload.column), found.i.payload.row.eq(places.o.payload.row),
-            found.i.payload.last.eq(places.o.payload.last), found.i.payload.hit.eq(self.i_hit.payload)]
+            self.o_read.valid.eq(reads & positions.i.ready), positions.i.valid.eq(reads & self.o_read.ready),
+            self.o_read.payload.bank.eq(command.bank),
+            self.o_read.payload.ray.eq(Cat(column[:side], row[:side], (base + (column >> side))[:len(base)])),
+            positions.i.payload.column.eq(column + section.first_column),
+            positions.i.payload.row.eq(row + section.first_row), positions.i.payload.last.eq(last_column & last_row),
+            found.i.valid.eq(self.i_hit.valid & positions.o.valid),
+            self.i_hit.ready.eq(found.i.ready & positions.o.valid),
+            positions.o.ready.eq(found.i.ready & self.i_hit.valid),
+            found.i.payload.column.eq(positions.o.payload.column), found.i.payload.row.eq(positions.o.payload.row),
+            found.i.payload.last.eq(positions.o.payload.last), found.i.payload.hit.eq(self.i_hit.payload)]
         with m.If(self.i.valid & self.i.ready):
             given = self.i.payload.section
             columns = given.end_column - given.first_column
-            m.d.sync += [command.eq(self.i.payload), self.busy.eq(1), asks.eq(1), column.eq(0), row.eq(0), base.eq(0),
+            m.d.sync += [command.eq(self.i.payload), self.busy.eq(1), reads.eq(1), column.eq(0), row.eq(0), base.eq(0),
                          before_end.eq(columns - 2), last_column.eq(columns == 1), single.eq(columns == 1),
                          end_row.eq(given.end_row - given.first_row - 1)]
-        with m.If(asks & self.o_ask.ready & places.i.ready):
+        with m.If(reads & self.o_read.ready & positions.i.ready):
             m.d.sync += [column.eq(column + 1), last_column.eq(column == before_end)]
             with m.If(last_column):
                 m.d.sync += [column.eq(0), row.eq(row + 1), last_column.eq(single)]
                 with m.If(row[:side].all()):
                     m.d.sync += base.eq(base + command.tiles_across)
                 with m.If(last_row):
-                    m.d.sync += asks.eq(0)
+                    m.d.sync += reads.eq(0)
         with m.If(self.o.valid & self.o.ready & self.o.payload.last):
             m.d.sync += self.busy.eq(0)
         return m

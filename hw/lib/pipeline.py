@@ -9,6 +9,8 @@ from amaranth.hdl import Cat, Const, Mux, Signal, Value, signed
 from amaranth.lib.data import View
 from amaranth.lib.memory import Memory
 
+from hw.lib.validate import check_integer
+
 __all__ = ["OPERAND", "Pipeline", "Staged"]
 
 # A memory with a counter takes less area than this many registers in a row; and the depth of one memory of LUTs, the
@@ -77,13 +79,14 @@ class Pipeline:
 
     Raises
     ------
+    TypeError
+        ``interval`` is no integer.
     ValueError
         ``i`` is always ready but ``o`` is not; ``interval`` is out of range, or more than 1 where ``o`` can wait.
     """
 
     def __init__(self, i, o, *, interval: int = 1):
-        if not isinstance(interval, int) or interval < 1:
-            raise ValueError(f"Interval must be at least 1, not {interval!r}")
+        check_integer("Interval", interval, minimum=1)
         self._i, self._o, self._interval = i, o, interval
         self._stalls = not o.signature.always_ready
         if self._stalls and i.signature.always_ready:
@@ -128,7 +131,7 @@ class Pipeline:
     def before(self, operand: Staged, items: int) -> Staged:
         """The value that the item ``items`` intervals ahead had: that of the one before, if they come without a gap.
 
-        Errors
+        Raises
         ------
         ValueError
             The pipeline can stall.
@@ -300,7 +303,7 @@ class Pipeline:
         if operand.age is None or age is None:
             return operand
         if operand.age > age:
-            raise AssertionError(f"a value of age {operand.age} is asked for at age {age}")
+            raise AssertionError(f"a value of age {operand.age} is needed at age {age}")
         while operand.age < age:
             if operand._older is None:
                 value = operand.value

@@ -25,9 +25,9 @@ def interface_members(config: Config, nodes: int) -> dict:
     """The members at the cluster's side."""
     formats = Formats(config)
     address = (nodes - 1).bit_length()
-    asked = stream.Signature(StructLayout({"node": address, "patch": formats.patch}))
-    answered = stream.Signature(StructLayout({"node": address, "vertex": formats.patch_vertex}))
-    return {"i_request": In(asked), "o_request": Out(asked), "i_reply": In(answered),
+    request = stream.Signature(StructLayout({"node": address, "patch": formats.patch}))
+    reply = stream.Signature(StructLayout({"node": address, "vertex": formats.patch_vertex}))
+    return {"i_request": In(request), "o_request": Out(request), "i_reply": In(reply),
             "o_reply": Out(stream.Signature(formats.patch_vertex)), "fault": Out(NetworkFault)}
 
 
@@ -85,7 +85,7 @@ class NetworkInterface(wiring.Component):
         self._config, self._routing, self._node = config, routing, node
         self._formats, noc = Formats(config), config.noc
         address = (routing.topology.nodes - 1).bit_length()
-        self._asked = StructLayout({"node": address, "patch": self._formats.patch})
+        self._request = StructLayout({"node": address, "patch": self._formats.patch})
         self._request_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch})
         self._reply_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch,
                                            "surface": self._formats.surface})
@@ -106,7 +106,7 @@ class NetworkInterface(wiring.Component):
         vertex = self._formats.scene_vector
 
         # Outgoing requests, each with buffer entries reserved for the reply.
-        m.submodules.gate = gate = CreditGate(self._asked, credits=noc.requests)
+        m.submodules.gate = gate = CreditGate(self._request, credits=noc.requests)
         m.submodules.request_packer = packer = Packer(self._request_header, 0, bodies=0, **check)
         wiring.connect(m, wiring.flipped(self.i_request), gate.i)
         wiring.connect(m, packer.o, outgoing[0])
@@ -137,13 +137,13 @@ class NetworkInterface(wiring.Component):
         m.submodules.reply_packer = packer = Packer(self._reply_header, vertex, bodies=VERTICES, **check)
         wiring.connect(m, incoming[0], requests.i)
         wiring.connect(m, packer.o, outgoing[1])
-        header, asked, answer = packer.i.payload.header, requests.o.payload.header, self.i_reply.payload
+        header, request, reply = packer.i.payload.header, requests.o.payload.header, self.i_reply.payload
         m.d.comb += [
             self.o_request.valid.eq(requests.o.valid), requests.o.ready.eq(self.o_request.ready),
-            self.o_request.payload.node.eq(asked.source), self.o_request.payload.patch.eq(asked.patch),
+            self.o_request.payload.node.eq(request.source), self.o_request.payload.patch.eq(request.patch),
             packer.i.valid.eq(self.i_reply.valid), self.i_reply.ready.eq(packer.i.ready),
-            header.destination.eq(answer.node), header.source.eq(self._node), header.patch.eq(answer.vertex.patch),
-            header.surface.eq(answer.vertex.surface), packer.i.payload.body.eq(answer.vertex.vertex)]
+            header.destination.eq(reply.node), header.source.eq(self._node), header.patch.eq(reply.vertex.patch),
+            header.surface.eq(reply.vertex.surface), packer.i.payload.body.eq(reply.vertex.vertex)]
 
         with m.If(self.fault == NetworkFault.NONE):
             with m.If(requests.fault != NetworkFault.NONE):

@@ -31,7 +31,7 @@ WAIVERS = {
     "UNSIGNED": "limits that a configuration makes 0",
     "UNUSEDSIGNAL": "parts of structures that a module does not look at",
     "WIDTHEXPAND": "operands are extended to the width of the result",
-    "WIDTHTRUNC": "a vector that is asked whether it is 0",
+    "WIDTHTRUNC": "a vector is compared with 0",
 }
 
 

@@ -57,7 +57,7 @@ class Family:
     def area(self, cells: dict[str, int]) -> Area:
         """Of so many cells of each type.
 
-        Errors
+        Raises
         ------
         InputError
             A cell has no entry that says how it is counted.

@@ -190,8 +190,8 @@ def _netlist(rtlil_text, folder, name, family):
 def _marked(text):
     """Text in which the read ports of memories with ``no_rw_check`` have it too.
 
-    Nothing is read there in the cycle in which it is written, so nothing has to be built for that case. Yosys asks the
-    memory only when it makes the read ports itself, as from Verilog.
+    No word is read in the cycle in which it is written, so that case needs no logic. Yosys looks at the memory's
+    attribute only when it makes the read ports itself, as from Verilog.
     """
     def marked(port):
         name = re.search(r'MEMID "\\(.+)"', port[0])[1]

@@ -70,7 +70,7 @@ class _Netlist:
         return register if register is not None and self._is_movable(register) else None
 
     def behind(self, name, pins):
-        """By output pin, of those that are read, the register that takes it; none if one goes elsewhere too."""
+        """By used output pin its register; none at all if a pin has another sink."""
         registers = {}
         for pin in pins:
             readers = self._readers[self.bit(name, pin)]
@@ -92,7 +92,7 @@ class _Netlist:
         self.cells[name]["port_directions"][pin] = "input"
 
     def pass_by(self, name, registers):
-        """Give input pins what the registers in front of them take; how many registers nobody reads any more."""
+        """Connect input pins to the inputs of the registers in front of them; how many registers are left without sinks."""
         for pin, register in registers.items():
             self._readers[self.bit(name, pin)].remove((name, pin))
             self.cells[name]["connections"][pin] = [self.bit(register, "DI")]

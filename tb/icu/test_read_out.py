@@ -55,7 +55,7 @@ class Banks(wiring.Component):
         wiring.connect(m, memory.o, wiring.flipped(self.o_update))
         wiring.connect(m, wiring.flipped(self.i_payload), memory.i_payload)
         wiring.connect(m, wiring.flipped(self.i_read_out), read_out.i)
-        wiring.connect(m, read_out.o_ask, memory.i_read)
+        wiring.connect(m, read_out.o_read, memory.i_read)
         wiring.connect(m, memory.o_read, read_out.i_hit)
         wiring.connect(m, read_out.o, wiring.flipped(self.o_hit))
         m.d.comb += self.active.eq(memory.active)
