@@ -39,7 +39,7 @@ class Memsys:
         Patches of a cluster's resident set; a power of two, 16 to 8192.
     resident_set
         What a resident set holds: ``found``, the patches that the low-density casting found; or ``filled``, other
-        patches too while there is room.
+        patches too up to its capacity.
     filter_generation_bits
         Bits of the generation tags that empty the filters in one cycle; after 2^b - 1 frusta they are cleared word by
         word; 1 to 8. Hardware only.

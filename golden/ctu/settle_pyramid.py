@@ -10,7 +10,7 @@ __all__ = ["SettlePyramid"]
 
 
 class SettlePyramid:
-    """Squares of 2^``config.icu.tile_bits`` rays each way, counted from the section's first column and row.
+    """Squares of 2^``config.icu.tile_bits`` rays, counted from the section's first column and row.
 
     A square's code is the smallest of its rays' codes: if it is settled, all its rays are. Codes only grow, so a
     survival test on outdated codes keeps a superset.

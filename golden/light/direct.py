@@ -97,7 +97,7 @@ class DirectLight:
         choice, u, v = choice.ravel(), u.ravel(), second.ravel()
         density = (chance / total[lit, None]).ravel()
         where = np.repeat(lit, self._samples)
-        toward, angle = self._place(points.position[where], choice, u, v)
+        toward, angle = self._sample(points.position[where], choice, u, v)
         length = np.linalg.norm(toward, axis=1)
         # A point on a light may sample itself.
         cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.where(length > 0, length, 1)
@@ -113,8 +113,8 @@ class DirectLight:
         """Weights M x L: estimated unoccluded irradiance of each light at each point; 0 only where no light arrives."""
         scene = self._scene
         weight = np.zeros((len(points), len(self._lights)))
-        for place in (*np.moveaxis(scene.vertices[self._lights], 1, 0), self._centre):
-            toward = place - points.position[:, None]
+        for corner in (*np.moveaxis(scene.vertices[self._lights], 1, 0), self._centre):
+            toward = corner - points.position[:, None]
             cosine = np.einsum("mlj,mj->ml", toward, points.normal)
             length = np.sqrt(np.einsum("mlj,mlj->ml", toward, toward))
             np.maximum(weight, cosine / np.maximum(length, 1e-300), out=weight)
@@ -123,7 +123,7 @@ class DirectLight:
         weight *= (facing > 0) | scene.two_sided[self._lights]
         return weight * self._power / (np.einsum("mlj,mlj->ml", toward, toward) + self._radius2)
 
-    def _place(self, origin, choice, u, v):
+    def _sample(self, origin, choice, u, v):
         """Vectors to points at (u, v) of the unit square on the chosen lights, and solid angle per unit square."""
         patch = self._lights[choice]
         corners = self._scene.vertices[patch] - origin[:, None]

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from golden.light.lattice import Lattice, Place
+from golden.light.lattice import Lattice, LatticePosition
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
 
@@ -27,7 +27,7 @@ class Elements:
         (C), and whether it is a triangle (C).
     lattice
         Lattice of the nodes at the elements' corners; its sheets are the sides of patches.
-    place
+    position
         Positions of the elements' centres in the lattice.
     of_corners
         Sparse C x M: the mean over an element's corners.
@@ -56,13 +56,13 @@ class Elements:
         self.normal = np.where(self._front, 1.0, -1.0)[:, None] * scene.normals[self.patch]
         patch, u, v = _centres(scene.is_triangle, refinement.cuts)
         order = np.argsort(refinement.locate(patch, u, v))[self._element]
-        self.place = self.at(self.patch, u[order], v[order], self._front)
-        self.of_corners = _matrix(self.place, len(self.lattice))
+        self.position = self.at(self.patch, u[order], v[order], self._front)
+        self.of_corners = _matrix(self.position, len(self.lattice))
 
     def __len__(self) -> int:
         return len(self.patch)
 
-    def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> Place:
+    def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> LatticePosition:
         """Positions of points of patches in the lattice; ``front`` must be true on a one-sided patch."""
         return self.lattice.at(np.where(front, patch, self._back_sheet[patch]), u, v)
 
@@ -82,10 +82,10 @@ class Elements:
                        cuts=np.full((len(elements), 2), cuts), lower=lower, upper=lower + size)
 
 
-def _matrix(place, nodes):
-    shape = len(place.nodes), nodes
-    rows = np.repeat(np.arange(len(place.nodes)), 4)
-    return sparse.csr_array((place.weights.ravel(), (rows, place.nodes.ravel())), shape=shape)
+def _matrix(position, nodes):
+    shape = len(position.nodes), nodes
+    rows = np.repeat(np.arange(len(position.nodes)), 4)
+    return sparse.csr_array((position.weights.ravel(), (rows, position.nodes.ravel())), shape=shape)
 
 
 def _centres(triangle, cuts):

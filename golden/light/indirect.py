@@ -60,11 +60,11 @@ class IndirectLight:
 
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
         """Interpolated irradiance over pi at K points of patches, K x 3; ``front``: on the front side."""
-        place = self.elements.at(patch, u, v, front)
-        result = _interpolated(place, self.irradiance)
-        sheet = self.sheet[place.cell]
+        position = self.elements.at(patch, u, v, front)
+        result = _interpolated(position, self.irradiance)
+        sheet = self.sheet[position.cell]
         some = np.flatnonzero(sheet >= 0)
-        fine = self.refined.at(sheet[some], place.a[some], place.b[some])
+        fine = self.refined.at(sheet[some], position.a[some], position.b[some])
         result[some] = _interpolated(fine, self.refined_irradiance)
         return result
 
@@ -118,7 +118,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         fine_rows, fine_sky, fine_buried = gather.rows(refined)
         fine = _fill(refined.neighbours, fine_rows @ solution.display + fine_sky, fine_buried)
         sheet = np.full(elements.lattice.cells, -1)
-        sheet[elements.place.cell[chosen]] = np.arange(len(chosen))
+        sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, buried),
                          refined=refined, refined_irradiance=fine, sheet=sheet, solution=solution)
 
@@ -144,8 +144,8 @@ class _Gathering:
         return self._elements.number(hits.patch, hits.u, hits.v, front)
 
 
-def _interpolated(place, values):
-    return np.einsum("kn,knc->kc", place.weights, values[place.nodes])
+def _interpolated(position, values):
+    return np.einsum("kn,knc->kc", position.weights, values[position.nodes])
 
 
 def _direct(scene, elements, light, buried, seed):
@@ -157,7 +157,7 @@ def _direct(scene, elements, light, buried, seed):
     points = SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
                            elements.patch[element])
     # A quarter of a quadrilateral is inside a body if its corner is: it is not visible.
-    counts = elements.triangle[:, None] | ~buried[elements.place.nodes]
+    counts = elements.triangle[:, None] | ~buried[elements.position.nodes]
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     return np.einsum("cq,cqx->cx", share, light.irradiance(points, keys).reshape(-1, POINTS, 3))
 
@@ -171,8 +171,8 @@ def _mean_of_open(of_corners, buried):
 
 def _contrasting(elements, irradiance, buried):
     """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies."""
-    corners = irradiance.mean(axis=1)[elements.place.nodes]
-    inside = buried[elements.place.nodes]
+    corners = irradiance.mean(axis=1)[elements.position.nodes]
+    inside = buried[elements.position.nodes]
     # A corner inside a body carries no information on the light outside: it counts as dark.
     corners = np.where(inside, 0, corners)
     contrast = np.where(elements.triangle | inside.all(axis=1), 0, corners.max(axis=1) - corners.min(axis=1))

@@ -9,7 +9,7 @@ from scipy import sparse
 from golden.light.surface_points import bilinear, corner_normals
 from golden.scene.scene import Scene
 
-__all__ = ["Lattice", "Place"]
+__all__ = ["Lattice", "LatticePosition"]
 
 # A node on the rim of a patch moves by this share of its distance to the patch's centre, out of the corner that it
 # shares with the next surface, which it would see edge-on.
@@ -28,7 +28,7 @@ FOLDED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class LatticePosition:
     """Positions of K points in a lattice.
 
     Parameters
@@ -107,7 +107,7 @@ class Lattice:
         """Number of cells, including the unused ones of triangles."""
         return int(self._cuts.prod(axis=1).sum())
 
-    def at(self, sheet: np.ndarray, x: np.ndarray, y: np.ndarray) -> Place:
+    def at(self, sheet: np.ndarray, x: np.ndarray, y: np.ndarray) -> LatticePosition:
         """The positions at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
         n, m = self._cuts[sheet].T
         triangle = self._triangle[sheet]
@@ -128,7 +128,7 @@ class Lattice:
         near_half = np.stack([1 - a - b, a, b, 0 * a], axis=1)
         far_half = np.stack([0 * a, 1 - b, 1 - a, a + b - 1], axis=1)
         weights = np.where(triangle[:, None], np.where(far[:, None], far_half, near_half), square)
-        return Place(self._first_cell[sheet] + j * n + i, a, b, self._node[entries], weights)
+        return LatticePosition(self._first_cell[sheet] + j * n + i, a, b, self._node[entries], weights)
 
     @cached_property
     def neighbours(self) -> sparse.csr_array:
@@ -139,9 +139,9 @@ class Lattice:
         sheet, i, j = sheet[used], i[used], j[used]
         share = np.where(self._triangle[sheet], 1 / 3, 0.5)
         x, y = (i + share) / self._cuts[sheet, 0], (j + share) / self._cuts[sheet, 1]
-        place = self.at(sheet, np.where(self._triangle[sheet], x / (1 - y), x), y)
+        position = self.at(sheet, np.where(self._triangle[sheet], x / (1 - y), x), y)
         rows = np.repeat(np.arange(len(sheet)), 4)
-        corners = sparse.csr_array(((place.weights > 0).ravel().astype(np.float64), (rows, place.nodes.ravel())),
+        corners = sparse.csr_array(((position.weights > 0).ravel().astype(np.float64), (rows, position.nodes.ravel())),
                                    shape=(len(sheet), len(self)))
         return (corners.T @ corners).tocsr()
 

@@ -200,8 +200,8 @@ def _image(caster, shader, screen, settings, *, regular, progress):
             pixel, sample = np.divmod(ray, side * side)
             keys = mix(settings.seed, 2, pixel, sample)
             field = np.stack([sample % side, sample // side], axis=1)
-            place = 0.5 if regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
-            rays = screen.rays(pixel, (field + place) / side - 0.5)
+            within = 0.5 if regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
+            rays = screen.rays(pixel, (field + within) / side - 0.5)
             column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
             hits = cast(np.zeros(len(ray), dtype=np.int64), row * (side * screen.width) + column, rays)
             low, high = pixel[0], pixel[-1] + 1

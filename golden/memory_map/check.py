@@ -28,7 +28,7 @@ def check_image(image: Mapping[str, np.ndarray]):
         _require(len(image[region]) == 1, f"{region} must be one record")
     (grid,), (frustum,) = image["cell_grid"], image["frustum"]
     columns, rows = int(frustum["columns"]), int(frustum["rows"])
-    _require(np.prod(grid["shape"].astype(np.uint64)) == cells, "cells must be as many as cell_grid.shape says")
+    _require(np.prod(grid["shape"].astype(np.uint64)) == cells, "cells must be as many as cell_grid.shape states")
     _require((grid["shape"] < 1 << GRID_SHAPE_BITS).all(),
              f"cell_grid.shape must be below {1 << GRID_SHAPE_BITS}, not {grid['shape'].tolist()}")
     _within(image["cells"]["pointer"], image["cells"]["count"], len(image["patch_lists"]), "cells", "patch_lists")

@@ -98,7 +98,7 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
         raise InputError(f"Profile must not cross the axis, not {profile.tolist()!r}")
     on_axis = profile[:, 0] == 0
     if (on_axis[1:] & on_axis[:-1]).any() or (profile[1:] == profile[:-1]).all(axis=1).any():
-        raise InputError(f"Profile must not have two neighbours on the axis or in one place, not {profile.tolist()!r}")
+        raise InputError(f"Profile must not have two neighbours on the axis or at one point, not {profile.tolist()!r}")
     angle = 2 * np.pi * np.arange(segments) / segments
     rings = np.empty((len(profile), segments + 1, 3))
     # Adding zero makes -0 0, so that equal corners have equal bytes.

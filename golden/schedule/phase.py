@@ -63,7 +63,7 @@ class Schedule:
 
 def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
                      ratio: int) -> Schedule:
-    """`schedule` for the machine of a configuration: its clusters, the room in each, its rule for resident sets.
+    """`schedule` for the machine of a configuration: its clusters, their capacities, its rule for resident sets.
 
     Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty.
     """

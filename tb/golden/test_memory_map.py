@@ -228,7 +228,7 @@ def broken(image, region, field, value, row=0):
     ("clusters", "first_subshell", 9999, "clusters must point into the .* records of subshells"),
     ("shells", "rows", 99999, "shells must point into the .* records of grid_rows"),
     ("shells", "first_column", 99999, "shells must point into the .* records of grid_columns"),
-    ("cell_grid", "shape", 2, "cells must be as many as cell_grid.shape says"),
+    ("cell_grid", "shape", 2, "cells must be as many as cell_grid.shape states"),
     ("shells", "rows", 1 << 12, "must"),
     ("shells", "first_ray", 1, r"shells.first_ray must be the number of grid rays of the shells before"),
     ("frustum", "columns", 7, "must"),

@@ -22,7 +22,7 @@ ARC = 0.56
 """Where the tangents of a quarter circle of radius 1 end; 0.5523 would be nearer to a circle."""
 
 KNOB_ARC = 0.5625
-"""The same for the widest row of the lid's knob (0.45 of 0.8)."""
+"""The same for the widest row of the lid's grip (0.45 of 0.8)."""
 
 # Cross sections of handle and spout: x and z on the one and on the other side of the plane y = 0, and half the width.
 HANDLE = (((-1.6, 2.025, -1.5, 2.25, 0.3), (-2.3, 2.025, -2.5, 2.25, 0.3),

@@ -30,7 +30,7 @@ def _draw(random, count, config):
     inside = random.integers(one * shape)
     # Inside a cell, on its corner, on its edge or face, on the grid's border, outside the grid.
     kind = int(random.integers(7))
-    place = [inside, random.integers(shape) * one, np.where(random.random(3) < 0.5, inside // one * one, inside),
+    position = [inside, random.integers(shape) * one, np.where(random.random(3) < 0.5, inside // one * one, inside),
              np.where(np.arange(3) == random.integers(3), random.integers(2) * shape * one, inside),
              -random.integers(2 * one, size=3), *((np.array(PAPER_PLACES) + shape // 2) * one).astype(np.int64)][kind]
     # The sequences of the paper begin at the origin itself.
@@ -43,20 +43,21 @@ def _draw(random, count, config):
     # On a wide screen parameters are longer than distances.
     slope_scale = 6 if kind > 4 else [1, random.uniform(1, 12)][random.integers(2)]
     begin, end = (int(border * slope_scale * one) for border in (shell - 1, shell))
-    return {"place": place, "shape": shape, "begin": np.array(begin), "end": np.array(end),
+    return {"place": position, "shape": shape, "begin": np.array(begin), "end": np.array(end),
             "direction": signed(1, FRACTION).encode(direction, "direction")}
 
 
 def _expect(given, config):
     shape = given["shape"]
-    walk = Traversal(given["place"], given["direction"], begin=int(given["begin"]), end=int(given["end"]), shape=shape)
+    traversal = Traversal(given["place"], given["direction"], begin=int(given["begin"]), end=int(given["end"]),
+                          shape=shape)
     cells = [[] for _ in given["direction"]]
-    while len(walk.ray):
-        inside = walk.inside
-        x, y, z = walk.index[inside].T
-        for ray, met in zip(walk.ray[inside], (x * shape[1] + y) * shape[2] + z, strict=True):
+    while len(traversal.ray):
+        inside = traversal.inside
+        x, y, z = traversal.index[inside].T
+        for ray, met in zip(traversal.ray[inside], (x * shape[1] + y) * shape[2] + z, strict=True):
             cells[ray].append(met)
-        walk.advance()
+        traversal.advance()
     return {"cells": padded(cells)}
 
 

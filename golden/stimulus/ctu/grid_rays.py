@@ -18,11 +18,11 @@ def draw_rays(random: np.random.Generator, record, count: int) -> dict[str, np.n
     """Shell, row and column of grid rays; those at the corners of the grids are first."""
     shell = random.integers(*SHELLS, count, endpoint=True)
     size = np.array([(rays.rows, rays.columns) for rays in map(shells(record), shell.tolist())])
-    place = random.integers(size)
+    entry = random.integers(size)
     corners = (count + 1) // 2
-    place[:min(corners, 8):2] = 0
-    place[1:min(corners, 8):2] = size[1:min(corners, 8):2] - 1
-    return {"shell": shell, "row": place[:, 0], "column": place[:, 1]}
+    entry[:min(corners, 8):2] = 0
+    entry[1:min(corners, 8):2] = size[1:min(corners, 8):2] - 1
+    return {"shell": shell, "row": entry[:, 0], "column": entry[:, 1]}
 
 
 def _fields(config):

@@ -120,9 +120,9 @@ def traversal_record(scene: str, *, cell: float, config: Config, clusters: int =
 
 def _sector(shelling, record, sector, subshells, memory, tests, config):
     cluster, played = shelling.cluster(record, sector), []
-    for place in cluster.schedule(subshells, tests.window):
+    for stage_number in cluster.schedule(subshells, tests.window):
         seen = memory.inverse
-        stage = cluster.explore(*place, seen)
+        stage = cluster.explore(*stage_number, seen)
         if stage is not None:
             codes = settle_code(seen.reshape(record.rows, record.columns), config)
             played.append(Played(stage=stage, threshold=cluster.traversal.threshold(stage.shell, config),

@@ -49,9 +49,9 @@ def _expect(given, config):
     survives, by_code = np.zeros((2, len(given["mask"])), dtype=np.int64)
     for number, (shell, mask) in enumerate(pairs):
         alive = survivors(rays_of(int(shell)), given["may_change"][mask].astype(bool))
-        asked = which == number
-        survives[asked] = alive[given["row"][asked], given["column"][asked]]
-        for ray in np.flatnonzero(asked):
+        chosen = which == number
+        survives[chosen] = alive[given["row"][chosen], given["column"][chosen]]
+        for ray in np.flatnonzero(chosen):
             alive = survivors_by_code(rays_of(int(shell)), pyramids[mask], int(given["threshold"][ray]), section,
                                       record)
             by_code[ray] = alive[given["row"][ray], given["column"][ray]]

@@ -81,9 +81,9 @@ def test_the_back_of_a_one_sided_patch_is_no_element(refinement, elements):
 
 
 def test_every_element_of_a_quad_has_a_cell_of_its_own(elements):
-    cells = elements.place.cell[~elements.triangle]
+    cells = elements.position.cell[~elements.triangle]
     assert len(np.unique(cells)) == len(cells)
-    assert elements.place.cell.max() < elements.lattice.cells
+    assert elements.position.cell.max() < elements.lattice.cells
 
 
 def test_a_closer_lattice_covers_its_elements_and_agrees_with_the_coarse_one_at_their_corners():
@@ -98,7 +98,7 @@ def test_a_closer_lattice_covers_its_elements_and_agrees_with_the_coarse_one_at_
         fine = refined.at(np.arange(15), np.full(15, float(a)), np.full(15, float(b)))
         nodes = fine.nodes[np.arange(15), corner]
         np.testing.assert_allclose(fine.weights[np.arange(15), corner], 1)
-        coarse = elements.place.nodes[chosen, corner]
+        coarse = elements.position.nodes[chosen, corner]
         np.testing.assert_allclose(refined.position[nodes], elements.lattice.position[coarse], rtol=0, atol=1e-9)
         np.testing.assert_allclose(refined.normal[nodes], elements.lattice.normal[coarse], rtol=0, atol=1e-12)
 

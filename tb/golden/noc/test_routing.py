@@ -1,4 +1,4 @@
-"""Ways as short as can be, in every network no circle of channels that wait for each other."""
+"""Routes are shortest, and no network has a cycle of channel dependencies."""
 
 from itertools import pairwise
 

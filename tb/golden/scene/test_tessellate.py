@@ -139,7 +139,7 @@ def test_bezier_collapsed_border_gives_triangles_with_area():
     (lambda: revolution([(1, 0)]), "Profile must be at least two pairs of finite values, not [[1.0, 0.0]]"),
     (lambda: revolution([(1, 0), (-1, 1)]), "Profile must not cross the axis, not [[1.0, 0.0], [-1.0, 1.0]]"),
     (lambda: revolution([(0, 0), (0, 1)]),
-     "Profile must not have two neighbours on the axis or in one place, not [[0.0, 0.0], [0.0, 1.0]]"),
+     "Profile must not have two neighbours on the axis or at one point, not [[0.0, 0.0], [0.0, 1.0]]"),
     (lambda: square((0, 0, 0), 1, facing=(0, 0, 0)), "Facing must not be zero, not (0.0, 0.0, 0.0)"),
     (lambda: square((0, 0, 0), float("inf")), "Side must be a finite value above 0, not inf"),
     (lambda: square((0, 0, 0), 1, cuts=0), "Cuts must be a whole number of at least 1, not 0"),

@@ -1,4 +1,4 @@
-"""Path-trace a built-in scene with Mitsuba: the judge of our rendered images.
+"""Path-trace a built-in scene with Mitsuba: the reference of our rendered images.
 
 ``python -m tb.golden.light.reference.path_trace cornell`` writes ``cornell.npz`` beside this file: ``image``, 128 x 128
 x 3 float16 radiance, and the settings it was made with. Needs ``pip install -e .[reference]``. Only diffuse materials.
