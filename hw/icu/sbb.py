@@ -74,44 +74,8 @@ class Sbb(wiring.Component):
             """The value of a phase, as of the last one."""
             return pipeline.before(value, PHASES - 1 - edge)
 
-        def lane(edges):
-            """Turn and least polar angle of the edges, one per phase."""
-            def pick(values):
-                return pipeline.register(lambda phase: Array(values)[phase] if len(values) > 1 else values[0], phase)
-
-            azimuths, polars = ([pick([coordinate[EDGES[edge][end]] for edge in edges]) for end in range(2)]
-                                for coordinate in (item.first, item.second))
-            sign = pick([around[edge] for edge in edges])
-            forward = pipeline.register(
-                lambda a, b, sign: Mux(sign < 0, a[:bits] - b[:bits], b[:bits] - a[:bits])[:bits], *azimuths, sign)
-
-            def signed_turn(forward, sign):
-                # A step against the winding by less than a quarter turn is an error of the angles.
-                behind = Mux(sign == 0, forward[-1], forward >= 3 * quarter)
-                return Cat(forward, behind).as_signed()
-
-            along = pipeline.register(signed_turn, forward, sign)
-            turn = pipeline.register(lambda along, sign: Mux(sign < 0, -along, along).as_signed(), along, sign)
-            span = pipeline.register(
-                lambda along: (Mux(along < 0, -along, along) + 2 * errors.azimuth) >> bits - 1 - icu.sagitta_span_bits,
-                along)
-            lower = pipeline.register(lambda a, b: Mux(a < b, a, b).as_signed(), *polars)
-            lower = pipeline.register(lambda value: value - errors.polar, lower)
-            most = (1 << icu.sagitta_span_bits) - 1
-
-            def address(lower, span):
-                part = Mux(lower < 0, 0, Mux(lower >= quarter, Const(quarter - 1, bits), lower[:bits]))
-                return Cat(Mux(span > most, most, span)[:icu.sagitta_span_bits],
-                           part[bits - 2 - icu.sagitta_polar_bits:bits - 2])
-
-            place = pipeline.register(address, lower, span)
-            sagitta = pipeline.delay(pipeline.read(self._sagittas.read_port(), place), 1)
-            reach = pipeline.register(lambda lower, sagitta: Mux(
-                lower < quarter, lower - (sagitta << bits - 2 - SAGITTA_BITS), lower).as_signed(), lower, sagitta)
-            return turn, reach
-
-        turn, reach = lane(range(4))
-        _, across = lane([DIAGONAL])
+        turn, reach = self._lane(phase, item, range(4), icu=icu, errors=errors)
+        _, across = self._lane(phase, item, [DIAGONAL], icu=icu, errors=errors)
         across = pipeline.register(lambda across, edge, split: Mux(split, across, edge).as_signed(),
                                    across, at_last(reach, 0), pipeline.input(item.turns.split))
         least = extreme(pipeline, [*(at_last(reach, edge) for edge in range(4)), across], largest=False)
@@ -168,6 +132,45 @@ class Sbb(wiring.Component):
             pipeline.output(window[name], value)
         pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
         self.latency = self._phases.latency + (PHASES - 1) * interval + pipeline.latency
+
+    def _lane(self, phase, item, edges, *, icu, errors):
+        """Turn and least polar angle of the edges, one per phase."""
+        pipeline, bits = self._pipeline, icu.angle_bits
+        quarter = 1 << bits - 2
+
+        def pick(values):
+            return pipeline.register(lambda phase: Array(values)[phase] if len(values) > 1 else values[0], phase)
+
+        azimuths, polars = ([pick([coordinate[EDGES[edge][end]] for edge in edges]) for end in range(2)]
+                            for coordinate in (item.first, item.second))
+        sign = pick([item.signs[edge][2] for edge in edges])
+        forward = pipeline.register(
+            lambda a, b, sign: Mux(sign < 0, a[:bits] - b[:bits], b[:bits] - a[:bits])[:bits], *azimuths, sign)
+
+        def signed_turn(forward, sign):
+            # A step against the winding by less than a quarter turn is an error of the angles.
+            behind = Mux(sign == 0, forward[-1], forward >= 3 * quarter)
+            return Cat(forward, behind).as_signed()
+
+        along = pipeline.register(signed_turn, forward, sign)
+        turn = pipeline.register(lambda along, sign: Mux(sign < 0, -along, along).as_signed(), along, sign)
+        span = pipeline.register(
+            lambda along: (Mux(along < 0, -along, along) + 2 * errors.azimuth) >> bits - 1 - icu.sagitta_span_bits,
+            along)
+        lower = pipeline.register(lambda a, b: Mux(a < b, a, b).as_signed(), *polars)
+        lower = pipeline.register(lambda value: value - errors.polar, lower)
+        most = (1 << icu.sagitta_span_bits) - 1
+
+        def address(lower, span):
+            part = Mux(lower < 0, 0, Mux(lower >= quarter, Const(quarter - 1, bits), lower[:bits]))
+            return Cat(Mux(span > most, most, span)[:icu.sagitta_span_bits],
+                       part[bits - 2 - icu.sagitta_polar_bits:bits - 2])
+
+        place = pipeline.register(address, lower, span)
+        sagitta = pipeline.delay(pipeline.read(self._sagittas.read_port(), place), 1)
+        reach = pipeline.register(lambda lower, sagitta: Mux(
+            lower < quarter, lower - (sagitta << bits - 2 - SAGITTA_BITS), lower).as_signed(), lower, sagitta)
+        return turn, reach
 
     def elaborate(self, platform):
         m = Module()

@@ -92,7 +92,7 @@ class _Netlist:
         self.cells[name]["port_directions"][pin] = "input"
 
     def pass_by(self, name, registers):
-        """Connect input pins to the inputs of the registers in front of them; how many registers are left without sinks."""
+        """Connect input pins to the inputs of the registers in front of them; how many registers have no sink then."""
         for pin, register in registers.items():
             self._readers[self.bit(name, pin)].remove((name, pin))
             self.cells[name]["connections"][pin] = [self.bit(register, "DI")]
