@@ -103,12 +103,16 @@ def test_commands_are_accepted(command, tmp_path, monkeypatch):
         parse(group, words)
 
 
+@pytest.fixture(scope="module")
+def known_options():
+    return options_of(radiosity.cli.main) | options_of(golden.cli.main) | options_of(hw.cli.main)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_options_named_in_sentences_exist(page):
-    known = options_of(radiosity.cli.main) | options_of(golden.cli.main) | options_of(hw.cli.main)
+def test_options_named_in_sentences_exist(page, known_options):
     # Options of nextpnr are not the project's.
     text = re.sub(r'--nextpnr\s+"[^"]*"', "--nextpnr", re.sub(r"<!--.*?-->", "", page.read_text(), flags=re.DOTALL))
-    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) <= known_options
 
 
 @pytest.mark.parametrize("command", [one for one in COMMANDS if not entry(one.words)], ids=str)
