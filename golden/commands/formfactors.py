@@ -8,7 +8,7 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import FRUSTUM_METHODS
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import AZIMUTHS, FILE, SCENE, SCENE_HELP, Positive
+from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
 
 __all__ = ["formfactors_command"]
 
@@ -25,8 +25,9 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how hemispheres are cast.")
+    @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, rays, samples, max_edge, max_area, method, **given):
+    def formfactors(scene, output, rays, samples, max_edge, max_area, method, cell, **given):
         """Compute the form factors between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. row_sums, N x samples^2, are
@@ -47,8 +48,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
             chosen.check(**options)
         cut = cut_into_elements(open_scene(scene), max_edge=max_edge, max_area=max_area)
         hemisphere = Hemisphere(*rays)
-        with (chosen.frusta(cut, cell=None, rays=len(hemisphere), **options) if chosen
-              else nullcontext(frustum_caster(cut, method))) as caster:
+        with (chosen.frusta(cut, cell=cell, rays=len(hemisphere), **options) if chosen
+              else nullcontext(frustum_caster(cut, method, cell=cell))) as caster:
             result = patch_form_factors(cut, caster, rays=rays, samples=samples, progress=console().progress)
         with whole_file(output) as part:
             np.savez(part, F=result.F, area=result.area, row_sums=result.row_sums, weight_bits=result.weight_bits)

@@ -8,7 +8,7 @@ from click.shell_completion import CompletionItem
 
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "PRESET", "SCENE", "SCENE_HELP", "Positive", "Triple",
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "Positive", "Triple",
            "WholePair"]
 
 FILE = click.Path(path_type=Path)
@@ -94,4 +94,6 @@ class Positive(click.ParamType):
 
 
 CELL = click.option("--cell", type=Positive(), default=0.0625,
-                    help="Cell size as a share of the scene's longest side.")
+                    help="The cell size as a share of the scene's longest side.")
+METHOD_CELL = click.option("--cell", type=Positive(), help="The size of the method's cells as a share of the scene's "
+                           "longest side.  [default: the method's choice]")

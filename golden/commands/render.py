@@ -8,7 +8,7 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import AZIMUTHS, FILE, SCENE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive, Triple, WholePair
 
 __all__ = ["render_command"]
 
@@ -43,8 +43,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how frusta, hemispheres and primary rays, "
                    "are cast.")
-    @click.option("--cell", type=Positive(), help="The size of the method's cells as a share of the scene's longest "
-                  "side.  [default: the method's choice]")
+    @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
     @click.option("--jobs", type=int, help="The number of threads that cast; the image does not depend on it.  "
                   "[default: one per processor]")

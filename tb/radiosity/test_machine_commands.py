@@ -23,8 +23,6 @@ from tb.system.test_engine import SMALL
 # A small machine with little of everything.
 MACHINE = ("--method", "machine", "--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
            *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
-# `formfactors` has no --cell.
-CELLLESS = tuple(word for word in MACHINE if word not in ("--cell", "0.5"))
 COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
 CAST = ("cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
 ON = ("--method", "machine")
@@ -203,7 +201,7 @@ def test_a_difference_is_told(folder, monkeypatch):
 
 @pytest.mark.sim
 def test_form_factors_are_goldens(folder):
-    result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *CELLLESS)
+    result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
     assert result.exit_code == 0, result.stderr
     run(golden.cli.main, "formfactors", "cornell", "-o", "golden.npz", "--rays", "32x8", "--method", "shelling")
     with np.load("machine.npz") as machine, np.load("golden.npz") as expected:
