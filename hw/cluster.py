@@ -69,8 +69,8 @@ def _members(config):
         "cycles": Out(32), "sections": Out(ArrayLayout(formats.section, 2)), "i_read_out": In(stream.Signature(1)),
         "o_hit": Out(stream.Signature(result.hit)), "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
         "o_sum": Out(stream.Signature(result.sum)), "o_request": Out(stream.Signature(path.remote_request)),
-        "i_reply": In(stream.Signature(formats.patch_vertex)), "i_asked": In(stream.Signature(path.remote_request)),
-        "o_answer": Out(stream.Signature(path.remote_reply)), "o_bus": Out(stream.Signature(path.request)),
+        "i_reply": In(stream.Signature(formats.patch_vertex)), "i_remote": In(stream.Signature(path.remote_request)),
+        "o_remote": Out(stream.Signature(path.remote_reply)), "o_bus": Out(stream.Signature(path.request)),
         "i_bus": In(stream.Signature(path.bus_reply, always_ready=True)),
         "fault": Out(control.fault), "clear": In(1), "counter": In(COUNTER_BITS), "count": Out(32)}
 
@@ -110,7 +110,7 @@ class Cluster(wiring.Component):
         Of the present frustum, and of the one before.
     i_read_out, o_hit, i_sums, o_sum
         See `IntersectionUnit`.
-    o_request, i_reply, i_asked, o_answer, o_bus, i_bus
+    o_request, i_reply, i_remote, o_remote, o_bus, i_bus
         See `MemorySystem`.
     fault, clear
         What went wrong first, `ControlFormats.fault`, until it is cleared.
@@ -229,29 +229,29 @@ class Cluster(wiring.Component):
         """The list, and its patches beside those that other clusters request."""
         memory, traversal = self._memory, self._traversal
         if not self._config.ctu.subshells:
-            wiring.connect(m, wiring.flipped(self.i_asked), memory.i_asked)
-            wiring.connect(m, memory.o_answer, wiring.flipped(self.o_answer))
+            wiring.connect(m, wiring.flipped(self.i_remote), memory.i_remote)
+            wiring.connect(m, memory.o_remote, wiring.flipped(self.o_remote))
             return
         m.submodules.list = table = SubshellTable(config=self._config)
         wiring.connect(m, load.o_subshell, table.i_load)
         wiring.connect(m, traversal.o_entry, table.i)
         wiring.connect(m, table.o, traversal.i_entry)
-        m.submodules.asked = asked = Arbiter(self.i_asked.payload.shape(), count=2)
+        m.submodules.asked = asked = Arbiter(self.i_remote.payload.shape(), count=2)
         m.submodules.vertices = vertices = Queue(traversal.i_vertex.payload.shape(), depth=VERTICES)
-        others, mine, answer = asked.i[0], asked.i[1], memory.o_answer
-        wiring.connect(m, wiring.flipped(self.i_asked), others)
+        others, mine, answer = asked.i[0], asked.i[1], memory.o_remote
+        wiring.connect(m, wiring.flipped(self.i_remote), others)
         m.d.comb += [
             mine.valid.eq(traversal.o_patch.valid), traversal.o_patch.ready.eq(mine.ready),
             mine.payload.node.eq(self.number), mine.payload.patch.eq(traversal.o_patch.payload),
-            memory.i_asked.valid.eq(asked.o.valid), asked.o.ready.eq(memory.i_asked.ready),
-            memory.i_asked.payload.eq(asked.o.payload.item)]
+            memory.i_remote.valid.eq(asked.o.valid), asked.o.ready.eq(memory.i_remote.ready),
+            memory.i_remote.payload.eq(asked.o.payload.item)]
         # No other cluster requests under this number.
         is_mine = Signal()
         m.d.comb += [
             is_mine.eq(answer.payload.node == self.number), vertices.i.valid.eq(answer.valid & is_mine),
-            vertices.i.payload.eq(answer.payload.vertex), self.o_answer.valid.eq(answer.valid & ~is_mine),
-            self.o_answer.payload.eq(answer.payload),
-            answer.ready.eq(Mux(is_mine, vertices.i.ready, self.o_answer.ready))]
+            vertices.i.payload.eq(answer.payload.vertex), self.o_remote.valid.eq(answer.valid & ~is_mine),
+            self.o_remote.payload.eq(answer.payload),
+            answer.ready.eq(Mux(is_mine, vertices.i.ready, self.o_remote.ready))]
         wiring.connect(m, vertices.o, traversal.i_vertex)
 
     def _add_ends(self, m, control):

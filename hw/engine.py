@@ -195,8 +195,8 @@ class Engine(wiring.Component):
         for number, cluster in enumerate(clusters):
             wiring.connect(m, cluster.o_request, network.i_request[number])
             wiring.connect(m, network.o_reply[number], cluster.i_reply)
-            wiring.connect(m, network.o_request[number], cluster.i_asked)
-            wiring.connect(m, cluster.o_answer, network.i_reply[number])
+            wiring.connect(m, network.o_request[number], cluster.i_remote)
+            wiring.connect(m, cluster.o_remote, network.i_reply[number])
             m.d.comb += control.networks[number].eq(network.fault[number])
         m.d.comb += [registers.flits.eq(network.flits), registers.flit_stalls.eq(network.stalls)]
 
@@ -269,17 +269,17 @@ class Engine(wiring.Component):
             m.d.sync += registers.cycles.eq(registers.cycles + 1)
 
         # Counters: asked of all clusters, the one that is meant answers.
-        place, waits = Signal.like(registers.o_ask.payload), Signal(range(CounterChoice.latency + 2))
+        place, waits = Signal.like(registers.o_window.payload), Signal(range(CounterChoice.latency + 2))
         number = place[COUNTER_BITS:]
         for cluster in clusters:
             m.d.comb += cluster.counter.eq(place[:COUNTER_BITS])
         m.d.comb += [
-            registers.o_ask.ready.eq(waits == 0), registers.i_answer.valid.eq(waits == 1),
-            registers.i_answer.payload.eq(Array([
+            registers.o_window.ready.eq(waits == 0), registers.i_window.valid.eq(waits == 1),
+            registers.i_window.payload.eq(Array([
                 *(cluster.count for cluster in clusters), 0])[Mux(number >= len(clusters), len(clusters), number)])]
         with m.If(waits > 1):
             m.d.sync += waits.eq(waits - 1)
-        with m.Elif((waits == 1) & registers.i_answer.ready):
+        with m.Elif((waits == 1) & registers.i_window.ready):
             m.d.sync += waits.eq(0)
-        with m.If(registers.o_ask.valid & registers.o_ask.ready):
-            m.d.sync += [place.eq(registers.o_ask.payload), waits.eq(CounterChoice.latency + 1)]
+        with m.If(registers.o_window.valid & registers.o_window.ready):
+            m.d.sync += [place.eq(registers.o_window.payload), waits.eq(CounterChoice.latency + 1)]

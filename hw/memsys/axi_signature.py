@@ -10,7 +10,7 @@ __all__ = ["AxiSignature"]
 
 
 class AxiSignature(wiring.Signature):
-    """The five channels as a manager gives and takes them. All bursts are of type INCR and of full beats.
+    """The five channels from the manager's side. All bursts are of type INCR and of full beats.
 
     Parameters
     ----------
@@ -19,6 +19,7 @@ class AxiSignature(wiring.Signature):
     """
 
     def __init__(self, *, config: Config):
+        self._config = config
         memory, formats = config.memory, MemoryFormats(config)
         members = {}
         for channel in "aw", "ar":
@@ -31,3 +32,8 @@ class AxiSignature(wiring.Signature):
             "bid": In(formats.slot_bits), "bresp": In(2), "bvalid": In(1), "bready": Out(1),
             "rid": In(formats.slot_bits), "rdata": In(memory.data_bits), "rresp": In(2), "rlast": In(1),
             "rvalid": In(1), "rready": Out(1)})
+
+    @property
+    def config(self) -> Config:
+        """The configuration."""
+        return self._config

@@ -1,4 +1,4 @@
-"""Burst splitter: requests in pieces that AXI allows."""
+"""Burst splitter: requests as bursts that AXI allows."""
 
 from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -13,21 +13,21 @@ __all__ = ["BurstSplitter"]
 class BurstSplitter(wiring.Component):
     """Cuts a request at every multiple of the longest burst.
 
-    The longest burst is 4 KiB at most and a power of two, so no burst crosses a multiple of 4 KiB.
+    The longest burst is a power of two of at most 4 KiB, so no burst crosses a multiple of 4 KiB.
 
     Parameters
     ----------
     config
         The configuration.
     tag
-        Shape of what goes along with a request.
+        Shape of a sideband value of a request.
 
     Members
     -------
-    i
-        `MemoryFormats.checked`.
-    o
-        `MemoryFormats.burst`, in the order of their addresses.
+    i : In, stream of `MemoryFormats.checked`
+        Requests.
+    o : Out, stream of `MemoryFormats.burst`
+        Their bursts in the order of the addresses.
 
     Timing
     ------
@@ -43,21 +43,21 @@ class BurstSplitter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         low = self._formats.burst_bits
-        # Pieces of one request differ in these bits of their numbers.
+        # Bursts of one request differ in these bits of their numbers.
         count_bits = max(self._config.memory.length_bits - low, 0) + 1
-        # Pieces are numbered like beats; those of a request begin in the first one at ``start``, others at 0.
-        piece, start = Signal(self._formats.beat_bits - low, reset_less=True), Signal(low, reset_less=True)
-        last_piece, end = Signal(count_bits, reset_less=True), Signal(low, reset_less=True)
-        ends = piece[:count_bits] == last_piece
+        # Bursts are numbered like beats; the first one of a request begins at beat ``start``, the others at 0.
+        number, start = Signal(self._formats.beat_bits - low, reset_less=True), Signal(low, reset_less=True)
+        last_number, end = Signal(count_bits, reset_less=True), Signal(low, reset_less=True)
+        ends = number[:count_bits] == last_number
         burst, given = self.o.payload, self.i.payload
         tag, bad = Signal.like(burst.tag, reset_less=True), Signal(reset_less=True)
         m.d.comb += [
-            burst.first.eq(Cat(start, piece)), burst.length.eq(Mux(ends, end, Const(-1, low)) - start),
+            burst.first.eq(Cat(start, number)), burst.length.eq(Mux(ends, end, Const(-1, low)) - start),
             burst.tag.eq(tag), burst.ends.eq(ends), burst.bad.eq(bad),
             self.i.ready.eq(~self.o.valid | (self.o.ready & ends))]
         with m.If(self.i.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid), Cat(start, piece).eq(given.first),
-                         Cat(end, last_piece).eq(given.last), tag.eq(given.tag), bad.eq(given.bad)]
+            m.d.sync += [self.o.valid.eq(self.i.valid), Cat(start, number).eq(given.first),
+                         Cat(end, last_number).eq(given.last), tag.eq(given.tag), bad.eq(given.bad)]
         with m.Elif(self.o.ready):
-            m.d.sync += [piece.eq(piece + 1), start.eq(0)]
+            m.d.sync += [number.eq(number + 1), start.eq(0)]
         return m

@@ -14,10 +14,10 @@ __all__ = ["CellTable"]
 
 
 class CellTable(wiring.Component):
-    """Finds the lists of the cells that have a record here: the first ``own_cells`` of the scene.
+    """Looks up the lists of the cells that have a record here: the first ``own_cells`` of the scene.
 
-    Whether a list lies within the patch lists, and whether all of it is in the patch address table, is found out when
-    the record is loaded.
+    Whether a list is within the patch lists, and whether all of it is in the patch table, is checked when the record is
+    loaded.
 
     Parameters
     ----------
@@ -26,15 +26,14 @@ class CellTable(wiring.Component):
 
     Members
     -------
-    i_load
-        `PathFormats.cell_load`, in any order. Always ready; not while cells are under way. Addresses that there are
-        not here are ignored.
-    lists
-        Entries of all patch lists. The same while records are loaded.
-    i
-        Cells of the scene.
-    o
-        `PathFormats.found_cell`.
+    i_load : In, stream of `PathFormats.cell_load`
+        Records in any order. Always ready; not while cells are in flight. Other addresses are ignored.
+    lists : In(32)
+        Entries of the scene's patch lists. Stable while records are loaded.
+    i : In, stream of the number of a cell
+        Cells.
+    o : Out, stream of `PathFormats.found_cell`
+        The same cells with their lists.
 
     Timing
     ------

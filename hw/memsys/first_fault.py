@@ -1,10 +1,11 @@
-"""First fault: what went wrong first is what one has to know."""
+"""First fault: the first of several faults, until it is cleared."""
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.lib.validate import check_integer
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 
@@ -12,37 +13,38 @@ __all__ = ["FirstFault"]
 
 
 class FirstFault(wiring.Component):
-    """Keeps the first fault until it is cleared; of two in the same cycle that of the smaller number.
+    """Latches the first fault until it is cleared; of two in the same cycle that of the lower input.
 
     Parameters
     ----------
     config
         The configuration.
     count
-        Inputs, at least 1.
+        Number of inputs, at least 1.
 
     Members
     -------
-    i
-        An array of faults. Always ready.
-    clear
-        Forget it.
-    o
+    i : In, ``count`` streams of `MemoryFormats.fault`
+        Faults. Always ready.
+    clear : In(1)
+        Clears the latch.
+    o : Out, `MemoryFormats.fault`
         The fault, all 0 while there is none.
 
     Timing
     ------
     Latency: ``1`` cycle.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The count is no integer.
     ValueError
-        Count out of range.
+        The count is out of range.
     """
 
     def __init__(self, *, config: Config, count: int):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
+        check_integer("Count", count, minimum=1)
         fault = MemoryFormats(config).fault
         super().__init__({"i": In(stream.Signature(fault, always_ready=True)).array(count), "clear": In(1),
                           "o": Out(fault)})

@@ -1,4 +1,4 @@
-"""Local bus: the requests of all clusters to the system bus interface, and its replies to them."""
+"""Local bus: requests of all clusters to the system bus interface, and its replies."""
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
@@ -6,44 +6,47 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
+from hw.lib.validate import check_integer
 from hw.memsys.path_formats import PathFormats
 
 __all__ = ["LocalBus"]
 
 
 class LocalBus(wiring.Component):
-    """Two buses, so that requests never stand in the way of replies: a request or a beat per cycle each. Who has waited
-    longest goes first.
+    """Two buses, for a request and for a beat of a reply per cycle, so requests never block replies.
 
-    Beats of replies to requests for cells and for patches come one among the other; those of one kind stay together.
+    Both grant the item that has been pending longest. Beats of replies for cells and for patches may alternate; those
+    of one kind stay together.
 
     Parameters
     ----------
     config
         The configuration.
     clusters
-        How many, 1 to ``noc.nodes``.
+        Number of clusters, 1 to ``noc.nodes``.
 
     Members
     -------
-    i_request
-        An array of `PathFormats.request`, one for each cluster.
-    o_reply
-        An array of `PathFormats.bus_reply`. Always ready: who asks has room.
-    o_request
-        `PathFormats.bus_request`.
-    i_reply
-        An array of two, of replies to requests for cells and for patches.
+    i_request : In, ``clusters`` streams of `PathFormats.request`
+        One for each cluster.
+    o_reply : Out, ``clusters`` streams of `PathFormats.bus_reply`
+        Always ready: a requester has reserved entries for the whole reply.
+    o_request : Out, stream of `PathFormats.bus_request`
+        To `SystemBusInterface`.
+    i_reply : In, two streams of `PathFormats.bus_reply`
+        From there: replies for cells and for patches.
 
     Timing
     ------
-    Latency: ``1`` cycle each way, if nobody else goes first. One request and one beat per cycle; requests stall with
+    Latency: ``1`` cycle each way, if no other item is granted. One request and one beat per cycle; requests stall with
     ``o_request``.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The number of clusters is no integer.
     ValueError
-        Clusters out of range.
+        The number of clusters is out of range.
 
     Source: Shen 1993, section 5.3.8.
     """
@@ -51,8 +54,7 @@ class LocalBus(wiring.Component):
     latency = 1
 
     def __init__(self, *, config: Config, clusters: int):
-        if not isinstance(clusters, int) or not 1 <= clusters <= config.noc.nodes:
-            raise ValueError(f"Clusters must be from 1 to {config.noc.nodes}, not {clusters!r}")
+        check_integer("Clusters", clusters, minimum=1, maximum=config.noc.nodes)
         self._clusters, self._formats = clusters, PathFormats(config)
         formats = self._formats
         super().__init__({
@@ -68,11 +70,11 @@ class LocalBus(wiring.Component):
         m.submodules.replies = replies = Arbiter(self._formats.bus_reply, count=2, policy=policy)
         for given, taken in (*zip(self.i_request, requests.i, strict=True), *zip(self.i_reply, replies.i, strict=True)):
             wiring.connect(m, wiring.flipped(given), taken)
-        asked, beat = requests.o, replies.o
+        request, beat = requests.o, replies.o
         m.d.comb += [
-            self.o_request.valid.eq(asked.valid), asked.ready.eq(self.o_request.ready),
-            self.o_request.payload.source.eq(asked.payload.source), self.o_request.payload.item.eq(asked.payload.item),
-            beat.ready.eq(1)]
+            self.o_request.valid.eq(request.valid), request.ready.eq(self.o_request.ready),
+            self.o_request.payload.source.eq(request.payload.source),
+            self.o_request.payload.item.eq(request.payload.item), beat.ready.eq(1)]
         for number, reply in enumerate(self.o_reply):
             item = beat.payload.item
             m.d.comb += [reply.payload.eq(item), reply.valid.eq(beat.valid & (item.cluster == number))]

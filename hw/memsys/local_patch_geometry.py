@@ -1,4 +1,4 @@
-"""Local patch geometry: the resident set of a cluster."""
+"""Local patch geometry: the vertices of a cluster's resident set."""
 
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
@@ -17,10 +17,10 @@ __all__ = ["LocalPatchGeometry"]
 
 
 class LocalPatchGeometry(wiring.Component):
-    """Patches by local address, for this cluster and for others: the four vertices of a patch, one after the other.
+    """Reads patches by local address, for this cluster and for the others: the four vertices of a patch, one after the
+    other.
 
-    A patch that is asked for but is not there comes with four vertices of 0, as a patch that nothing hits, and the
-    fault is told.
+    A patch that is not there is read as four vertices of 0, which no ray hits, and flagged.
 
     Parameters
     ----------
@@ -29,18 +29,17 @@ class LocalPatchGeometry(wiring.Component):
 
     Members
     -------
-    i_load
-        `PathFormats.geometry_load`: the first six words of each patch in their order. Always ready; not while patches
-        are under way. Addresses that there are not here are ignored.
-    i, o
-        ``patch`` and local ``address``; `Formats.patch_vertex`.
-    i_asked, o_asked
-        ``node`` and ``place``, a `PathFormats.found_patch`; ``node`` and ``vertex``. What is not held by this cluster,
-        of number ``cluster``, is not there.
-    cluster
-        See above. The same while patches are under way.
-    wrong, asked_wrong
-        The patch ``number``, or ``asked_number``, is not there. In the cycle after its first vertex has gone on.
+    i_load : In, stream of `PathFormats.geometry_load`
+        The first six words of each patch in their order. Always ready; not while patches are in flight. Other addresses
+        are ignored.
+    i : In, stream of ``patch``, ``address``; o : Out, stream of `Formats.patch_vertex`
+        Reads of this cluster.
+    i_remote : In, stream of `PathFormats.remote_found`; o_remote : Out, stream of `PathFormats.remote_reply`
+        Reads of other clusters. A patch that this cluster does not hold is not there.
+    cluster : In, number of this cluster
+        Stable while patches are in flight.
+    wrong, remote_wrong : Out(1); number, remote_number : Out, patch ids
+        The patch is not there; in the cycle after its first vertex has left.
 
     Timing
     ------
@@ -52,25 +51,28 @@ class LocalPatchGeometry(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config, self._formats, self._icu = config, PathFormats(config), Formats(config)
-        formats, icu, node = self._formats, self._icu, config.noc.node_bits
+        formats, icu = self._formats, self._icu
         super().__init__({
             "i_load": In(stream.Signature(formats.geometry_load, always_ready=True)),
             "i": In(stream.Signature(StructLayout({"patch": icu.patch, "address": formats.place_bits}))),
             "o": Out(stream.Signature(icu.patch_vertex)),
-            "i_asked": In(stream.Signature(StructLayout({"node": node, "place": formats.found_patch}))),
-            "o_asked": Out(stream.Signature(StructLayout({"node": node, "vertex": icu.patch_vertex}))),
-            "cluster": In(formats.cluster), "wrong": Out(1), "number": Out(icu.patch), "asked_wrong": Out(1),
-            "asked_number": Out(icu.patch)})
-        places = config.memsys.own_patches
-        self._vertices = Memory(shape=icu.scene_vector, depth=4 * places, init=[], attrs={"no_rw_check": 1})
-        self._heads = Memory(shape=formats.patch_head, depth=places, init=[], attrs={"no_rw_check": 1})
-        own, asked = self.i.payload, self.i_asked.payload
-        place, cluster = asked.place, self.cluster
+            "i_remote": In(stream.Signature(formats.remote_found)),
+            "o_remote": Out(stream.Signature(formats.remote_reply)),
+            "cluster": In(formats.cluster), "wrong": Out(1), "number": Out(icu.patch), "remote_wrong": Out(1),
+            "remote_number": Out(icu.patch)})
+        patches = config.memsys.own_patches
+        self._vertices = Memory(shape=icu.scene_vector, depth=4 * patches, init=[], attrs={"no_rw_check": 1})
+        self._heads = Memory(shape=formats.patch_head, depth=patches, init=[], attrs={"no_rw_check": 1})
+        own, remote = self.i.payload, self.i_remote.payload
+        found = remote.found
         self._sides = [
-            _Side(self, own.patch, own.address, 1, self.i, self.o, self.o.payload, self.wrong, self.number),
-            _Side(self, place.patch, place.address, place.is_held & ~place.wrong & (place.cluster == cluster),
-                  self.i_asked, self.o_asked, self.o_asked.payload.vertex, self.asked_wrong, self.asked_number,
-                  node=(asked.node, self.o_asked.payload.node))]
+            _Side(self, i=self.i, o=self.o, vertex=self.o.payload, wrong=self.wrong, number=self.number,
+                  request={"patch": own.patch, "address": own.address, "present": 1}),
+            _Side(self, i=self.i_remote, o=self.o_remote, vertex=self.o_remote.payload.vertex,
+                  wrong=self.remote_wrong, number=self.remote_number,
+                  request={"patch": found.patch, "address": found.address, "node": remote.node,
+                           "present": found.is_held & ~found.wrong & (found.cluster == self.cluster)},
+                  node=self.o_remote.payload.node)]
         self.latency = 1 + self._sides[0].pipeline.latency
 
     def elaborate(self, platform):
@@ -100,15 +102,28 @@ class LocalPatchGeometry(wiring.Component):
 
 
 class _Side:
-    """One who asks: the walk over the four vertices of a patch, and what is read."""
+    """One read port: a pipeline, and the sequence of the four vertices of a patch.
 
-    def __init__(self, of, patch, address, there, i, o, vertex, wrong, number, *, node=None):
-        self._i, self._wrong, self._number, self._shown = i, wrong, number, vertex
+    Parameters
+    ----------
+    of
+        The component.
+    i, o
+        Its streams.
+    vertex, node
+        Parts of the payload of ``o``.
+    wrong, number
+        Ports for a patch that is not there.
+    request
+        ``patch``, ``address``, ``present``, and ``node`` if there is one, from the payload of ``i``.
+    """
+
+    def __init__(self, of, *, i, o, vertex, wrong, number, request, node=None):
+        self._i, self._wrong, self._number, self._vertex, self._request = i, wrong, number, vertex, request
         formats, icu = of._formats, of._icu
-        shape = {"patch": icu.patch, "address": formats.place_bits, "there": 1}
-        self._given = {"patch": patch, "address": address, "there": there}
+        shape = {"patch": icu.patch, "address": formats.place_bits, "present": 1}
         if node is not None:
-            shape["node"], self._given["node"] = node[0].shape(), node[0]
+            shape["node"] = node.shape()
         self._steps = stream.Signature(StructLayout({"index": 2, **shape})).create()
         self.pipeline = pipeline = Pipeline(self._steps, o)
         step = {name: pipeline.input(self._steps.payload[name]) for name in ("index", *shape)}
@@ -116,19 +131,19 @@ class _Side:
         self.vertices, self.heads = of._vertices.read_port(), of._heads.read_port()
         read = pipeline.delay(pipeline.read(self.vertices, beat), 1)
         head = pipeline.delay(pipeline.read(self.heads, step["address"]), 1)
-        there = pipeline.register(lambda there, head, patch: there & (head.patch == patch), step["there"], head,
-                                 step["patch"])
+        present = pipeline.register(lambda present, head, patch: present & (head.patch == patch), step["present"], head,
+                                    step["patch"])
         pipeline.output(vertex.patch, step["patch"])
         pipeline.output(vertex.surface, pipeline.combine(lambda head: head.surface, head))
         for axis in range(3):
             pipeline.output(vertex.vertex[axis], pipeline.combine(
-                lambda read, there, axis=axis: read[axis] & there.replicate(len(read[axis])), read, there))
+                lambda read, present, axis=axis: read[axis] & present.replicate(len(read[axis])), read, present))
         if node is not None:
-            pipeline.output(node[1], step["node"])
-        self._first, self._there = pipeline.align(step["index"], there)
+            pipeline.output(node, step["node"])
+        self._index, self._present = pipeline.align(step["index"], present)
 
     def add_to(self, m):
-        """The walk and the pipeline."""
+        """Add the sequence and the pipeline to the component's module."""
         steps, given = self._steps, self._i
         busy, kept, index = Signal(), Signal.like(steps.payload, reset_less=True), steps.payload.index
         m.d.comb += [steps.valid.eq(busy), steps.payload.eq(kept),
@@ -136,8 +151,8 @@ class _Side:
         with m.If(steps.ready & busy):
             m.d.sync += [kept.index.eq(index + 1), busy.eq(index != 3)]
         with m.If(given.valid & given.ready):
-            m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._given.items())]
+            m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._request.items())]
         latency = self.pipeline.latency
-        m.d.sync += [self._wrong.eq(self.pipeline.moves(latency) & (self._first.value == 0) & ~self._there.value),
-                     self._number.eq(self._shown.patch)]
+        m.d.sync += [self._wrong.eq(self.pipeline.moves(latency) & (self._index.value == 0) & ~self._present.value),
+                     self._number.eq(self._vertex.patch)]
         self.pipeline.add_to(m)

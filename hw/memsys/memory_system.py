@@ -48,7 +48,7 @@ class MemorySystem(wiring.Component):
         i_cell - queue - cell filter - CellTable -+- PatchTable -+- queue - patch filter - PatchTypeMemory -+- own
                                                   '-- bus -------'                                          |- remote
                                                                       o_vertex <- VertexMerge --------------+- bus
-                                      i_asked - PatchTypeMemory - LocalPatchGeometry - o_answer
+                                      i_remote - PatchTypeMemory - LocalPatchGeometry - o_remote
 
     What is wrong is told, and drops out; nothing waits for it.
 
@@ -71,7 +71,7 @@ class MemorySystem(wiring.Component):
         Cells as they are met.
     o_vertex
         `Formats.patch_vertex`, four vertices of a patch one after the other, to the intersection unit.
-    o_request, i_reply, i_asked, o_answer
+    o_request, i_reply, i_remote, o_remote
         The network interface's ``i_request``, ``o_reply``, ``o_request`` and ``i_reply``.
     o_bus, i_bus
         The local bus' ``i_request`` and ``o_reply`` of this cluster.
@@ -101,8 +101,8 @@ class MemorySystem(wiring.Component):
                for name, load in LOADS.items()},
             "scene": In(formats.scene), "cluster": In(formats.cluster), "i_start": In(stream.Signature(0)),
             "i_cell": In(stream.Signature(icu.cell)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
-            "o_request": Out(asked), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_asked": In(asked),
-            "o_answer": Out(stream.Signature(formats.remote_reply)),
+            "o_request": Out(asked), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_remote": In(asked),
+            "o_remote": Out(stream.Signature(formats.remote_reply)),
             "o_bus": Out(stream.Signature(formats.request)),
             "i_bus": In(stream.Signature(formats.bus_reply, always_ready=True)),
             "drained": Out(1), "fault": Out(formats.fault), "clear": In(1),
@@ -244,9 +244,9 @@ class MemorySystem(wiring.Component):
 
     def _add_asked(self, m):
         """What other clusters ask for."""
-        wiring.connect(m, wiring.flipped(self.i_asked), self._types.i_asked)
-        wiring.connect(m, self._types.o_asked, self._geometry.i_asked)
-        wiring.connect(m, self._geometry.o_asked, wiring.flipped(self.o_answer))
+        wiring.connect(m, wiring.flipped(self.i_remote), self._types.i_remote)
+        wiring.connect(m, self._types.o_remote, self._geometry.i_remote)
+        wiring.connect(m, self._geometry.o_remote, wiring.flipped(self.o_remote))
 
     def _add_ends(self, m):
         """The first fault; counters."""
@@ -263,7 +263,7 @@ class MemorySystem(wiring.Component):
         m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(cells.number)]
         for happens, what, which in (
                 (timeout.expired, PathFault.TIMEOUT, 0),
-                (geometry.asked_wrong, PathFault.RESIDENCE, geometry.asked_number),
+                (geometry.remote_wrong, PathFault.RESIDENCE, geometry.remote_number),
                 (geometry.wrong, PathFault.RESIDENCE, geometry.number),
                 (self._bus.lost_cell | self._bus.lost_patch, PathFault.BUS, self._bus.number),
                 (self._lost, PathFault.RESIDENCE, self._found_patch.payload.patch),
@@ -283,7 +283,7 @@ class MemorySystem(wiring.Component):
         m.d.comb += [count.hits.eq(self._bus.hits - before_hits), count.misses.eq(self._bus.misses - before_misses)]
         for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1]),
                               ("stalls", vertex.valid & ~vertex.ready),
-                              ("answered", self.i_asked.valid & self.i_asked.ready)):
+                              ("answered", self.i_remote.valid & self.i_remote.ready)):
             # With a cycle for the way.
             happened = Signal(name=f"counts_{name}")
             m.d.sync += [happened.eq(happens), count[name].eq(count[name] + happened)]

@@ -63,18 +63,18 @@ class PatchFetch(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i_reply), reader.i_reply)
         # A patch that is requested now; those that have been requested or do not exist.
         fetch = self._formats.patch_fetch
-        held, known, given = Signal(), Signal(), Signal(fetch, reset_less=True)
+        pending, known, given = Signal(), Signal(), Signal(fetch, reset_less=True)
         address = Signal(len(self.base), reset_less=True)
         m.submodules.fetches = fetches = Queue(StructLayout({"fetch": fetch, "known": 1}),
                                                depth=self._config.memsys.cache_fetches)
         accepts = Signal()
         m.d.comb += [
-            reader.i.valid.eq(held & known & fetches.i.ready), reader.i.payload.address.eq(address),
+            reader.i.valid.eq(pending & known & fetches.i.ready), reader.i.payload.address.eq(address),
             reader.i.payload.length.eq(PATCH_WORDS - 1), accepts.eq(fetches.i.ready & (reader.i.ready | ~known)),
-            fetches.i.valid.eq(held & accepts), fetches.i.payload.fetch.eq(given), fetches.i.payload.known.eq(known),
-            self.i.ready.eq(~held | accepts)]
+            fetches.i.valid.eq(pending & accepts), fetches.i.payload.fetch.eq(given), fetches.i.payload.known.eq(known),
+            self.i.ready.eq(~pending | accepts)]
         with m.If(self.i.ready):
-            m.d.sync += [held.eq(self.i.valid), given.eq(self.i.payload), known.eq(self.i.payload.key < self.count),
+            m.d.sync += [pending.eq(self.i.valid), given.eq(self.i.payload), known.eq(self.i.payload.key < self.count),
                          address.eq(self.base + (self.i.payload.key << RECORD_BITS))]
 
         # A beat for each word but word 1.

@@ -1,4 +1,4 @@
-"""The patch address table: the patch lists of all cells, one after the other."""
+"""Patch table: the patch lists of all cells, one after the other."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -14,7 +14,7 @@ __all__ = ["PatchTable"]
 
 
 class PatchTable(wiring.Component):
-    """Reads the lists that are here: the first ``own_entries`` of the scene.
+    """Reads the patch lists that are in the cluster: the first ``own_entries`` of the scene.
 
     Parameters
     ----------
@@ -23,15 +23,14 @@ class PatchTable(wiring.Component):
 
     Members
     -------
-    i_load
-        `PathFormats.list_load`, in any order. Always ready; not while lists are under way. Addresses that there are
-        not here are ignored.
-    patches
-        Patches of the scene. The same while entries are loaded.
-    i
-        `PathFormats.list_place`.
-    o
-        `PathFormats.listed`, entry after entry.
+    i_load : In, stream of `PathFormats.list_load`
+        Entries in any order. Always ready; not while lists are in flight. Other addresses are ignored.
+    patches : In(listed_bits)
+        Patches of the scene. Stable while entries are loaded.
+    i : In, stream of `PathFormats.list_place`
+        Lists.
+    o : Out, stream of `PathFormats.listed`
+        Their entries in order.
 
     Timing
     ------
@@ -72,8 +71,8 @@ class PatchTable(wiring.Component):
                          last.eq(self.i.payload.count == 1)]
 
         given, write = self.i_load.payload, self._memory.write_port()
-        nobody = 1 << self._formats.listed_bits - 1
+        no_patch = 1 << self._formats.listed_bits - 1
         m.d.sync += [
             write.en.eq(self.i_load.valid & (given.address[self._formats.entry_bits:] == 0)),
-            write.addr.eq(given.address), write.data.eq(Mux(given.record < self.patches, given.record, nobody))]
+            write.addr.eq(given.address), write.data.eq(Mux(given.record < self.patches, given.record, no_patch))]
         return m

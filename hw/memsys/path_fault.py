@@ -1,4 +1,4 @@
-"""What can go wrong on the way from cells to vertices."""
+"""Faults of the memory system, from cells to vertices."""
 
 from amaranth.lib import enum
 
@@ -6,12 +6,12 @@ __all__ = ["PathFault"]
 
 
 class PathFault(enum.Enum, shape=3):
-    """Why a cell or a patch has given nothing.
+    """Why a cell or a patch has been dropped.
 
     ``CELL``: the scene has no such cell. ``LIST``: a cell's list is not within the patch lists. ``PATCH``: a list names
-    a patch that the scene has not. ``RESIDENCE``: a patch is said to be with a cluster that there is not, or is asked
-    of one that has not got it. ``BUS``: it could not be read from main memory, or what is there is malformed.
-    ``TIMEOUT``: something has been waited for for too long.
+    a patch that the scene has not. ``RESIDENCE``: the residence table names a cluster that does not exist, or one that
+    does not hold the patch. ``BUS``: it could not be read from main memory, or is malformed there. ``TIMEOUT``: a reply
+    has been outstanding for too long.
     """
 
     NONE = 0

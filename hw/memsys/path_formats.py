@@ -9,14 +9,14 @@ from hw.memsys.path_fault import PathFault
 
 __all__ = ["BEATS", "PathFormats", "RequestKind"]
 
-# Of a patch on the bus and in a cache: id and surface, and a vertex each.
+# Beats of a patch on the bus and in a cache: id and surface, then a vertex each.
 BEATS = 5
-# Of a number in a memory image.
+# Bits of a number in a memory image.
 WORD = 32
 
 
 class RequestKind(enum.Enum, shape=1):
-    """What the bus is asked for."""
+    """The kinds of requests on the bus."""
 
     CELL = 0
     PATCH = 1
@@ -25,7 +25,7 @@ class RequestKind(enum.Enum, shape=1):
 class PathFormats:
     """All layouts of one configuration.
 
-    A *listed* number is a patch id with a bit above it, which says that the list named a patch that there is not.
+    A *listed* number is a patch id with a bit above it: the list names a patch that does not exist.
 
     Parameters
     ----------
@@ -35,13 +35,15 @@ class PathFormats:
     Members
     -------
     cell_bits, part_bits
-        Of a cell of the scene, and of the number of a part of its list.
+        Bits of the number of a cell of the scene, and of a part of its list.
     listed_bits
-        See above.
+        Bits of a listed number.
+    entry_bits, place_bits
+        Bits of an address in the patch table, and in the resident set.
     cluster
-        Bits of a cluster's number.
+        Bits of the number of a cluster.
     beat_bits
-        Of a beat of a patch.
+        Bits of a beat of a patch.
     """
 
     def __init__(self, config: Config):
@@ -92,7 +94,7 @@ class PathFormats:
 
     @property
     def found_cell(self) -> StructLayout:
-        """A cell, and its list if that is in the table; else it must be asked for, or there is something wrong."""
+        """A cell, and its list if that is in the table; otherwise the bus is requested, or the list is wrong."""
         return StructLayout({"cell": self.cell_bits, "list": self.list_place, "is_own": 1, "is_empty": 1, "wrong": 1})
 
     @property
@@ -102,7 +104,7 @@ class PathFormats:
 
     @property
     def found_patch(self) -> StructLayout:
-        """A patch, and the cluster and the local address where it is held, if it is."""
+        """A patch, and the cluster and the local address that hold it, if any."""
         return StructLayout({"patch": self._formats.patch, "is_held": 1, "cluster": self.cluster,
                              "address": self.place_bits, "wrong": 1})
 
@@ -113,7 +115,7 @@ class PathFormats:
 
     @property
     def cell_beat(self) -> StructLayout:
-        """A place of a part: a listed number if ``is_id``. ``more``: there is another part."""
+        """An entry of a part: a listed number if ``is_id``. ``more``: there is another part."""
         return StructLayout({"number": self.listed_bits, "is_id": 1, "more": 1})
 
     @property
@@ -154,6 +156,11 @@ class PathFormats:
         return StructLayout({"node": self._node_bits, "patch": self._formats.patch})
 
     @property
+    def remote_found(self) -> StructLayout:
+        """A remote request after its lookup."""
+        return StructLayout({"node": self._node_bits, "found": self.found_patch})
+
+    @property
     def remote_reply(self) -> StructLayout:
         """A vertex of a patch for the cluster at ``node``."""
         return StructLayout({"node": self._node_bits, "vertex": self._formats.patch_vertex})
@@ -165,7 +172,7 @@ class PathFormats:
 
     @property
     def bus_reply(self) -> StructLayout:
-        """A beat of a reply; ``error``: the reply means nothing. ``hit``: it was in a cache.
+        """A beat of a reply. ``error``: the reply is undefined. ``hit``: it was in a cache.
 
         ``data`` is a `cell_beat`, a `patch_head` or a vertex.
         """
@@ -179,5 +186,5 @@ class PathFormats:
 
     @property
     def fault(self) -> StructLayout:
-        """What went wrong, and the number of the cell or patch that it went wrong with."""
+        """A fault, and the number of the cell or patch concerned."""
         return StructLayout({"code": PathFault, "number": 24})

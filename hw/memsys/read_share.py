@@ -6,46 +6,49 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
+from hw.lib.validate import check_integer
 from hw.memsys.memory_formats import MemoryFormats
 
 __all__ = ["ReadShare"]
 
 
 class ReadShare(wiring.Component):
-    """Requests carry the number of their reader as a tag, by which replies come back. Who has waited longest goes
-    first.
+    """Shares one port among several readers. The number of a reader is the tag of its requests; the request that has
+    been pending longest is granted.
 
     Parameters
     ----------
     config
         The configuration.
     count
-        Readers, at least 1.
+        Number of readers, at least 1.
 
     Members
     -------
-    i_request, o_reply
-        An array each of `MemoryFormats.request` and of `MemoryFormats.reply` without a tag. A reader that does not take
-        its replies holds up the others.
-    o_request, i_reply
-        `MainMemoryPort`'s ``i_read`` and ``o_read``, with a reader's number as the tag.
+    i_request : In, ``count`` streams of `MemoryFormats.request`
+        Of the readers, without a tag.
+    o_reply : Out, ``count`` streams of `MemoryFormats.reply`
+        Their replies. A reader that stalls its replies stalls those of the others.
+    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
+        `MainMemoryPort`'s ``i_read`` and ``o_read``, with the number of a reader as the tag.
 
     Timing
     ------
-    Latency: ``1`` cycle of a request, if nobody else goes first, ``0`` of a reply. One request and one beat per cycle;
+    Latency: ``1`` cycle of a request, if no other is granted, ``0`` of a reply. One request and one beat per cycle;
     stalls with ``o_request`` and ``o_reply``.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The count is no integer.
     ValueError
-        Count out of range.
+        The count is out of range.
     """
 
     latency = 1
 
     def __init__(self, *, config: Config, count: int):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
+        check_integer("Count", count, minimum=1)
         self._count, self._formats = count, MemoryFormats(config)
         formats, tag = self._formats, range(count)
         super().__init__({
@@ -56,16 +59,17 @@ class ReadShare(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.turns = turns = Arbiter(self._formats.request(0), count=self._count,
+        m.submodules.requests = requests = Arbiter(self._formats.request(0), count=self._count,
                                              policy=ArbiterPolicy.LONGEST_WAITING)
-        for given, taken in zip(self.i_request, turns.i, strict=True):
+        for given, taken in zip(self.i_request, requests.i, strict=True):
             wiring.connect(m, wiring.flipped(given), taken)
-        asked, out = turns.o.payload, self.o_request.payload
-        m.d.comb += [self.o_request.valid.eq(turns.o.valid), turns.o.ready.eq(self.o_request.ready),
-                     out.address.eq(asked.item.address), out.length.eq(asked.item.length), out.tag.eq(asked.source)]
-        came = self.i_reply.payload
+        granted, out = requests.o.payload, self.o_request.payload
+        m.d.comb += [self.o_request.valid.eq(requests.o.valid), requests.o.ready.eq(self.o_request.ready),
+                     out.address.eq(granted.item.address), out.length.eq(granted.item.length),
+                     out.tag.eq(granted.source)]
+        reply_payload = self.i_reply.payload
         for number, reply in enumerate(self.o_reply):
-            m.d.comb += [reply.payload[name].eq(came[name]) for name in ("data", "last", "error")]
-            with m.If(came.tag == number):
+            m.d.comb += [reply.payload[name].eq(reply_payload[name]) for name in ("data", "last", "error")]
+            with m.If(reply_payload.tag == number):
                 m.d.comb += [reply.valid.eq(self.i_reply.valid), self.i_reply.ready.eq(reply.ready)]
         return m

@@ -1,40 +1,43 @@
-"""Time-out: says when a wait has lasted too long."""
+"""Time-out: detects a wait that has lasted too long."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["Timeout"]
 
 
 class Timeout(wiring.Component):
-    """``expired`` while something has waited for 2^``bits`` cycles in which nothing moved.
+    """``expired`` after 2^``bits`` cycles of waiting without progress, until there is progress.
 
     Parameters
     ----------
     bits
-        See above, at least 1.
+        At least 1.
 
     Members
     -------
-    waits, moves
-        Something waits for an answer; something went on in this cycle.
-    expired
-        See above.
+    waits, moves : In(1)
+        An answer is outstanding; there is progress in this cycle.
+    expired : Out(1)
+        The wait has lasted too long.
 
     Timing
     ------
     Latency: ``2**bits`` cycles.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The number of bits is no integer.
     ValueError
-        Bits out of range.
+        The number of bits is out of range.
     """
 
     def __init__(self, *, bits: int):
-        if not isinstance(bits, int) or bits < 1:
-            raise ValueError(f"Bits must be at least 1, not {bits!r}")
+        check_integer("Bits", bits, minimum=1)
         self._bits = bits
         super().__init__({"waits": In(1), "moves": In(1), "expired": Out(1)})
         self.latency = 1 << bits

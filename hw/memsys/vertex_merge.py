@@ -1,4 +1,4 @@
-"""Vertex merge: patches of several sources, each of them whole."""
+"""Vertex merge: whole patches of several sources."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
@@ -8,6 +8,7 @@ from golden.config import Config
 from hw.formats import Formats
 from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.queue import Queue
+from hw.lib.validate import check_integer
 
 __all__ = ["VertexMerge"]
 
@@ -15,44 +16,45 @@ VERTICES = 4
 
 
 class VertexMerge(wiring.Component):
-    """Lets a patch go when all of it is there, so that its vertices stay together and no slow source holds up others.
+    """Merges the vertices of several sources. The vertices of a patch stay together.
 
-    The source that has waited longest goes first.
+    A patch is eligible when all of its vertices have arrived, so a slow source stalls no other. The patch that has been
+    eligible longest is granted.
 
     Parameters
     ----------
     config
         The configuration.
     count
-        Sources, at least 1.
+        Number of sources, at least 1.
     patches
-        Patches of a source that wait, at least 2.
+        Capacity for each source in patches, at least 2.
 
     Members
     -------
-    i
-        An array of `Formats.patch_vertex`; four vertices of a patch follow each other.
-    o
-        `Formats.patch_vertex`.
-    left
+    i : In, ``count`` streams of `Formats.patch_vertex`
+        The four vertices of each patch, one after the other.
+    o : Out, stream of `Formats.patch_vertex`
+        The same.
+    left : Out(count)
         The last vertex of a patch of this source leaves in this cycle.
 
     Timing
     ------
-    Latency: ``2`` cycles from the last vertex of a patch to its first one, if nobody else goes first. One vertex per
-    cycle, without a gap between patches; stalls with ``o``.
+    Latency: ``2`` cycles from the last vertex of a patch to its first one, if no other source is granted. One vertex
+    per cycle, without a gap between patches; stalls with ``o``.
 
-    Errors
+    Raises
     ------
+    TypeError
+        A number is no integer.
     ValueError
-        Count or patches out of range.
+        A number is out of range.
     """
 
     def __init__(self, *, config: Config, count: int, patches: int = 4):
-        if not isinstance(count, int) or count < 1:
-            raise ValueError(f"Count must be at least 1, not {count!r}")
-        if not isinstance(patches, int) or patches < 2:
-            raise ValueError(f"Patches must be at least 2, not {patches!r}")
+        check_integer("Count", count, minimum=1)
+        check_integer("Patches", patches, minimum=2)
         self._count, self._patches, self._vertex = count, patches, Formats(config).patch_vertex
         vertices = stream.Signature(self._vertex)
         super().__init__({"i": In(vertices).array(count), "o": Out(vertices), "left": Out(count)})
@@ -75,7 +77,7 @@ class VertexMerge(wiring.Component):
             m.submodules[f"queue_{k}"] = queue = Queue(self._vertex, depth=VERTICES * self._patches)
             queues.append(queue.o)
             wiring.connect(m, wiring.flipped(source), queue.i)
-            # Patches that are there in full and have not got their turn.
+            # Patches that have arrived in full and have not been granted.
             place, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
             enters, goes = Signal(), Signal()
             m.d.comb += [enters.eq(source.valid & source.ready), goes.eq(free & turns.grant[k]),

@@ -1,4 +1,4 @@
-"""Window check: no request leaves the part of memory that the host has given."""
+"""Window check: keeps requests in the part of memory that the host allows."""
 
 from amaranth.hdl import Cat, Const, Module
 from amaranth.lib import stream, wiring
@@ -20,20 +20,20 @@ class WindowCheck(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along with a request.
+        Shape of a sideband value of a request.
     fault
-        What it is called.
+        The fault of a bad request.
 
     Members
     -------
-    window
-        ``base`` and ``limit``. Stays while a request is under way.
-    i
-        `MemoryFormats.request`.
-    o
-        `MemoryFormats.checked`: all requests, the bad ones too, since they have to be answered.
-    o_fault
-        The bad ones. Always ready.
+    window : In, `MemoryFormats.window`
+        All of its 64 bits count. Stable while a request is in flight.
+    i : In, stream of `MemoryFormats.request`
+        Requests.
+    o : Out, stream of `MemoryFormats.checked`
+        All requests, the bad ones too, since they have to be answered.
+    o_fault : Out, stream of `MemoryFormats.fault`
+        The bad requests. Always ready.
 
     Timing
     ------
@@ -48,7 +48,7 @@ class WindowCheck(wiring.Component):
             "o_fault": Out(stream.Signature(formats.fault, always_ready=True))})
         low = formats.low_bits
         self._pipeline = pipeline = Pipeline(self.i, self.o)
-        address, length, going = (pipeline.input(self.i.payload[name]) for name in ("address", "length", "tag"))
+        address, length, sideband = (pipeline.input(self.i.payload[name]) for name in ("address", "length", "tag"))
         base, limit = pipeline.constant(self.window.base), pipeline.constant(self.window.limit)
         top = config.memory.address_bits
         # One bit more than an address has: past its end is past every limit, and a limit past it is none.
@@ -61,7 +61,7 @@ class WindowCheck(wiring.Component):
                 | ~limit[top:].any() & (Cat(Const(-1, low), last[:formats.beat_bits]) >= limit[:top])),
             last, limit, misaligned, below)
         first = pipeline.combine(lambda address: address[low:], address)
-        for name, value in (("first", first), ("tag", going), ("bad", bad)):
+        for name, value in (("first", first), ("tag", sideband), ("bad", bad)):
             pipeline.output(self.o.payload[name], value)
         pipeline.output(self.o.payload.last, pipeline.combine(lambda last: last[:formats.beat_bits], last))
         self._low, self._fault, self.latency = low, fault, pipeline.latency

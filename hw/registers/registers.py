@@ -32,7 +32,7 @@ class Registers(wiring.Component):
         `AxiLiteSignature`, of a subordinate.
     <name>
         By register: READ an input, WRITE an output, COMMAND a stream of what is written, always ready.
-    o_ask, i_answer
+    o_window, i_window
         Words of the window that are read, by their place there, and what stands there. One at a time.
 
     Timing
@@ -65,7 +65,7 @@ class Registers(wiring.Component):
                 members[register.name] = Out(stream.Signature(register.width, always_ready=True))
         super().__init__({
             "host": In(AxiLiteSignature(address_bits=address_bits)), **members,
-            "o_ask": Out(stream.Signature(self._word_bits)), "i_answer": In(stream.Signature(DATA_BITS))})
+            "o_window": Out(stream.Signature(self._word_bits)), "i_window": In(stream.Signature(DATA_BITS))})
 
     def elaborate(self, platform):
         m = Module()
@@ -119,12 +119,12 @@ class Registers(wiring.Component):
         known, word, window, free, acts = Signal(), Signal(DATA_BITS), Signal(), Signal(), Signal()
         m.d.comb += [
             host.arready.eq(~addressed), window.eq(address[-1]), free.eq(~host.rvalid | host.rready),
-            self.o_ask.valid.eq(addressed & window & ~asked), self.o_ask.payload.eq(address[2:]),
-            self.i_answer.ready.eq(addressed & window & free),
-            acts.eq(addressed & free & (~window | self.i_answer.valid))]
+            self.o_window.valid.eq(addressed & window & ~asked), self.o_window.payload.eq(address[2:]),
+            self.i_window.ready.eq(addressed & window & free),
+            acts.eq(addressed & free & (~window | self.i_window.valid))]
         with m.If(host.arvalid & host.arready):
             m.d.sync += [addressed.eq(1), asked.eq(0), address.eq(host.araddr)]
-        with m.If(self.o_ask.valid & self.o_ask.ready):
+        with m.If(self.o_window.valid & self.o_window.ready):
             m.d.sync += asked.eq(1)
         with m.If(acts):
             m.d.sync += addressed.eq(0)
@@ -136,7 +136,7 @@ class Registers(wiring.Component):
                         if register.access is not Access.COMMAND:
                             m.d.comb += word.eq(getattr(self, register.name)[bits])
         with m.If(window):
-            m.d.comb += [known.eq(1), word.eq(self.i_answer.payload)]
+            m.d.comb += [known.eq(1), word.eq(self.i_window.payload)]
         with m.If(host.rready):
             m.d.sync += host.rvalid.eq(0)
         with m.If(acts):

@@ -59,7 +59,7 @@ class OncePerGeneration(wiring.Component):
         with m.If(starts):
             m.d.sync += passed.eq(0)
             m.d.comb += [Assert(inside == 0), Assert(~taken)]
-        m.d.comb += [Assert(~(passes & dut.dropped)), Assert(inside <= Filter.room)]
+        m.d.comb += [Assert(~(passes & dut.dropped)), Assert(inside <= Filter.capacity)]
         with m.If(passes | dut.dropped):
             m.d.comb += Assert(inside != 0)
         with m.If(goes | drops):

@@ -15,8 +15,8 @@ from tb.memsys.memory_path import MemoryPath
 __all__ = ["JoinedPath"]
 
 # By port of the path the network's.
-ASKS = {"o_request": "i_request", "o_answer": "i_reply"}
-IS_ASKED = {"i_asked": "o_request", "i_reply": "o_reply"}
+ASKS = {"o_request": "i_request", "o_remote": "i_reply"}
+IS_ASKED = {"i_remote": "o_request", "i_reply": "o_reply"}
 TO_MEMORY = ("o_read", "i_read")
 
 

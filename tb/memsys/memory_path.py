@@ -175,7 +175,7 @@ class Mesh:
             shape = members[name].signature.members["payload"].shape
             return [_Wires(dut, f"{name}__{k}", shape) for k in range(clusters)]
 
-        self._sides = (("o_request", "i_asked"), ("o_answer", "i_reply"))
+        self._sides = (("o_request", "i_remote"), ("o_remote", "i_reply"))
         self._wires = {name: wires(name) for side in self._sides for name in side}
         self.asked = 0
         for _, name in self._sides:

@@ -129,11 +129,11 @@ def test_patch_type_memory(simulator):
     loads.append({"address": 256, "record": {"cluster": 1, "address": 1}})
     dut = PatchTypeMemory(config=CONFIG)
     check_streams("patch_type_memory", dut, Streams(
-        inputs={"i": own, "i_asked": asked},
+        inputs={"i": own, "i_remote": asked},
         expected={"o": [found(patch) for patch in own],
-                  "o_asked": [{"node": item["node"], "place": found(item["patch"])} for item in asked]},
+                  "o_remote": [{"node": item["node"], "found": found(item["patch"])} for item in asked]},
         first=[("i_load", loads)],
-        timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_asked"))),
+        timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_remote"))),
         simulator=simulator)
 
 
@@ -157,15 +157,15 @@ def test_local_patch_geometry(simulator):
         return {"patch": held[address][0] ^ (wrong and draw.random() < 0.3), "address": address}
 
     own = [ask(k > 12) for k in range(24)]
-    asked = [{"node": draw.randrange(3), "place": {**ask(k > 6), "is_held": draw.random() < 0.9, "wrong": k == 18,
+    asked = [{"node": draw.randrange(3), "found": {**ask(k > 6), "is_held": draw.random() < 0.9, "wrong": k == 18,
                                                    "cluster": draw.choice([1, 1, 1, 2])}} for k in range(24)]
     answers = [{"node": item["node"], "vertex": vertex} for item in asked for vertex in vertices(
-        item["place"]["patch"], item["place"]["address"],
-        item["place"]["is_held"] and not item["place"]["wrong"] and item["place"]["cluster"] == cluster)]
+        item["found"]["patch"], item["found"]["address"],
+        item["found"]["is_held"] and not item["found"]["wrong"] and item["found"]["cluster"] == cluster)]
     dut = LocalPatchGeometry(config=CONFIG)
     check_streams("local_patch_geometry", dut, Streams(
-        inputs={"i": own, "i_asked": asked},
-        expected={"o": [vertex for item in own for vertex in vertices(**item)], "o_asked": answers},
+        inputs={"i": own, "i_remote": asked},
+        expected={"o": [vertex for item in own for vertex in vertices(**item)], "o_remote": answers},
         first=[("i_load", loads)], ports={"cluster": cluster},
-        timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_asked"))),
+        timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_remote"))),
         simulator=simulator)

@@ -48,24 +48,24 @@ class Bench:
         """Begin to answer for the window."""
         if self._task is not None:
             self._task.cancel()
-        self.dut.i_answer__valid.value = self.dut.o_ask__ready.value = 0
+        self.dut.i_window__valid.value = self.dut.o_window__ready.value = 0
         self._task = cocotb.start_soon(self._window())
 
     async def _window(self):
         dut, edge = self.dut, RisingEdge(self.dut.clk)
         while True:
-            dut.o_ask__ready.value = 1
+            dut.o_window__ready.value = 1
             await edge
-            while not int(dut.o_ask__valid.value):
+            while not int(dut.o_window__valid.value):
                 await edge
-            place = int(dut.o_ask__payload.value)
-            dut.o_ask__ready.value = 0
+            place = int(dut.o_window__payload.value)
+            dut.o_window__ready.value = 0
             await ClockCycles(dut.clk, self.random.randrange(1, 6))
-            dut.i_answer__valid.value, dut.i_answer__payload.value = 1, place * 1001
+            dut.i_window__valid.value, dut.i_window__payload.value = 1, place * 1001
             await edge
-            while not int(dut.i_answer__ready.value):
+            while not int(dut.i_window__ready.value):
                 await edge
-            dut.i_answer__valid.value = 0
+            dut.i_window__valid.value = 0
 
     def stall(self, host, machine, seed):
         """Who waits: what the manager gives, and what it takes."""
@@ -134,7 +134,7 @@ async def everything_at_random(dut):
     for number, (host, machine) in enumerate(STALL_PAIRS):
         await reset(dut)
         await RisingEdge(dut.clk)
-        assert_known(dut, ["o_ask"])
+        assert_known(dut, ["o_window"])
         bench.stall(host, machine, number)
         await exercise(bench, 25)
 
