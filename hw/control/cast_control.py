@@ -1,4 +1,4 @@
-"""Cast control: begins a frustum in a cluster's units, and says when it is over."""
+"""Cast control: start and end of a frustum in a cluster."""
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
@@ -10,15 +10,16 @@ from hw.memsys.serial_product import SerialProduct
 
 __all__ = ["CastControl"]
 
-# Patches in the intersection unit: more than it takes.
+# Patches in the intersection unit, more than its capacity.
 PATCHES = 1023
 
 
 class CastControl(wiring.Component):
-    """The memory system and the intersection unit begin a frustum first, then cell traversal and its near cells.
+    """Starts a frustum in a cluster's units, and detects its end.
 
-    A cast is over when the traversal has sent its final item, the memory system is drained, and each patch that went
-    into the intersection unit has come back. A section that the ray memory has no room for is not begun.
+    The memory system and the intersection unit start first, then cell traversal and the near cells. A cast has ended
+    when the traversal has sent its final item, the memory system is drained, and each patch that entered the
+    intersection unit is done. A section with more tiles than the ray memory has is not started.
 
     Parameters
     ----------
@@ -27,28 +28,31 @@ class CastControl(wiring.Component):
 
     Members
     -------
-    i
-        Casts. Taken when the last one is over. No payload.
-    busy, cycles
-        A cast is under way; cycles of the present one, or the last.
-    wrong
-        The section is too large: in the cycle in which the cast ends.
-    section, tiles_across
-        The cluster's section, and tiles across it.
-    o_memory, o_intersection, o_traversal, o_near
-        Begin a frustum: of the memory system, the intersection unit, the traversal unit, and the near cells. No
-        payload.
-    final, drained
-        The traversal is over, in the cycle in which it says so; the memory system says that it is drained.
-    enters, leaves
-        A patch goes into the intersection unit, and comes back.
-    idle
-        Nothing is being done for any cell.
+    i : In, stream without payload
+        Casts. Accepted when the previous one has ended.
+    busy : Out(1)
+        A cast is in progress.
+    cycles : Out(32)
+        Its cycles, or those of the last one.
+    wrong : Out(1)
+        The section is too large, in the cycle in which the cast ends.
+    section : In(Formats.section)
+        Of the cluster.
+    tiles_across : Out(Formats.count)
+        Tiles in a row of tiles of the section.
+    o_memory, o_intersection, o_traversal, o_near : Out, stream without payload
+        Start the memory system, the intersection unit, the traversal unit, and the near cells.
+    final, drained : In(1)
+        The traversal sends its final item; the memory system is drained.
+    enters, leaves : In(1)
+        A patch enters the intersection unit; a patch is done.
+    idle : Out(1)
+        No cell and no patch is in flight.
 
     Timing
     ------
-    Latency: ``6 + bits(tiles_down)`` cycles from a cast of so many rows of tiles to the beginning of the memory
-    system's and the intersection unit's.
+    Latency: ``6 + bits(tiles_down)`` cycles from a cast of so many rows of tiles to the start of the memory system and
+    of the intersection unit.
     """
 
     def __init__(self, *, config: Config):
@@ -78,16 +82,16 @@ class CastControl(wiring.Component):
         too_many = Signal()
         m.d.sync += patches.eq(patches + self.enters - self.leaves)
         m.d.comb += self.idle.eq(self.drained & (patches == 0))
-        # Those that take it are far away: what is offered is in registers.
-        asks = {name: Signal(name=f"asks_{name}") for name in ("memory", "intersection", "traversal", "near")}
-        for name, ask in asks.items():
-            one = getattr(self, f"o_{name}")
-            m.d.comb += one.valid.eq(ask)
-            with m.If(one.ready):
-                m.d.sync += ask.eq(0)
+        # Registered: the units are far away.
+        starts = {name: Signal(name=f"starts_{name}") for name in ("memory", "intersection", "traversal", "near")}
+        for name, start in starts.items():
+            unit = getattr(self, f"o_{name}")
+            m.d.comb += unit.valid.eq(start)
+            with m.If(unit.ready):
+                m.d.sync += start.eq(0)
 
         def begin(*names):
-            m.d.sync += [asks[name].eq(1) for name in names]
+            m.d.sync += [starts[name].eq(1) for name in names]
 
         with m.If(self.final):
             m.d.sync += over.eq(1)
@@ -101,7 +105,7 @@ class CastControl(wiring.Component):
                 with m.If(self.i.valid):
                     m.d.sync += self.cycles.eq(0)
                     m.next = "Take"
-            # Of a section that has just been loaded: columns, then tiles.
+            # A section that has just been loaded passes two registers: columns, then tiles.
             with m.State("Take"):
                 m.d.sync += steps.eq(steps + 1)
                 m.d.comb += tiles.i.valid.eq(steps == 2)
@@ -119,12 +123,12 @@ class CastControl(wiring.Component):
                 with m.Else():
                     begin("memory", "intersection")
                     m.next = "Begin"
-            with m.State("Begin"), m.If(~asks["memory"] & ~asks["intersection"]):
+            with m.State("Begin"), m.If(~starts["memory"] & ~starts["intersection"]):
                 begin("traversal", "near")
                 m.next = "Traverse"
-            with m.State("Traverse"), m.If(~asks["traversal"] & ~asks["near"]):
+            with m.State("Traverse"), m.If(~starts["traversal"] & ~starts["near"]):
                 m.next = "Cast"
-            # A cell that leaves beside the final item shows a cycle later.
+            # A cell that leaves together with the final item is counted a cycle later.
             with m.State("Cast"):
                 m.d.sync += settled.eq(over & self.idle)
                 with m.If(settled & self.idle):

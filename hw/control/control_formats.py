@@ -17,13 +17,13 @@ class ControlFormats:
     Members
     -------
     load_word
-        A word of a memory image as `hw.memsys.preload_dma.PreloadDma` gives it, for all clusters or for one of them.
+        ``item``, a `MemoryFormats.table_word`, for all clusters or for one of them.
     fault, error
-        An `ErrorCode`, and what it is about; the same with the cluster.
+        An `ErrorCode`, and the address or number concerned; the same with the cluster.
     results
-        Where the results of a frustum belong, and how many columns it has.
+        The regions of a frustum's results, and its columns.
     numbers
-        What a frustum is, but for the section (`Formats.frustum`, ``traversal_frustum``).
+        A frustum (`CtuFormats.traversal_frustum`) without its section.
     """
 
     def __init__(self, config: Config):

@@ -1,4 +1,4 @@
-"""Engine control: commands, what may be done when, and what goes wrong."""
+"""Engine control: commands, their preconditions, and errors."""
 
 from amaranth.hdl import Array, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -19,7 +19,7 @@ __all__ = ["EngineControl"]
 
 
 class EngineControl(wiring.Component):
-    """Takes a command if it can be obeyed, keeps the first error, and ends what takes too long.
+    """Accepts a command if its preconditions hold, latches the first error, and ends a command that takes too long.
 
     A load or a cast begins when nothing is in flight. Results of the frustum before the present one may be written
     while that one is cast. A stop holds all units in reset until main memory has no outstanding transaction: resets are
@@ -32,26 +32,36 @@ class EngineControl(wiring.Component):
 
     Members
     -------
-    i_command
-        The register ``command``. Always ready.
-    regions, earlier, watchdog
-        Registers, and whether ``results`` are of the earlier frustum.
-    loads, casts, writes, memory_busy
+    i_command : In, stream of the register ``command``
+        Commands. Always ready.
+    regions : In(regions)
+        The register.
+    earlier : In(1)
+        The register ``results`` selects the earlier frustum.
+    watchdog : In(32)
+        The register; 0: off.
+    loads, casts, writes, memory_busy : In(1)
         Busy: the load, a cluster's cast, the results, the port of main memory.
-    loading, casting, writing
-        Begin. One cycle; what begins is busy in the next one.
-    stops, clear
-        All units but the port are in reset; faults are cleared.
-    load_over, write_over, memory_fault
-        Faults: `LoadControl.o_over`, `ResultControl.o_over`, and that of the port.
-    clusters, networks
-        By cluster: `ControlFormats.fault`, `NetworkFault`.
-    status, error
-        The register ``status``; `ControlFormats.error`.
+    loading, casting, writing : Out(1)
+        Start them, for one cycle; the started one is busy in the next cycle.
+    stops, clear : Out(1)
+        Reset all units but the port; clear the faults.
+    load_over, write_over : In, stream of `MemoryFormats.fault`
+        Ends of loads and of results. Always ready.
+    memory_fault : In(MemoryFormats.fault)
+        Fault of the port.
+    clusters : In(ArrayLayout(ControlFormats.fault, nodes))
+        Faults of the clusters.
+    networks : In(ArrayLayout(NetworkFault, nodes))
+        Faults of their network interfaces.
+    status : Out(status)
+        The register.
+    error : Out(ControlFormats.error)
+        The first error.
 
     Timing
     ------
-    Latency: ``1`` cycle from a command to its beginning.
+    Latency: ``1`` cycle from a command to its start.
     """
 
     latency = 1
@@ -73,7 +83,7 @@ class EngineControl(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         command, nodes = register("command"), self._config.noc.nodes
-        bits = {field.name: Signal(name=f"asks_{field.name}") for field in command.fields}
+        bits = {field.name: Signal(name=f"requests_{field.name}") for field in command.fields}
         before = 0
         for k, bit in enumerate(bits.values()):
             m.d.comb += bit.eq(self.i_command.valid & self.i_command.payload[k] & ~before)
@@ -91,7 +101,7 @@ class EngineControl(wiring.Component):
                      (("load", "loading"), ("cast", "casting"), ("write", "writing"))]
         m.d.comb += self.clear.eq(bits["clear"] | self.stops)
 
-        # Tables are complete after a load of all of them; a load that fails leaves them in disorder.
+        # Tables are complete after a load of all of them; after a load that fails they are undefined.
         complete = Signal()
         with m.If(self.loading):
             m.d.sync += complete.eq((self.regions & ALL) == ALL)
@@ -100,17 +110,17 @@ class EngineControl(wiring.Component):
         with m.If(self.casting):
             m.d.sync += [present.eq(1), earlier.eq(present)]
 
-        # How long what is under way has taken.
+        # Cycles of the present commands.
         cycles, late = Signal(32), Signal()
         m.d.sync += [cycles.eq(Mux(idle | begins | self.stops, 0, cycles + 1)),
                      late.eq(~self.stops & (self.watchdog != 0) & (cycles >= self.watchdog))]
 
-        # Errors: of clusters one after the other.
-        turn, fault, network = Signal(self._cluster), Signal.like(self.clusters[0]), Signal(NetworkFault)
-        asked = Signal.like(turn)
-        m.d.sync += [turn.eq(Mux(turn == nodes - 1, 0, turn + 1)), asked.eq(turn),
-                     fault.eq(Array(self.clusters[k].as_value() for k in range(nodes))[turn]),
-                     network.eq(Array(self.networks[k].as_value() for k in range(nodes))[turn])]
+        # Errors; one cluster per cycle.
+        number, fault, network = Signal(self._cluster), Signal.like(self.clusters[0]), Signal(NetworkFault)
+        previous = Signal.like(number)
+        m.d.sync += [number.eq(Mux(number == nodes - 1, 0, number + 1)), previous.eq(number),
+                     fault.eq(Array(self.clusters[k].as_value() for k in range(nodes))[number]),
+                     network.eq(Array(self.networks[k].as_value() for k in range(nodes))[number])]
         with m.If(self.clear):
             m.d.sync += [fault.as_value().eq(0), network.eq(NetworkFault.NONE)]
         error, ends = self.error, Signal()
@@ -136,11 +146,11 @@ class EngineControl(wiring.Component):
             with m.Elif(wrong["not_loaded"]):
                 m.d.sync += error.code.eq(ErrorCode.NOT_LOADED)
             with m.Elif(fault.code != ErrorCode.NONE):
-                m.d.sync += [error.code.eq(fault.code), error.cluster.eq(asked), error.number.eq(fault.number)]
+                m.d.sync += [error.code.eq(fault.code), error.cluster.eq(previous), error.number.eq(fault.number)]
             with m.Elif(network != NetworkFault.NONE):
-                m.d.sync += [error.code.eq(network.as_value() + NETWORK), error.cluster.eq(asked)]
+                m.d.sync += [error.code.eq(network.as_value() + NETWORK), error.cluster.eq(previous)]
 
-        # What cannot go on ends in a reset.
+        # Errors that leave units in an undefined state end in a reset.
         m.d.comb += ends.eq(bits["stop"] | late | (fault.code == ErrorCode.PATH_TIMEOUT)
                             | (network != NetworkFault.NONE))
         with m.If(self.stops):
@@ -151,9 +161,9 @@ class EngineControl(wiring.Component):
             m.d.sync += [loaded.eq(0), present.eq(0), earlier.eq(0), self.loading.eq(0), self.casting.eq(0),
                          self.writing.eq(0)]
         failed = error.code != ErrorCode.NONE
-        said = {"loads": self.loads | self.loading, "casts": self.casts | self.casting,
+        bits_of = {"loads": self.loads | self.loading, "casts": self.casts | self.casting,
                 "writes": self.writes | self.writing, "stops": self.stops, "loaded": loaded, "failed": failed,
                 "present": present, "earlier": earlier}
         for k, field in enumerate(register("status").fields):
-            m.d.comb += self.status[k].eq(said[field.name])
+            m.d.comb += self.status[k].eq(bits_of[field.name])
         return m

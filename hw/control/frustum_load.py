@@ -1,4 +1,4 @@
-"""Frustum load: the words of a memory image to the tables and numbers of a frustum."""
+"""Frustum load: words of a memory image to the tables and numbers of a frustum."""
 
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
@@ -19,7 +19,8 @@ FIRST_SHELL = 2
 
 
 class FrustumLoad(wiring.Component):
-    """Gives the intersection unit and the traversal unit of a cluster their tables, and keeps the numbers.
+    """Routes words to the tables of a cluster's intersection unit and traversal unit, and stores the numbers of the
+    frustum.
 
     Parameters
     ----------
@@ -28,24 +29,30 @@ class FrustumLoad(wiring.Component):
 
     Members
     -------
-    i
-        `MemoryFormats.table_word`: those of this cluster.
-    o_table
-        `IcuFormats.table_write`, of columns and rows of rays.
-    o_grid
-        `CtuFormats.grid_table_write`. Always ready.
-    o_near
-        ``place`` and ``cell`` of the cells of shell 1. Always ready.
-    o_subshell
-        `hw.ctu.subshell_table.SubshellTable`, ``i_load``.
-    numbers, section
-        `ControlFormats.numbers`, and the cluster's section.
-    last_shell, near_cells, subshells
-        The last shell, how many cells of shell 1 there are, and how many listed subshells.
+    i : In, stream of `MemoryFormats.table_word`
+        Words of this cluster.
+    o_table : Out, stream of `IcuFormats.table_write`
+        Columns and rows of rays.
+    o_grid : Out, stream of `CtuFormats.grid_table_write`
+        Grid rays. Always ready.
+    o_near : Out, stream of ``place``, ``cell``
+        Cells of shell 1. Always ready.
+    o_subshell : Out, stream of ``place``, ``patch``, ``shell``
+        `hw.ctu.subshell_table.SubshellTable`'s ``i_load``.
+    numbers : Out(ControlFormats.numbers)
+        The frustum.
+    section : Out(Formats.section)
+        The cluster's section.
+    last_shell : Out(Formats.shell)
+        The last shell.
+    near_cells : Out(near_cell_bits + 1)
+        Cells of shell 1.
+    subshells : Out(32)
+        Listed subshells.
 
     Timing
     ------
-    Latency: ``0`` cycles of what goes on at once, 1 of numbers. One word per cycle; stalls with ``o_table``.
+    Latency: ``0`` cycles of a word, 1 of numbers. One word per cycle; stalls with ``o_table``.
 
     Golden counterpart: `golden.memory_map`.
     """
@@ -74,7 +81,7 @@ class FrustumLoad(wiring.Component):
         return m
 
     def _add_tables(self, m):
-        """Columns and rows of rays; all else does not wait."""
+        """Columns and rows of rays; the other outputs are always ready."""
         given, out = self.i.payload, self.o_table.payload
         width = self._formats.direction.width
         pair = Cat(given.data[:width], given.data[32:32 + width])
@@ -123,7 +130,7 @@ class FrustumLoad(wiring.Component):
             self.o_subshell.payload.shell.eq(high)]
 
     def _add_numbers(self, m):
-        """What stays in registers."""
+        """Numbers, in registers."""
         given, numbers = self.i.payload, self.numbers
         targets = [("clusters", name, [self.section[name]]) for name in self.section.shape().members]
         targets += [("clusters", "subshells", [self.subshells]), ("cell_grid", "shape", list(numbers.cells))]
@@ -138,7 +145,7 @@ class FrustumLoad(wiring.Component):
                 half = given.data[32:] if is_high else given.data[:32]
                 with m.If(self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word)):
                     m.d.sync += target.eq(half)
-        # Of a frustum with other tables these are written anew.
+        # A frustum may have none of these tables.
         with m.If(self.i.valid & (given.region == RegionNumber.FRUSTUM)):
             m.d.sync += [self.last_shell.eq(FIRST_SHELL - 1), self.near_cells.eq(0)]
         with m.If(self.i.valid & (given.region == RegionNumber.SHELLS)):

@@ -1,4 +1,4 @@
-"""Load control: what is everybody's, then what is each cluster's own."""
+"""Load control: the shared tables, then those of each cluster."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -15,8 +15,8 @@ from hw.memsys.path_formats import PathFormats
 
 __all__ = ["ALL", "OWN", "LoadControl"]
 
-# Regions of which each cluster has a part of its own, as bits; those that the machine must have. A resident set is read
-# for its patches.
+# Regions of which each cluster has a part of its own, as bits, and regions that must be loaded before a cast. A
+# resident set is read for its patches.
 OWN = sum(1 << RegionNumber[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
 ALL = sum(1 << k for k, region in enumerate(REGIONS) if region.life != "result" and region.name != "residents")
 # Of the register.
@@ -24,7 +24,7 @@ IMAGE_BITS = 64
 
 
 class LoadControl(wiring.Component):
-    """Commands of the preload DMA, one for all clusters and one for each of them, and its words with whom they are for.
+    """Issues the commands of the preload DMA, one for all clusters and one for each of them, and addresses its words.
 
     Parameters
     ----------
@@ -33,19 +33,23 @@ class LoadControl(wiring.Component):
 
     Members
     -------
-    i
-        ``image`` (an address that is a multiple of 64, or there is none) and ``regions``. Taken when the last ones
-        have been loaded.
-    busy
+    i : In, stream of ``image``, ``regions``
+        Loads; the image is at an address that is a multiple of 64, or there is none. Accepted when the previous load
+        has ended.
+    busy : Out(1)
         Tables are being read.
-    o_command, i_done, i_word
-        `PreloadDma`'s ``i``, ``o_done`` and ``o``.
-    o_word
-        `ControlFormats.load_word`.
-    stored
+    o_command : Out, stream of `MemoryFormats.preload`
+        `PreloadDma`'s ``i``.
+    i_done : In, stream of `MemoryFormats.fault`
+        Its ``o_done``.
+    i_word : In, stream of `MemoryFormats.table_word`
+        Its ``o``.
+    o_word : Out, stream of `ControlFormats.load_word`
+        The words for the clusters.
+    stored : In(1)
         All words of ``o_word`` are in the tables of the clusters. 0 from the cycle after a transfer on, until they are.
-    o_over
-        `MemoryFormats.fault`, one for each load. Always ready. With a fault nothing of the rest has been read.
+    o_over : Out, stream of `MemoryFormats.fault`
+        One for each load. Always ready. After a fault the other regions have not been read.
 
     Timing
     ------

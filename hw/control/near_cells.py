@@ -1,4 +1,4 @@
-"""Near cells: the cells of shell 1, for every frustum anew."""
+"""Near cells: the cells of shell 1 of a frustum."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -14,7 +14,7 @@ __all__ = ["NearCells"]
 
 
 class NearCells(wiring.Component):
-    """Keeps them, and sends them all when asked.
+    """Stores the cells of shell 1, and sends all of them for each frustum.
 
     Parameters
     ----------
@@ -23,12 +23,12 @@ class NearCells(wiring.Component):
 
     Members
     -------
-    i_load
-        ``place`` and ``cell``. Always ready.
-    i
-        How many to send. Taken when the last ones have left.
-    o
-        `CtuFormats.near_cell`; of none an item that is no cell.
+    i_load : In, stream of ``place``, ``cell``
+        Cells by index. Always ready.
+    i : In, stream of a number of cells
+        How many to send. Accepted when the previous ones have left.
+    o : Out, stream of `CtuFormats.near_cell`
+        The cells; of none, one item that is no cell.
 
     Timing
     ------

@@ -17,9 +17,9 @@ __all__ = ["ResultControl"]
 
 
 class ResultControl(wiring.Component):
-    """Commands of the write DMA, and of the clusters' read-out.
+    """Issues the commands of the write DMA, and reads out the clusters: the hits of each, then the sums of all.
 
-    After a fault all clusters are read out still, so that what comes next begins at 0.
+    After a fault all clusters are still read out, so that the next frustum begins with sums of 0.
 
     Parameters
     ----------
@@ -28,24 +28,33 @@ class ResultControl(wiring.Component):
 
     Members
     -------
-    i
-        ``hits``, ``sums``: whether they are written; ``earlier``: of the frustum before the present one. Taken when the
-        last ones have been written.
-    busy
+    i : In, stream of ``hits``, ``sums``, ``earlier``
+        What is written, and whether of the frustum before the present one. Accepted when the previous results have been
+        written.
+    busy : Out(1)
         Results are being written.
-    results, sections, total
-        `ControlFormats.results` and the clusters' sections of that frustum; what all its weights add up to. The same
-        while it is busy.
-    o_read_out, i_hit
-        A cluster's ``i_read_out``, and a hit of it goes on (``last`` or not); ``cluster`` says whose.
-    cluster, drops
-        See above; its hits are to be taken, and not written.
-    o_sums
-        All clusters' ``i_sums``.
-    o_command, i_done
-        `WriteDma`'s ``i`` and ``o_done``.
-    o_over
-        `MemoryFormats.fault`, one each time. Always ready.
+    results : In(ControlFormats.results)
+        Of that frustum. Stable while ``busy``.
+    sections : In(ArrayLayout(Formats.section, nodes))
+        The clusters' sections of that frustum, likewise.
+    total : In(IcuFormats.weight_sum)
+        The sum of all its weights, likewise.
+    o_read_out : Out, stream of ``earlier``
+        ``i_read_out`` of the cluster of number ``cluster``.
+    i_hit : In, stream of ``last``
+        A hit of that cluster is transferred. Always ready.
+    cluster : Out(PathFormats.cluster)
+        The cluster that is read out.
+    drops : Out(1)
+        Its hits are discarded.
+    o_sums : Out, stream of the last patch id
+        ``i_sums`` of all clusters.
+    o_command : Out, stream of `ResultFormats.command`
+        `WriteDma`'s ``i``.
+    i_done : In, stream of `MemoryFormats.fault`
+        Its ``o_done``.
+    o_over : Out, stream of `MemoryFormats.fault`
+        One for each ``i``. Always ready.
 
     Timing
     ------
@@ -113,11 +122,11 @@ class ResultControl(wiring.Component):
                     m.next = "Sums"
             with m.State("Sums"):
                 m.d.sync += [is_sums.eq(1), self.cluster.eq(0)]
-                m.next = "Ask"
+                m.next = "Request the sums"
                 with m.If(is_sums | ~given.sums):
                     m.d.comb += self.o_over.valid.eq(1)
                     m.next = "Wait"
-            with m.State("Ask"):
+            with m.State("Request the sums"):
                 m.d.comb += self.o_sums.valid.eq(1)
                 with m.If(self.o_sums.ready):
                     m.next = "Command"

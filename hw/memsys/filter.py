@@ -42,8 +42,10 @@ class Filter(wiring.Component):
         The numbers 0 to ``limit`` - 1 exist. Stable while numbers are in flight.
     o : Out, stream of a number below ``count``
         The numbers that pass.
-    dropped, wrong : Out(1); number : Out(bits)
-        In this cycle a number leaves that has passed before, or that does not exist (``wrong``), and which one.
+    dropped, wrong : Out(1)
+        In this cycle a number leaves that has passed before, or that does not exist (``wrong``).
+    number : Out(bits)
+        That number.
     seen, passed : Out(32)
         Numbers of this generation that have left, and that have passed.
 

@@ -28,7 +28,7 @@ class FirstFault(wiring.Component):
         Faults. Always ready.
     clear : In(1)
         Clears the latch.
-    o : Out, `MemoryFormats.fault`
+    o : Out(MemoryFormats.fault)
         The fault, all 0 while there is none.
 
     Timing

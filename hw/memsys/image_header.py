@@ -42,10 +42,11 @@ class ImageHeader(wiring.Component):
         Its words. Always ready.
     region, table : In(RegionNumber)
         Two regions that are looked up.
-    offset : Out(address_bits); count, table_count : Out(COUNT_BITS)
-        First byte of ``region`` in the image; records of ``region`` and of ``table``, in the same cycle. Undefined
-        until ``o``.
-    hits, sums, cells, patch_lists, patches : Out, `MemoryFormats.table`
+    offset : Out(address_bits)
+        First byte of ``region`` in the image, in the same cycle. Undefined until ``o``.
+    count, table_count : Out(COUNT_BITS)
+        Records of ``region`` and of ``table``, likewise.
+    hits, sums, cells, patch_lists, patches : Out(MemoryFormats.table)
         Of the image that was read last.
     columns : Out(COUNT_BITS)
         Columns of rays of that image.

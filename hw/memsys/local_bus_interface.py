@@ -31,8 +31,10 @@ class LocalBusInterface(wiring.Component):
 
     Members
     -------
-    i_cell : In, stream of the number of a cell; i_patch : In, stream of a patch id
-        Cells and patches to request.
+    i_cell : In, stream of the number of a cell
+        Cells to request.
+    i_patch : In, stream of a patch id
+        Patches to request.
     o_request : Out, stream of `PathFormats.request`
         Requests.
     i_reply : In, stream of `PathFormats.bus_reply`
@@ -41,9 +43,10 @@ class LocalBusInterface(wiring.Component):
         Entries; the ``last`` one of its cell need not be an id.
     o_vertex : Out, stream of `Formats.patch_vertex`
         The four vertices of a patch, one after the other.
-    lost_cell, lost_patch : Out(1); number : Out(24)
-        A reply was an error, and of which cell or patch, in the cycle after its end. The entries of the cell have left,
-        the patch has no vertices. Of two in the same cycle the number is the cell's.
+    lost_cell, lost_patch : Out(1)
+        A reply was an error, in the cycle after its end. The entries of the cell have left, the patch has no vertices.
+    number : Out(24)
+        The cell or patch; of two in the same cycle the cell.
     hits, misses : Out(32)
         Replies with patches from the cache, and from main memory.
 

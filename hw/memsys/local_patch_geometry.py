@@ -32,14 +32,20 @@ class LocalPatchGeometry(wiring.Component):
     i_load : In, stream of `PathFormats.geometry_load`
         The first six words of each patch in their order. Always ready; not while patches are in flight. Other addresses
         are ignored.
-    i : In, stream of ``patch``, ``address``; o : Out, stream of `Formats.patch_vertex`
+    i : In, stream of ``patch``, ``address``
         Reads of this cluster.
-    i_remote : In, stream of `PathFormats.remote_found`; o_remote : Out, stream of `PathFormats.remote_reply`
+    o : Out, stream of `Formats.patch_vertex`
+        Their vertices.
+    i_remote : In, stream of `PathFormats.remote_found`
         Reads of other clusters. A patch that this cluster does not hold is not there.
-    cluster : In, number of this cluster
-        Stable while patches are in flight.
-    wrong, remote_wrong : Out(1); number, remote_number : Out, patch ids
-        The patch is not there; in the cycle after its first vertex has left.
+    o_remote : Out, stream of `PathFormats.remote_reply`
+        Their vertices.
+    cluster : In(PathFormats.cluster)
+        The number of this cluster. Stable while patches are in flight.
+    wrong, remote_wrong : Out(1)
+        A patch is not there; in the cycle after its first vertex has left.
+    number, remote_number : Out(patch_bits)
+        That patch.
 
     Timing
     ------

@@ -21,10 +21,10 @@ INCR, UNPRIVILEGED = 1, 0b010
 
 
 class MainMemoryPort(wiring.Component):
-    """The machine's only way to main memory, an AXI4 manager.
+    """All accesses to main memory, as an AXI4 manager.
 
-    A request outside its window is never made: it is answered, with errors, in its turn. So is one that memory answers
-    with an error, or not at all: every request gets all its beats, and nothing waits for ever.
+    No transaction is issued for a request outside its window: it is answered with errors, in order. So is one that
+    memory answers with an error, or not at all: every request gets all its beats, and none waits for ever.
 
     ::
 
@@ -35,31 +35,38 @@ class MainMemoryPort(wiring.Component):
     Parameters
     ----------
     config
-        The configuration; its ``memory`` says how wide and how many.
+        The configuration; ``memory`` has the widths and depths.
     tag
-        Shape of what goes along with a request.
+        Shape of a sideband value of a request.
 
     Members
     -------
-    i_read, o_read
-        `MemoryFormats.request`, and its beats in order (`MemoryFormats.reply`), request by request.
-    i_write, i_write_data, o_written
-        `MemoryFormats.request`, its beats in order (`MemoryFormats.write_data`), and one `MemoryFormats.written` for
-        each request. Reads and writes do not wait for each other.
-    read_window, write_window
-        ``base`` <= address < ``limit``. They stay while ``busy``.
-    busy
+    i_read : In, stream of `MemoryFormats.request`
+        Reads.
+    o_read : Out, stream of `MemoryFormats.reply`
+        Their beats in order, request by request.
+    i_write : In, stream of `MemoryFormats.request`
+        Writes. Reads and writes are independent.
+    i_write_data : In, stream of `MemoryFormats.write_data`
+        Their beats in order.
+    o_written : Out, stream of `MemoryFormats.written`
+        One for each write.
+    read_window, write_window : In(MemoryFormats.window)
+        ``base`` <= address < ``limit``. Stable while ``busy``.
+    busy : Out(1)
         A request has not been answered in full.
-    fault, clear
-        What went wrong first (`hw.memsys.fault`), until it is cleared.
-    axi
-        `AxiSignature`.
+    fault : Out(MemoryFormats.fault)
+        The first fault, until it is cleared.
+    clear : In(1)
+        Clears it.
+    axi : Out, `AxiSignature`
+        Main memory.
 
     Timing
     ------
     Latency: ``5`` cycles from a request to its first address, ``4`` from the last beat of a burst to the first one of
-    the reply. One burst per cycle is asked for, one beat per cycle comes and goes each way, without a gap between
-    bursts or requests; stalls with its clients, with memory, and while ``outstanding`` bursts are under way.
+    the reply. One burst per cycle is requested, one beat per cycle in each direction, without a gap between bursts or
+    requests; stalls with its clients, with memory, and while ``outstanding`` bursts are in flight.
     """
 
     def __init__(self, *, config: Config, tag):
@@ -75,7 +82,7 @@ class MainMemoryPort(wiring.Component):
         self._parts = {}
         for name, fault in ("read", Fault.READ_OUTSIDE), ("write", Fault.WRITE_OUTSIDE):
             self._parts[f"{name}_check"] = WindowCheck(config=config, tag=tag, fault=fault)
-            # Between them so that whether memory takes a burst is not asked all along the way.
+            # Registered: no combinational path from AXI's ready to the clients.
             self._parts[f"{name}_skid"] = SkidBuffer(formats.checked(tag))
             self._parts[f"{name}_splitter"] = BurstSplitter(config=config, tag=tag)
         self._parts["read_engine"] = ReadEngine(config=config, tag=tag)
@@ -106,7 +113,7 @@ class MainMemoryPort(wiring.Component):
             wiring.connect(m, self._parts[part].o_fault, given)
         m.d.comb += [first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
 
-        # What can be under way: bursts, and requests in front of them.
+        # Requests in flight: bursts, and requests before the splitter.
         counts = [Signal(range(self._config.memory.outstanding + 8), name=name) for name in ("reads", "writes")]
         for count, given, answer, ends in (
                 (counts[0], self.i_read, self.o_read, self.o_read.payload.last),

@@ -1,4 +1,4 @@
-"""Memory system of a cluster: from the cells that its traversal meets to the vertices of every patch in them, once."""
+"""Memory system of a cluster: from the cells of its traversal to the vertices of every patch in them, once."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -31,26 +31,25 @@ COUNTERS = {
     "remote": "patches from other clusters", "hits": "patches from the cache", "misses": "patches from main memory",
     "answered": "patches sent to other clusters", "stalls": "cycles in which a vertex stalled at the intersection unit"}
 
-# Cells and patches that wait in front of the filters, and patches that wait for each place where they may be.
+# Capacities: of the queues before the filters, for cells and for patches, and of those before each source of patches.
 CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE = 16, 32, 4
-# Cells, and patches, that there is room for, more than enough: the queues, what the filters hold, and what has been
-# asked for.
+# Cells, and patches, in flight at most: in the queues, in the filters, and requested.
 MOST = 1023
 LOADS = {"cells": "cell_load", "lists": "list_load", "types": "type_load", "geometry": "geometry_load"}
 
 
 class MemorySystem(wiring.Component):
-    """Opens each cell once per frustum and gives each patch in it once, from the nearest place that has it: the
-    cluster's own memory, another cluster's, or the bus.
+    """Opens each cell once per frustum and outputs each patch in it once, from the nearest memory that has it: the
+    cluster's own, another cluster's, or the bus.
 
     ::
 
         i_cell - queue - cell filter - CellTable -+- PatchTable -+- queue - patch filter - PatchTypeMemory -+- own
                                                   '-- bus -------'                                          |- remote
                                                                       o_vertex <- VertexMerge --------------+- bus
-                                      i_remote - PatchTypeMemory - LocalPatchGeometry - o_remote
+                                     i_remote - PatchTypeMemory - LocalPatchGeometry - o_remote
 
-    What is wrong is told, and drops out; nothing waits for it.
+    A faulty cell or patch is flagged and dropped; the others are not delayed.
 
     Parameters
     ----------
@@ -59,33 +58,49 @@ class MemorySystem(wiring.Component):
 
     Members
     -------
-    i_load_cells, i_load_lists, i_load_types, i_load_geometry
-        `PathFormats.cell_load`, ``list_load``, ``type_load`` and ``geometry_load``. Always ready; not while anything
-        is under way, here or at those who ask.
-    scene, cluster
-        `PathFormats.scene`, and which cluster this is: the number of its node in the network, by which residence tables
-        name it. Both the same from loading on.
-    i_start
-        Begins a frustum; taken when it is ``drained``. No payload.
-    i_cell
-        Cells as they are met.
-    o_vertex
-        `Formats.patch_vertex`, four vertices of a patch one after the other, to the intersection unit.
-    o_request, i_reply, i_remote, o_remote
-        The network interface's ``i_request``, ``o_reply``, ``o_request`` and ``i_reply``.
-    o_bus, i_bus
-        The local bus' ``i_request`` and ``o_reply`` of this cluster.
-    drained
+    i_load_cells : In, stream of `PathFormats.cell_load`
+        Always ready; not while cells or patches are in flight, here or at clusters that request from this one.
+    i_load_lists : In, stream of `PathFormats.list_load`
+        Likewise.
+    i_load_types : In, stream of `PathFormats.type_load`
+        Likewise.
+    i_load_geometry : In, stream of `PathFormats.geometry_load`
+        Likewise.
+    scene : In(PathFormats.scene)
+        Numbers of the scene. Stable after the load.
+    cluster : In(PathFormats.cluster)
+        The number of this cluster, which is that of its node in the network, and names it in residence tables. Stable.
+    i_start : In, stream without payload
+        Begins a frustum; accepted when the memory system is ``drained``.
+    i_cell : In, stream of `Formats.cell`
+        Cells in the order of the traversal.
+    o_vertex : Out, stream of `Formats.patch_vertex`
+        Four vertices of a patch, one after the other, to the intersection unit.
+    o_request : Out, stream of `PathFormats.remote_request`
+        The network interface's ``i_request``.
+    i_reply : In, stream of `Formats.patch_vertex`
+        Its ``o_reply``.
+    i_remote : In, stream of `PathFormats.remote_request`
+        Its ``o_request``.
+    o_remote : Out, stream of `PathFormats.remote_reply`
+        Its ``i_reply``.
+    o_bus : Out, stream of `PathFormats.request`
+        The local bus' ``i_request``.
+    i_bus : In, stream of `PathFormats.bus_reply`
+        Its ``o_reply`` of this cluster. Always ready.
+    drained : Out(1)
         All cells have been opened, and all vertices of all patches in them have left.
-    fault, clear
-        What went wrong first, `PathFormats.fault`, until it is cleared.
-    counters
-        `COUNTERS`.
+    fault : Out(PathFormats.fault)
+        The first fault, until it is cleared.
+    clear : In(1)
+        Clears it.
+    counters : Out(COUNTERS)
+        The counters.
 
     Timing
     ------
     Latency: ``35`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
-    entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with what it asks.
+    entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with its replies.
 
     Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
     """
@@ -130,7 +145,7 @@ class MemorySystem(wiring.Component):
         self._add_cells(m)
         self._add_lists(m)
         self._add_patches(m)
-        self._add_asked(m)
+        self._add_remote(m)
         self._add_ends(m)
         return m
 
@@ -144,21 +159,21 @@ class MemorySystem(wiring.Component):
             self._cell_table.lists.eq(self.scene.lists), self._patch_table.patches.eq(self.scene.patches),
             self._cell_filter.limit.eq(self.scene.cells), self._patch_filter.limit.eq(self.scene.patches),
             self._geometry.cluster.eq(self.cluster), self.drained.eq(self._cells.empty & self._patches.empty)]
-        # They are far from what begins: it is known a cycle before.
-        begins, asks = Signal(), Signal(len(filters))
-        m.d.comb += self.i_start.ready.eq(begins & ~asks.any())
+        # Registered: the filters are far from the beginning of a frustum.
+        begins, starts = Signal(), Signal(len(filters))
+        m.d.comb += self.i_start.ready.eq(begins & ~starts.any())
         m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
-        for ask, one in zip(asks, filters, strict=True):
-            m.d.comb += one.i_start.valid.eq(ask)
+        for start, one in zip(starts, filters, strict=True):
+            m.d.comb += one.i_start.valid.eq(start)
             with m.If(one.i_start.ready):
-                m.d.sync += ask.eq(0)
+                m.d.sync += start.eq(0)
         with m.If(self.i_start.valid & self.drained & ~begins):
-            m.d.sync += asks.eq(~0)
+            m.d.sync += starts.eq(~0)
 
     def _add_cells(self, m):
         """Through the filter and the table to their lists, here or on the bus."""
         queue, table = self._cell_queue, self._cell_table
-        # Here, and behind the type memory: else the place of one would decide in the same cycle whether a filter moves.
+        # Registered, here and after the type memory: no combinational path from the source of a patch to a filter.
         m.submodules.cell_found = buffer = SkidBuffer(table.o.payload.shape())
         wiring.connect(m, table.o, buffer.i)
         self._found_cell = out = buffer.o
@@ -179,14 +194,14 @@ class MemorySystem(wiring.Component):
     def _add_lists(self, m):
         """Entries of both kinds of lists to the patch queue."""
         m.submodules.lists = lists = Arbiter(self._formats.listed_bits, count=2)
-        # Else whose turn it is would decide in the same cycle what tables, filters and the bus interface do.
+        # Registered: no combinational path from the grant to tables, filters and the bus interface.
         buffers = []
         for name, listed in ("own", self._patch_table.o), ("bus", self._bus.o_listed):
             m.submodules[f"{name}_listed"] = buffer = SkidBuffer(listed.payload.shape())
             wiring.connect(m, listed, buffer.i)
             buffers.append(buffer.o)
         own, bus = buffers
-        # Of a place without an id only the end of the list is taken.
+        # An entry without an id only marks the end of the list.
         is_id = bus.payload.item.is_id
         m.d.comb += [
             lists.i[0].valid.eq(own.valid), lists.i[0].payload.eq(own.payload.number), own.ready.eq(lists.i[0].ready),
@@ -205,15 +220,15 @@ class MemorySystem(wiring.Component):
         m.d.comb += self._patches.enters.eq(sum(one.valid & one.ready for one in lists.i))
 
     def _add_patches(self, m):
-        """From the filter to the nearest place, and the vertices from there."""
+        """From the filter to the nearest source, and the vertices from there."""
         wiring.connect(m, self._patch_filter.o, self._types.i)
         m.submodules.patch_found = buffer = SkidBuffer(self._types.o.payload.shape())
         wiring.connect(m, self._types.o, buffer.i)
         self._found_patch = out = buffer.o
         found = out.payload
-        own, remote, bus = places = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
+        own, remote, bus = sources = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
             self._geometry.i.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
-        for name, queue in zip(("own", "remote", "bus"), places, strict=True):
+        for name, queue in zip(("own", "remote", "bus"), sources, strict=True):
             m.submodules[f"{name}_patches"] = queue
         is_here = found.is_held & (found.cluster == self.cluster)
         chosen = Signal(3)
@@ -222,9 +237,9 @@ class MemorySystem(wiring.Component):
             own.i.payload.patch.eq(found.patch), own.i.payload.address.eq(found.address),
             remote.i.payload.node.eq(found.cluster), remote.i.payload.patch.eq(found.patch),
             bus.i.payload.eq(found.patch), out.ready.eq(found.wrong)]
-        for place, queue in zip(chosen, places, strict=True):
-            m.d.comb += queue.i.valid.eq(out.valid & place)
-            with m.If(place):
+        for source, queue in zip(chosen, sources, strict=True):
+            m.d.comb += queue.i.valid.eq(out.valid & source)
+            with m.If(source):
                 m.d.comb += out.ready.eq(queue.i.ready)
         wiring.connect(m, own.o, self._geometry.i)
         wiring.connect(m, remote.o, wiring.flipped(self.o_request))
@@ -242,8 +257,8 @@ class MemorySystem(wiring.Component):
             self._patches.leaves[0].eq(self._patch_filter.dropped), self._patches.leaves[1].eq(self._lost),
             self._patches.leaves[2].eq(self._bus.lost_patch), self._patches.leaves[3].eq(merge.left.any())]
 
-    def _add_asked(self, m):
-        """What other clusters ask for."""
+    def _add_remote(self, m):
+        """Requests of other clusters."""
         wiring.connect(m, wiring.flipped(self.i_remote), self._types.i_remote)
         wiring.connect(m, self._types.o_remote, self._geometry.i_remote)
         wiring.connect(m, self._geometry.o_remote, wiring.flipped(self.o_remote))
@@ -252,13 +267,13 @@ class MemorySystem(wiring.Component):
         """The first fault; counters."""
         m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits + 2)
         vertex, count = self.o_vertex, self.counters
-        # A vertex that waits for the intersection unit is not our fault.
+        # A stall of the intersection unit is no time-out.
         m.d.sync += [
             timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
             timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
                              | self._patches.enters.any() | self._patches.leaves.any() | self._cells.leaves.any())]
         geometry, cells, patches = self._geometry, self._cell_filter, self._patch_filter
-        # As late as it is known that all have left.
+        # Registered like ``drained``.
         found = Signal.like(self.fault)
         m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(cells.number)]
         for happens, what, which in (
@@ -284,7 +299,7 @@ class MemorySystem(wiring.Component):
         for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1]),
                               ("stalls", vertex.valid & ~vertex.ready),
                               ("answered", self.i_remote.valid & self.i_remote.ready)):
-            # With a cycle for the way.
+            # Registered: the events are far away.
             happened = Signal(name=f"counts_{name}")
             m.d.sync += [happened.eq(happens), count[name].eq(count[name] + happened)]
         with m.If(self.i_start.valid & self.i_start.ready):

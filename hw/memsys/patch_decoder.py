@@ -25,12 +25,18 @@ class PatchDecoder(wiring.Component):
 
     Members
     -------
-    word : In(range(PATCH_WORDS)), data : In(64), valid : In(1)
-        A word of a record, and its number; the words of a record follow each other in order.
-    patch : Out(32), surface : Out(32)
+    valid : In(1)
+        There is a word.
+    word : In(range(PATCH_WORDS))
+        Its number; the words of a record follow each other in order.
+    data : In(64)
+        The word.
+    patch, surface : Out(32)
         Of word 0.
-    index : Out(2), vertex : Out, `Formats.scene_vector`
-        The vertex of words 2 to 5, and its number.
+    index : Out(2)
+        The number of the vertex of words 2 to 5.
+    vertex : Out(Formats.scene_vector)
+        That vertex.
 
     Timing
     ------

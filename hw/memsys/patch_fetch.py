@@ -30,14 +30,18 @@ class PatchFetch(wiring.Component):
 
     Members
     -------
-    i : In, stream of `PathFormats.patch_fetch`; o : Out, stream of `PathFormats.patch_fill`
-        The patch cache's ``o_fetch`` and ``i_fill``. ``o`` is always ready.
+    i : In, stream of `PathFormats.patch_fetch`
+        The patch cache's ``o_fetch``.
+    o : Out, stream of `PathFormats.patch_fill`
+        Its ``i_fill``. Always ready.
     base : In(address_bits)
         Address of the patches' records, a multiple of 64. Stable while patches are read, and so is ``count``.
     count : In(listed_bits)
         The number of patches.
-    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
-        `MainMemoryPort`'s ``i_read`` and ``o_read``.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_read``.
+    i_reply : In, stream of `MemoryFormats.reply`
+        Its ``o_read``.
 
     Timing
     ------

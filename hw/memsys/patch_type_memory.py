@@ -31,10 +31,14 @@ class PatchTypeMemory(wiring.Component):
     i_load : In, stream of `PathFormats.type_load`
         Records in any order; -1 as a cluster: the patch is in main memory only. Always ready; not while patches are in
         flight. Other addresses are ignored.
-    i : In, stream of a patch id; o : Out, stream of `PathFormats.found_patch`
+    i : In, stream of a patch id
         Lookups of this cluster.
-    i_remote : In, stream of `PathFormats.remote_request`; o_remote : Out, stream of `PathFormats.remote_found`
+    o : Out, stream of `PathFormats.found_patch`
+        Their results.
+    i_remote : In, stream of `PathFormats.remote_request`
         Lookups of other clusters.
+    o_remote : Out, stream of `PathFormats.remote_found`
+        Their results.
 
     Timing
     ------

@@ -53,10 +53,14 @@ class PreloadDma(wiring.Component):
         Words. Records of 4 bytes are words too; a patch has `PATCH_WORDS`.
     o_done : Out, stream of `MemoryFormats.fault`
         One for each command, after its last word has been taken; the address of the faulty region.
-    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
-        `MainMemoryPort`'s ``i_read`` and ``o_read``.
-    hits, sums, cells, patch_lists, patches, columns
-        As of `ImageHeader`.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_read``.
+    i_reply : In, stream of `MemoryFormats.reply`
+        Its ``o_read``.
+    hits, sums, cells, patch_lists, patches : Out(MemoryFormats.table)
+        Of the image that was read last, as of `ImageHeader`.
+    columns : Out(COUNT_BITS)
+        Likewise.
 
     Timing
     ------

@@ -22,17 +22,21 @@ class ReadBuffer(wiring.Component):
 
     Members
     -------
-    start : In(1); slot : In, number of a slot; length : In(burst_bits)
-        A burst of this length is requested for a slot, which is free.
+    start : In(1)
+        A burst is requested for a slot, which is free.
+    slot : In(slot_bits)
+        That slot.
+    length : In(burst_bits)
+        Length of the burst.
     i : In, stream of `MemoryFormats.read_data`
         Beats of memory; the id is the slot. Always ready.
     outstanding, wrong : Out(outstanding)
         By slot: beats are missing; one of them was an error, or one too few or too many.
-    beat_slot : Out, number of a slot
+    beat_slot : Out(slot_bits)
         The slot of the beat of the previous cycle.
     stored, unexpected, failed : Out(1)
         That beat is in the buffer; no slot waits for it, or its burst has another length; memory answers with an error.
-    port : In, `ReadPort.Signature`
+    port : Out, `ReadPort.Signature`
         Reads the buffer, a beat by its index in the burst and its slot.
 
     Timing
@@ -45,14 +49,20 @@ class ReadBuffer(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, MemoryFormats(config)
         formats, slots = self._formats, config.memory.outstanding
-        # One slot alone takes no bits of an address.
-        self._address_bits = slots.bit_length() - 1 + formats.burst_bits
         super().__init__({
             "start": In(1), "slot": In(formats.slot_bits), "length": In(formats.burst_bits),
             "i": In(stream.Signature(formats.read_data, always_ready=True)), "outstanding": Out(slots),
             "wrong": Out(slots), "beat_slot": Out(formats.slot_bits), "stored": Out(1), "unexpected": Out(1),
             "failed": Out(1),
-            "port": In(ReadPort.Signature(addr_width=self._address_bits, shape=config.memory.data_bits))})
+            "port": Out(self.port_signature(config))})
+        self._address_bits = len(self.port.addr)
+
+    @staticmethod
+    def port_signature(config: Config) -> ReadPort.Signature:
+        """The signature of ``port``. The number of one slot alone takes no bits of an address."""
+        return ReadPort.Signature(
+            addr_width=config.memory.outstanding.bit_length() - 1 + MemoryFormats(config).burst_bits,
+            shape=config.memory.data_bits)
 
     def elaborate(self, platform):
         m = Module()

@@ -39,8 +39,10 @@ class ReadEngine(wiring.Component):
         Bursts.
     o : Out, stream of `MemoryFormats.reply`
         As many beats as were requested, with ``error`` where there are none.
-    o_address : Out, stream of `MemoryFormats.address`; i_data : In, stream of `MemoryFormats.read_data`
-        AXI's AR and R; ``i_data`` is always ready.
+    o_address : Out, stream of `MemoryFormats.address`
+        AXI's AR.
+    i_data : In, stream of `MemoryFormats.read_data`
+        AXI's R. Always ready.
     o_fault : Out, stream of `MemoryFormats.fault`
         Faults. Always ready.
 
@@ -53,7 +55,7 @@ class ReadEngine(wiring.Component):
 
     def __init__(self, *, config: Config, tag):
         self._config, self._formats, self._tag = config, MemoryFormats(config), tag
-        formats, self._buffer = self._formats, ReadBuffer(config=config)
+        formats = self._formats
         super().__init__({
             "i": In(stream.Signature(formats.burst(tag))), "o": Out(stream.Signature(formats.reply(tag))),
             "o_address": Out(stream.Signature(formats.address)),
@@ -62,19 +64,19 @@ class ReadEngine(wiring.Component):
         self._leaving = stream.Signature(StructLayout({
             "slot": formats.slot_bits, "beat": formats.burst_bits, "tag": tag, "last": 1, "error": 1})).create()
         self._pipeline = pipeline = Pipeline(self._leaving, self.o)
-        beat, self._port = self._leaving.payload, self._buffer.signature.members["port"].signature.create()
+        beat, self._port = self._leaving.payload, ReadBuffer.port_signature(config).create()
         address = Cat(beat.beat, beat.slot)[:len(self._port.addr)]
         data = pipeline.delay(pipeline.read(self._port, pipeline.input(address)), 1)
         pipeline.output(self.o.payload.data, data)
         for name in "tag", "last", "error":
             pipeline.output(self.o.payload[name], pipeline.input(beat[name]))
         # The register at the buffer, the status bit of the slot, and the buffer.
-        self.latency = self._buffer.latency + 1 + pipeline.latency
+        self.latency = ReadBuffer.latency + 1 + pipeline.latency
 
     def elaborate(self, platform):
         m = Module()
         formats, slots = self._formats, self._config.memory.outstanding
-        m.submodules.buffer = buffer = self._buffer
+        m.submodules.buffer = buffer = ReadBuffer(config=self._config)
         m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits)
         m.submodules.bursts = bursts = Memory(shape=formats.burst(self._tag), depth=slots, init=[],
                                               attrs={"ram_style": "distributed"})
@@ -116,12 +118,12 @@ class ReadEngine(wiring.Component):
         with m.If(leaves):
             m.d.sync += [beat.eq(0), oldest.eq(oldest + 1 if slots > 1 else 0)]
         self._pipeline.add_to(m)
-        self._add_faults(m, bursts, timeout, gives_up, burst.first)
+        self._add_faults(m, buffer=buffer, bursts=bursts, timeout=timeout, gives_up=gives_up, oldest=burst.first)
         return m
 
-    def _add_faults(self, m, bursts, timeout, gives_up, oldest):
+    def _add_faults(self, m, *, buffer, bursts, timeout, gives_up, oldest):
         """Faults. A beat that no slot waits for is no answer; a time-out has the address of the oldest burst."""
-        buffer, read, waits = self._buffer, bursts.read_port(domain="comb"), Signal()
+        read, waits = bursts.read_port(domain="comb"), Signal()
         m.d.sync += waits.eq(buffer.outstanding.any())
         m.d.comb += [read.addr.eq(buffer.beat_slot), timeout.waits.eq(waits & ~gives_up),
                      timeout.moves.eq(buffer.stored)]

@@ -29,8 +29,10 @@ class ReadShare(wiring.Component):
         Of the readers, without a tag.
     o_reply : Out, ``count`` streams of `MemoryFormats.reply`
         Their replies. A reader that stalls its replies stalls those of the others.
-    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
-        `MainMemoryPort`'s ``i_read`` and ``o_read``, with the number of a reader as the tag.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_read``.
+    i_reply : In, stream of `MemoryFormats.reply`
+        Its ``o_read``.
 
     Timing
     ------

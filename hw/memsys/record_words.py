@@ -27,14 +27,18 @@ class RecordWords(wiring.Component):
     -------
     region : In(RegionNumber)
         Of the words. Stable while words are in flight.
-    start : In(1), record : In(COUNT_BITS)
-        The next word is the first one of this record. Only while no word is in flight.
+    start : In(1)
+        The next word is the first one of a record. Only while no word is in flight.
+    record : In(COUNT_BITS)
+        That record.
     i : In, stream of `MemoryFormats.word`
         Words as they are read.
     o : Out, stream of ``item`` (`MemoryFormats.table_word`), ``last``, ``fault`` (`Fault`)
         Records of 4 bytes are words too; a patch has `PATCH_WORDS`. ``last``: of its extent. ``fault``: ``NONE``,
         ``READ_REPLY``, ``POINTER`` or ``SIZE``.
-    table, limit
+    table : Out(RegionNumber)
+        As of `TableCheck`.
+    limit : In(COUNT_BITS)
         As of `TableCheck`.
 
     Timing

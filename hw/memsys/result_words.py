@@ -24,7 +24,7 @@ class ResultWords(wiring.Component):
 
     Members
     -------
-    command : In, `ResultFormats.command`
+    command : In(ResultFormats.command)
         Stable from the cycle before ``active`` on.
     active : In(1)
         Items of the command are accepted.
@@ -32,8 +32,10 @@ class ResultWords(wiring.Component):
         The writer needs no more words: items that are left over are discarded.
     discard : In(1)
         No word is enabled, as there was a fault.
-    i_hit, i_sum : In, streams of `ResultFormats.hit`, `ResultFormats.sum`
-        The items, up to ``last``.
+    i_hit : In, stream of `ResultFormats.hit`
+        Hits, up to ``last``.
+    i_sum : In, stream of `ResultFormats.sum`
+        Sums, up to ``last``.
     o : Out, stream of ``data``, ``enable``
         `WordWriter`'s ``i_word``.
     over : Out(1)

@@ -1,4 +1,4 @@
-"""Direct and set-associative placement: which line a record is in, or will be."""
+"""Direct-mapped and set-associative placement: the line of a record."""
 
 from itertools import combinations
 
@@ -9,46 +9,49 @@ from amaranth.lib.wiring import In, Out
 
 from hw.lib.generations import Generations
 from hw.lib.update_memory import UpdateMemory
+from hw.lib.validate import check_power_of_two
 
 __all__ = ["SetPlacement"]
 
 
 class SetPlacement(wiring.Component):
-    """Line ``way sets + key mod sets``; a set forgets what it has used least recently, or has one way for each key.
+    """Direct-mapped or set-associative: line ``way sets + key mod sets``. A set replaces its least recently used way.
 
-    A row of the memory is a set: the generation in which it was written first, and of each way the rest of its key,
-    whether there is one, and which of the other ways were used before it. In a new set the ways have been used in
-    their order, so empty ways are filled first, and in that order.
+    A row of the memory is a set: the generation that wrote it, and for each way the rest of its key, whether it is
+    full, and which other ways were used before it. In a new set the ways count as used in ascending order, so empty
+    ways are filled first, and in that order.
 
     Parameters
     ----------
     lines, ways
         Powers of two; 1, 2 or 4 ways.
     key, tag
-        Shapes of a key, and of what goes along.
+        Shapes of a key, and of a sideband value of a request.
     generation_bits
         See `Generations`.
 
     Members
     -------
-    i_start
-        Empties all lines. The sender sees to it that no request is under way. No payload.
-    direct
-        Line = key mod lines, whatever the ways. Stays until the next start.
-    i
-        ``tag`` and ``key``. Always ready, but nothing is sent before the first start, and while one waits.
-    o
-        ``tag``, ``line``, and whether it is a ``hit``. Always ready.
+    i_start : In, stream without payload
+        Empties all lines. Only while no request is in flight.
+    direct : In(1)
+        Direct-mapped: line = key mod lines, whatever the ways. Stable until the next start.
+    i : In, stream of ``tag``, ``key``
+        Requests. Always ready, but only after the first start, and while no start is pending.
+    o : Out, stream of ``tag``, ``line``, ``hit``
+        Their lines. Always ready.
 
     Timing
     ------
-    Latency: ``5`` cycles. One request per cycle, hit or miss; nothing stalls. A start takes ``1`` cycle, and ``lines
-    / ways`` more every 2^``generation_bits`` - 1 starts.
+    Latency: ``5`` cycles. One request per cycle, hit or miss; never stalls. A start takes ``1`` cycle, and ``lines /
+    ways`` more every 2^``generation_bits`` - 1 starts.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The number of lines is no integer.
     ValueError
-        Lines or ways out of range.
+        A number is out of range.
 
     Golden counterpart: `golden.memsys.set_placement.SetPlacement`.
     """
@@ -58,8 +61,7 @@ class SetPlacement(wiring.Component):
     def __init__(self, *, lines: int, ways: int, key, tag, generation_bits: int):
         if ways not in (1, 2, 4):
             raise ValueError(f"Ways must be 1, 2 or 4, not {ways!r}")
-        if not isinstance(lines, int) or lines < 2 * ways or lines & (lines - 1):
-            raise ValueError(f"Lines must be a power of two of at least {2 * ways}, not {lines!r}")
+        check_power_of_two("Lines", lines, minimum=2 * ways)
         self._lines, self._ways, self._generation_bits = lines, ways, generation_bits
         super().__init__({
             "i_start": In(stream.Signature(0)), "direct": In(1),
@@ -72,9 +74,9 @@ class SetPlacement(wiring.Component):
         ways, sets = self._ways, self._lines // self._ways
         set_bits, way_bits = sets.bit_length() - 1, ways.bit_length() - 1
         key = Value.cast(self.i.payload.key)
-        place, forced, rest = key[:set_bits], key[set_bits:set_bits + way_bits], key[set_bits:]
+        number, forced, rest = key[:set_bits], key[set_bits:set_bits + way_bits], key[set_bits:]
         pairs = list(combinations(range(ways), 2))
-        # hit and way are not read again: they are the answer to the access that has written the row.
+        # ``hit`` and ``way`` are never read from the memory: they are the result of the access that writes the row.
         row = StructLayout({"generation": self._generation_bits, "rest": ArrayLayout(len(rest), ways), "full": ways,
                             "before": len(pairs), "hit": 1, "way": way_bits})
         operand = StructLayout({"generation": self._generation_bits, "clear": 1, "rest": len(rest), "direct": 1,
@@ -101,20 +103,20 @@ class SetPlacement(wiring.Component):
 
         m.submodules.generations = generations = Generations(bits=self._generation_bits, depth=sets)
         wiring.connect(m, wiring.flipped(self.i_start), generations.i_start)
-        tag = StructLayout({"tag": self._tag, "asks": 1})
+        tag = StructLayout({"tag": self._tag, "is_request": 1})
         m.submodules.sets = memory = UpdateMemory(row, depth=sets, operand=operand, tag=tag, change=change)
-        # A block RAM has no time for a choice in front of it.
-        given, comes = Signal.like(memory.i.payload, reset_less=True), Signal()
-        made = memory.o.payload
+        # Registered: a block RAM has no slack for a multiplexer at its address.
+        given, accesses = Signal.like(memory.i.payload, reset_less=True), Signal()
+        done = memory.o.payload
         m.d.sync += [
-            comes.eq(self.i.valid | generations.sweeps),
-            given.address.eq(Mux(generations.sweeps, generations.row, place)),
-            given.tag.tag.eq(self.i.payload.tag), given.tag.asks.eq(self.i.valid),
+            accesses.eq(self.i.valid | generations.sweeps),
+            given.address.eq(Mux(generations.sweeps, generations.row, number)),
+            given.tag.tag.eq(self.i.payload.tag), given.tag.is_request.eq(self.i.valid),
             given.operand.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
             given.operand.clear.eq(generations.sweeps), given.operand.rest.eq(rest),
             given.operand.direct.eq(self.direct), given.operand.forced.eq(1 << forced)]
         m.d.comb += [
-            memory.i.valid.eq(comes), memory.i.payload.eq(given),
-            self.o.valid.eq(memory.o.valid & made.tag.asks), self.o.payload.tag.eq(made.tag.tag),
-            self.o.payload.line.eq(Cat(made.address, made.new.way)), self.o.payload.hit.eq(made.new.hit)]
+            memory.i.valid.eq(accesses), memory.i.payload.eq(given),
+            self.o.valid.eq(memory.o.valid & done.tag.is_request), self.o.payload.tag.eq(done.tag.tag),
+            self.o.payload.line.eq(Cat(done.address, done.new.way)), self.o.payload.hit.eq(done.new.hit)]
         return m

@@ -1,4 +1,4 @@
-"""System bus interface: what clusters ask the bus for, from the caches or from main memory."""
+"""System bus interface: the clusters' requests for cells and patches, from the caches or from main memory."""
 
 from amaranth.hdl import Array, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -17,13 +17,14 @@ from hw.memsys.read_share import ReadShare
 
 __all__ = ["READERS", "SystemBusInterface"]
 
-# Who reads main memory: records of cells, lists, patches.
+# Readers of main memory: records of cells, lists, patches.
 READERS = 3
 
 
 class SystemBusInterface(wiring.Component):
-    """A cache each for parts of cells' lists and for patches. A cell and a patch do not wait for each other; requests
-    of one kind are answered in their order.
+    """Caches in front of main memory: one for parts of the cells' lists, one for patches.
+
+    Requests for cells and for patches are independent; those of one kind are answered in order.
 
     ::
 
@@ -31,7 +32,7 @@ class SystemBusInterface(wiring.Component):
                    '- patch cache - PatchFetch -'
         o_reply    <- records, beat by beat
 
-    The key of a part of a list is that of the cell, with the number of the part above.
+    The key of a part of a list is that of the cell with the number of the part above it.
 
     Parameters
     ----------
@@ -42,24 +43,28 @@ class SystemBusInterface(wiring.Component):
 
     Members
     -------
-    i_invalidate
-        Empties both caches and sets the `CachePolicy`. Taken when everything has been answered; nothing is taken
-        before the first one.
-    i_request
-        `PathFormats.bus_request`.
-    o_reply
-        `PathFormats.bus_reply`, an array of two: of cells and of patches.
-    scene, bases
-        `PathFormats`. The same while requests are under way.
-    o_request, i_reply
-        `MainMemoryPort`'s ``i_read`` and ``o_read``, with a tag of `READERS`.
-    cell_hits, cell_misses, patch_hits, patch_misses
+    i_invalidate : In, stream of `CachePolicy`
+        Empties both caches and sets the policy. Accepted when no request is in flight; no request is accepted before
+        the first one.
+    i_request : In, stream of `PathFormats.bus_request`
+        Requests of all clusters.
+    o_reply : Out, two streams of `PathFormats.bus_reply`
+        Replies for cells and for patches.
+    scene : In(PathFormats.scene)
+        Numbers of the scene. Stable while requests are in flight.
+    bases : In(PathFormats.bases)
+        Addresses of its tables, likewise.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_read``, with a tag of `READERS`.
+    i_reply : In, stream of `MemoryFormats.reply`
+        Its ``o_read``.
+    cell_hits, cell_misses, patch_hits, patch_misses : Out(32)
         Since the last invalidation.
 
     Timing
     ------
     Latency: ``9`` cycles of a hit, 7 under ``LFU``. A cell takes as many cycles as its part has entries, at least one;
-    a patch 5; both go on at the same time. Stalls with ``o_reply``, and while ``cache_fetches`` of a kind are fetched.
+    a patch 5; both at the same time. Stalls with ``o_reply``, and while ``cache_fetches`` of a kind are in flight.
 
     Golden counterpart: `golden.memsys.cache.Cache`. Source: Shen 1993, section 5.3.7.
     """
@@ -102,12 +107,13 @@ class SystemBusInterface(wiring.Component):
             m.submodules[f"{name}_cache"], m.submodules[f"{name}_fetch"] = cache, fetch
             wiring.connect(m, start, cache.i_invalidate)
             wiring.connect(m, cache.o_fetch, fetch.i)
-            # What memory answered goes through checks already before it fills a line.
+            # Registered: fills pass through checks.
             m.d.sync += [cache.i_fill.valid.eq(fetch.o.valid), cache.i_fill.payload.eq(fetch.o.payload)]
             m.d.comb += [getattr(self, f"{name}_hits").eq(cache.hits), getattr(self, f"{name}_misses").eq(cache.misses)]
-            asked = self.i_request.payload
-            m.d.comb += [cache.i.payload.tag.eq(asked.source), cache.i.payload.key.eq(asked.item.key)]
-            with m.If(asked.item.kind == kind):
+            request_payload = self.i_request.payload
+            m.d.comb += [cache.i.payload.tag.eq(request_payload.source),
+                         cache.i.payload.key.eq(request_payload.item.key)]
+            with m.If(request_payload.item.kind == kind):
                 m.d.comb += [cache.i.valid.eq(self.i_request.valid), self.i_request.ready.eq(cache.i.ready)]
             self._add_replies(m, kind, cache, out)
         return m
@@ -120,10 +126,10 @@ class SystemBusInterface(wiring.Component):
         record = Array(found.record[beat].as_value() if kind is RequestKind.CELL else found.record[beat]
                        for beat in range(beats))
         if kind is RequestKind.CELL:
-            # Whether the place behind each one is empty.
+            # The next beat is empty.
             ends = Array([*(~found.record[beat].is_id for beat in range(1, beats)), 1])[number]
         else:
-            # A register: a cache as a whole moves with it.
+            # Registered: it advances the whole cache.
             ends = Signal(name="patch_ends")
             with m.If(out.valid & out.ready):
                 m.d.sync += ends.eq(number == beats - 2)

@@ -1,4 +1,4 @@
-"""Table load: the words of a memory image to the tables of a cluster."""
+"""Table load: words of a memory image to the tables of a cluster."""
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
@@ -13,8 +13,7 @@ __all__ = ["TableLoad"]
 
 
 class TableLoad(wiring.Component):
-    """Gives `hw.memsys.memory_system.MemorySystem` what it loads, of what `hw.memsys.preload_dma.PreloadDma` reads.
-    Words of other regions are for others.
+    """Routes the words that `PreloadDma` reads to the tables of `MemorySystem`. Words of other regions are ignored.
 
     Parameters
     ----------
@@ -23,14 +22,20 @@ class TableLoad(wiring.Component):
 
     Members
     -------
-    i
-        ``region``, ``record``, ``word`` and ``data``. Always ready.
-    o_cells, o_lists, o_types, o_geometry
-        `PathFormats.cell_load`, ``list_load``, ``type_load`` and ``geometry_load``. Always ready.
+    i : In, stream of `MemoryFormats.table_word`
+        Words of this cluster. Always ready.
+    o_cells : Out, stream of `PathFormats.cell_load`
+        Always ready.
+    o_lists : Out, stream of `PathFormats.list_load`
+        Always ready.
+    o_types : Out, stream of `PathFormats.type_load`
+        Always ready.
+    o_geometry : Out, stream of `PathFormats.geometry_load`
+        Always ready.
 
     Timing
     ------
-    Latency: ``0`` cycles. One word per cycle; nothing stalls.
+    Latency: ``0`` cycles. One word per cycle; never stalls.
     """
 
     latency = 0

@@ -26,7 +26,7 @@ class WindowCheck(wiring.Component):
 
     Members
     -------
-    window : In, `MemoryFormats.window`
+    window : In(MemoryFormats.window)
         All of its 64 bits count. Stable while a request is in flight.
     i : In, stream of `MemoryFormats.request`
         Requests.

@@ -26,8 +26,10 @@ class WordReader(wiring.Component):
         Extents; the address is a multiple of a word.
     o : Out, stream of `MemoryFormats.word`
         The words of each extent in order.
-    o_request : Out, stream of `MemoryFormats.request`; i_reply : In, stream of `MemoryFormats.reply`
-        `MainMemoryPort`'s ``i_read`` and ``o_read``.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_read``.
+    i_reply : In, stream of `MemoryFormats.reply`
+        Its ``o_read``.
 
     Timing
     ------

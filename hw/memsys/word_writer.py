@@ -27,8 +27,10 @@ class WordWriter(wiring.Component):
         Extents.
     i_word : In, stream of ``data``, ``enable``
         The words of each extent in order; a word that is not enabled is skipped, memory keeps the old one.
-    o_request : Out, stream of `MemoryFormats.request`; o_data : Out, stream of `MemoryFormats.write_data`
-        `MainMemoryPort`'s ``i_write`` and ``i_write_data``.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_write``.
+    o_data : Out, stream of `MemoryFormats.write_data`
+        Its ``i_write_data``.
     busy : Out(1)
         Requests or words of an extent are still to come.
 

@@ -21,8 +21,10 @@ class WorkCount(wiring.Component):
 
     Members
     -------
-    enters : In(enters), leaves : In(leaves)
-        A bit for each port: an item passes it in this cycle. An item leaves in a later cycle than it enters.
+    enters : In(enters)
+        A bit for each port: an item enters in this cycle.
+    leaves : In(leaves)
+        Likewise, an item leaves, in a later cycle than it has entered.
     level : Out(range(most + 1))
         Items in flight, and those that left in the last cycle.
     empty : Out(1)

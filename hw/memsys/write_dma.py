@@ -41,12 +41,18 @@ class WriteDma(wiring.Component):
     -------
     i : In, stream of `ResultFormats.command`
         Commands.
-    i_hit : In, stream of `ResultFormats.hit`; i_sum : In, stream of `ResultFormats.sum`
-        From `ReadOut` and `Collector`.
+    i_hit : In, stream of `ResultFormats.hit`
+        From `ReadOut`.
+    i_sum : In, stream of `ResultFormats.sum`
+        From `Collector`.
     o_done : Out, stream of `MemoryFormats.fault`
         One for each command, when memory has answered; the address is that of the region.
-    o_request, o_data, i_written : streams of `MemoryFormats.request`, ``write_data``, ``written``
-        `MainMemoryPort`'s ``i_write``, ``i_write_data`` and ``o_written``.
+    o_request : Out, stream of `MemoryFormats.request`
+        `MainMemoryPort`'s ``i_write``.
+    o_data : Out, stream of `MemoryFormats.write_data`
+        Its ``i_write_data``.
+    i_written : In, stream of `MemoryFormats.written`
+        Its ``o_written``.
 
     Timing
     ------

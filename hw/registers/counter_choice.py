@@ -24,8 +24,10 @@ class CounterChoice(wiring.Component):
     -------
     counts : In(ArrayLayout(32, counters))
         The counters, group after group.
-    counter : In(number_bits); count : Out(32)
-        The number of a counter, and its value; undefined where there is no such counter.
+    counter : In(number_bits)
+        The number of a counter.
+    count : Out(32)
+        Its value; undefined where there is no such counter.
 
     Timing
     ------

@@ -8,7 +8,7 @@ __all__ = ["ADDRESS_BITS", "COUNTERS_BASE", "COUNTER_BITS", "ENGINE_REGISTERS", 
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 1
-# Of the address of a byte; counters are in the upper half, so many of each cluster at most.
+# Bits of the address of a byte, and of the number of a counter of a cluster. Counters are in the upper half.
 ADDRESS_BITS, COUNTER_BITS = 15, 6
 COUNTERS_BASE = 1 << ADDRESS_BITS - 1
 
@@ -20,51 +20,51 @@ def _flag(name, about):
 ENGINE_REGISTERS = (
     Register(name="magic", access=Access.READ, about=f"{MAGIC:#x}."),
     Register(name="version", access=Access.READ, about=f"Of the registers: {VERSION}."),
-    Register(name="clusters", access=Access.READ, about="How many."),
-    Register(name="command", access=Access.COMMAND, width=5, about="What to do. Of several bits the first one counts.",
+    Register(name="clusters", access=Access.READ, about="Number of clusters."),
+    Register(name="command", access=Access.COMMAND, width=5, about="Commands. Of several the lowest bit counts.",
              fields=(
-        _flag("stop", "ends all that is under way, and what was loaded is lost"),
-        _flag("clear", "forgets the error"),
+        _flag("stop", "resets all units; what was loaded is lost"),
+        _flag("clear", "clears the error"),
         _flag("load", "reads `regions` of the image at `image`"),
         _flag("cast", "casts the frustum that was loaded last"),
         _flag("write", "writes `results` to the image"))),
-    Register(name="status", access=Access.READ, width=8, about="What goes on.", fields=(
+    Register(name="status", access=Access.READ, width=8, about="State of the machine.", fields=(
         _flag("loads", "tables are being read"),
-        _flag("casts", "a frustum is under way"),
+        _flag("casts", "a frustum is being cast"),
         _flag("writes", "results are being written"),
-        _flag("stops", "something is being ended"),
-        _flag("loaded", "all regions have been loaded, and without an error since then"),
+        _flag("stops", "units are in reset until main memory has answered"),
+        _flag("loaded", "all regions have been loaded, without an error since"),
         _flag("failed", "`error` is not 0"),
-        _flag("present", "there is a frustum that has been begun"),
+        _flag("present", "a frustum has been started"),
         _flag("earlier", "and one before it"))),
-    Register(name="error", access=Access.READ, width=CODE_BITS, about="What went wrong first, see below."),
-    Register(name="error_cluster", access=Access.READ, about="With which cluster, if it was one."),
+    Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error, see below."),
+    Register(name="error_cluster", access=Access.READ, about="The cluster concerned, if any."),
     Register(name="error_address", access=Access.READ, width=64,
-             about="With which byte of memory, or of which cell or patch the number."),
+             about="The byte of memory, or the cell or patch concerned."),
     Register(name="regions", access=Access.WRITE, width=len(REGIONS), about="Regions to read, a bit each in the order "
              "of the memory map; not `residents`, of which the patches are read, and those that the machine writes."),
     Register(name="image", access=Access.WRITE, width=64, about="Address of the image, a multiple of 64."),
-    Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. Of this and the next "
-             "one: not while anything goes on."),
+    Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. Write this and "
+             "the next register only while the machine is idle."),
     Register(name="read_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. Of this and the "
-             "next one: not while results are written."),
+    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. Write this and "
+             "the next register only while no results are written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="total", access=Access.WRITE, width=64, about="What the weights of all rays of a frustum add up to."),
-    Register(name="results", access=Access.WRITE, width=3, about="What is written.", fields=(
+    Register(name="total", access=Access.WRITE, width=64, about="The sum of the weights of all rays of a frustum."),
+    Register(name="results", access=Access.WRITE, width=3, about="Results to write.", fields=(
         _flag("hits", "the hits"),
-        _flag("sums", "the sums of all frusta since they were written last; hits are gone through in any case"),
-        _flag("earlier", "those of the frustum before the present one, which may be under way"))),
+        _flag("sums", "the sums of all frusta since they were last written; hits are read out in any case"),
+        _flag("earlier", "of the frustum before the present one, which may be cast meanwhile"))),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
              "when cells are loaded, which also empties them.", reset=1),
     Register(name="watchdog", access=Access.WRITE, about="Cycles that a command may take; 0: no limit.", reset=1 << 26),
-    Register(name="cycles", access=Access.READ, about="Of the present frustum, or the last one."),
-    Register(name="flits", access=Access.READ, about="That the network's routers have sent since it was reset."),
-    Register(name="flit_stalls", access=Access.READ, about="Cycles, over all ports of routers, in which flits waited."),
-    Register(name="cell_hits", access=Access.READ, about="Of the cell cache since it was emptied."),
-    Register(name="cell_misses", access=Access.READ, about="The same."),
-    Register(name="patch_hits", access=Access.READ, about="Of the patch cache."),
-    Register(name="patch_misses", access=Access.READ, about="The same."),
+    Register(name="cycles", access=Access.READ, about="Cycles of the present frustum, or the last one."),
+    Register(name="flits", access=Access.READ, about="Flits that the network's routers have sent since reset."),
+    Register(name="flit_stalls", access=Access.READ, about="Cycles in which flits stalled, over all router ports."),
+    Register(name="cell_hits", access=Access.READ, about="Hits of the cell cache since it was emptied."),
+    Register(name="cell_misses", access=Access.READ, about="Its misses."),
+    Register(name="patch_hits", access=Access.READ, about="Hits of the patch cache since it was emptied."),
+    Register(name="patch_misses", access=Access.READ, about="Its misses."),
 )
 
 

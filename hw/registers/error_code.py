@@ -1,4 +1,4 @@
-"""What a frustum, or a command, can end with."""
+"""Error codes of the machine."""
 
 from amaranth.lib import enum
 
@@ -21,14 +21,14 @@ ErrorCode = enum.Enum("ErrorCode", {
        for first, unit in _UNITS for one in unit if one.value},
     **{name: ENGINE + k for k, name in enumerate(_OWN)}})
 ABOUT = {
-    "NONE": "all is well",
+    "NONE": "no error",
     "READ_OUTSIDE": "an address outside the window of reads, or no multiple of a beat",
     "WRITE_OUTSIDE": "the same of writes",
     "READ_REPLY": "main memory has answered a read with an error",
     "WRITE_REPLY": "the same of a write",
     "READ_TIMEOUT": "main memory has not answered a read",
     "WRITE_TIMEOUT": "the same of a write",
-    "READ_PROTOCOL": "main memory has given what nobody asked for, or too much or too little",
+    "READ_PROTOCOL": "main memory has answered no outstanding request, or with too many or too few beats",
     "WRITE_PROTOCOL": "the same of answers to writes",
     "IMAGE": "there is no image, or one of another version",
     "REGION": "a region outside the image, not at a multiple of 64, or of a length that it must not have",
@@ -36,19 +36,19 @@ ABOUT = {
     "PLACE": "a result has no record in its region",
     "SIZE": "a record has a number that is too large for the machine: of cells along an axis, or of grid rays",
     "OVERFLOW": "the sum of the weights of a patch's rays is too large: weights are, or too many frusta add up",
-    "PATH_CELL": "a cell that the scene has not",
+    "PATH_CELL": "the scene has no such cell",
     "PATH_LIST": "a cell's list reaches beyond the patch lists",
-    "PATH_PATCH": "a list names a patch that there is not",
-    "PATH_RESIDENCE": "a patch is said to be where it is not",
+    "PATH_PATCH": "a list names a patch that does not exist",
+    "PATH_RESIDENCE": "the residence table names a cluster that does not hold the patch",
     "PATH_BUS": "a cell or a patch could not be read, or is malformed",
-    "PATH_TIMEOUT": "the memory system of a cluster has waited for too long; ends in a reset",
+    "PATH_TIMEOUT": "a reply to the memory system of a cluster is outstanding for too long; ends in a reset",
     "NETWORK_CHECK": "a flit is not what was sent; ends in a reset",
     "NETWORK_ORDER": "a packet has another length than its kind; ends in a reset",
-    "NETWORK_ADDRESS": "a packet has come to another node than it was for; ends in a reset",
+    "NETWORK_ADDRESS": "a packet has arrived at a wrong node; ends in a reset",
     "LIST_LENGTH": "a list of subshells does not fit its table",
-    "LIST_PATCH": "a subshell of a patch that there is not",
+    "LIST_PATCH": "a subshell of a patch that does not exist",
     "LIST_SHELL": "a subshell without a shell",
-    "COMMAND": "the command cannot be obeyed now, or what it is for is not there",
+    "COMMAND": "the command is not possible now, or there is nothing to write",
     "NOT_LOADED": "a frustum before all regions have been loaded without an error",
     "SECTION": "a section with more tiles than the ray memory has",
     "WATCHDOG": "a command has taken more cycles than `watchdog`; ends in a reset",

@@ -14,28 +14,27 @@ _PAGE = """\
 An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
 that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver.
 
-Registers of more than 32 bits take two words, the low one first. An address without a register and a write to what is
-only read are answered with SLVERR and change nothing. Bytes without a strobe stay as they are, those of a command are
-0.
+Registers of more than 32 bits take two words, the low one first. An access to an address without a register and a
+write to a read-only register are answered with SLVERR and change nothing. Bytes without a strobe keep their value,
+those of a command are 0.
 
 {registers}
 ## A frustum
 
-1. Put an image into main memory ([the memory map](memory-map.md)) and say where: `image`, and the windows.
+1. Put an image into main memory ([the memory map](memory-map.md)) and write its address and the windows.
 2. `regions`, and `command.load`. What has been loaded stays, so a phase or a frustum needs its own regions only: a
    phase `residence`, `clusters`, `subshells` and `patches`, of which each cluster reads its own; a frustum those
    whose life is one.
 3. `command.cast`.
 4. `total`, `results`, `command.write`: the hits of each ray and the sums of each patch are in the image.
 
-Results of a frustum may be written while the next one is cast (`results.earlier`); all else waits for `status`. A
-command that cannot be obeyed is an error and changes nothing.
+Results of a frustum may be written while the next one is cast (`results.earlier`); otherwise wait until `status` is
+idle. A command that is not possible is an error and changes nothing.
 
 ## Errors
 
-The first one stays in `error` until `command.clear`. After an error results mean nothing. Where the tables were at
-fault they must all be loaded again (`status.loaded`); so must they after a stop, be it the host's or that of an error
-that ends in a reset.
+The first error stays in `error` until `command.clear`. After an error results are undefined. After a fault of the
+tables, and after a reset by a stop or by an error, load all regions again (`status.loaded`).
 
 {errors}
 ## Counters

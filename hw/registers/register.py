@@ -1,4 +1,4 @@
-"""Registers as a table: hardware, page and driver are made from it."""
+"""Registers as a table, from which hardware, page and driver are generated."""
 
 import enum
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ WORD_BYTES = DATA_BITS // 8
 
 
 class Access(enum.Enum):
-    """Who says what a register holds."""
+    """Who writes a register."""
 
     READ = "read"
     WRITE = "write, read"
@@ -37,15 +37,15 @@ class Register:
     name
         As a Python name.
     access
-        READ: the machine's. WRITE: the host's; it reads what it has written. COMMAND: each write is one; reads as 0.
+        READ: the machine. WRITE: the host, which reads what it has written. COMMAND: each write is one; reads as 0.
     about
-        What it is.
+        Its meaning.
     width
-        Bits; of more than 32 the low word comes first, and what is written takes effect word by word.
+        Bits; of more than 32 the low word comes first, and writes take effect word by word.
     fields
         From bit 0 on, without gaps; none: one number.
     reset
-        What a WRITE register holds at first.
+        The reset value of a WRITE register.
     """
 
     name: str
@@ -104,11 +104,11 @@ def addresses(registers: Iterable[Register]) -> dict[str, int]:
 def register_table(registers: Iterable[Register]) -> str:
     """All of them as Markdown."""
     registers = tuple(registers)
-    places = addresses(registers)
+    known = addresses(registers)
     lines = ["| address | register | bits | access | meaning |", "|---|---|---|---|---|"]
     for register in registers:
-        reset = f" At first {register.reset}." if register.reset else ""
-        lines.append(f"| {places[register.name]:#05x} | `{register.name}` | {register.width} | "
+        reset = f" Reset: {register.reset}." if register.reset else ""
+        lines.append(f"| {known[register.name]:#05x} | `{register.name}` | {register.width} | "
                      f"{register.access.value} | {register.about}{reset} |")
         low = 0
         for field in register.fields:

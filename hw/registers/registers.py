@@ -13,44 +13,46 @@ OKAY, SLVERR = 0, 2
 
 
 class Registers(wiring.Component):
-    """What the host writes goes out and stays; what the machine says is read.
+    """An AXI4-Lite subordinate with the registers of a table, and a window onto others.
 
-    An address where there is nothing, and a write to what is only read, are answered with SLVERR, change nothing and
-    read as 0. The low two bits of an address do not count. Bytes without a strobe stay as they are; of a command they
-    are 0.
+    An access to an address without a register, or a write to a read-only register, is answered with SLVERR; it changes
+    nothing and reads as 0. The low two bits of an address are ignored. Bytes without a strobe keep their value; of a
+    command they are 0.
 
     Parameters
     ----------
     registers
-        The table; a name of each, and places from 0 on.
+        The table; names are unique, addresses begin at 0.
     address_bits
-        Of ``host``. Addresses whose highest bit is set are those of a window that only reads.
+        Of ``host``. Addresses whose highest bit is set belong to the window, which is read-only.
 
     Members
     -------
-    host
-        `AxiLiteSignature`, of a subordinate.
+    host : In, `AxiLiteSignature`
+        The host.
     <name>
-        By register: READ an input, WRITE an output, COMMAND a stream of what is written, always ready.
-    o_window, i_window
-        Words of the window that are read, by their place there, and what stands there. One at a time.
+        By register: READ an input, WRITE an output, COMMAND an output stream of the written values, always ready.
+    o_window : Out, stream of the number of a word
+        A read in the window. One at a time.
+    i_window : In, stream of 32 bits
+        The word.
 
     Timing
     ------
-    Latency: ``2`` cycles from a read's address to its data, if it is not of the window, and from the later one of a
-    write's address and data to its answer. A write changes its register, or is a command, in the cycle before the
-    answer. Reads and writes do not wait for each other; of each one is under way.
+    Latency: ``2`` cycles from a read's address to its data outside the window, and from the later one of a write's
+    address and data to its answer. A write changes its register, or is a command, in the cycle before the answer. Reads
+    and writes are independent; one of each in flight.
 
-    Errors
+    Raises
     ------
     ValueError
-        Registers do not fit below the window.
+        The registers do not fit below the window.
     """
 
     latency = 2
 
     def __init__(self, registers: tuple[Register, ...], *, address_bits: int):
-        self._registers, self._places = tuple(registers), addresses(registers)
+        self._registers, self._addresses = tuple(registers), addresses(registers)
         end = WORD_BYTES * sum(register.words for register in self._registers)
         if end > 1 << address_bits - 1:
             raise ValueError(f"Registers must end at {1 << address_bits - 1}, not {end}")
@@ -74,14 +76,14 @@ class Registers(wiring.Component):
         return m
 
     def _words(self, register):
-        """By word: its address, and where it is in the register."""
-        first = self._places[register.name] // WORD_BYTES
+        """By word: its address, and its bits of the register."""
+        first = self._addresses[register.name] // WORD_BYTES
         return [(first + k, slice(DATA_BITS * k, min(DATA_BITS * (k + 1), register.width)))
                 for k in range(register.words)]
 
     def _add_writes(self, m):
         host = self.host
-        # Address and data come in any order.
+        # Address and data arrive in any order.
         address, data, strobe = Signal(len(host.awaddr)), Signal(DATA_BITS), Signal(WORD_BYTES)
         addressed, given, acts = Signal(), Signal(), Signal()
         m.d.comb += [host.awready.eq(~addressed), host.wready.eq(~given),
@@ -96,8 +98,8 @@ class Registers(wiring.Component):
         m.d.comb += mask.eq(Cat(bit.replicate(8) for bit in strobe))
         with m.Switch(address[2:]):
             for register in self._registers:
-                for place, bits in self._words(register):
-                    with m.Case(place):
+                for number, bits in self._words(register):
+                    with m.Case(number):
                         target = getattr(self, register.name)
                         if register.access is Access.WRITE:
                             m.d.comb += known.eq(1)
@@ -115,23 +117,23 @@ class Registers(wiring.Component):
 
     def _add_reads(self, m):
         host = self.host
-        address, addressed, asked = Signal(len(host.araddr)), Signal(), Signal()
+        address, addressed, requested = Signal(len(host.araddr)), Signal(), Signal()
         known, word, window, free, acts = Signal(), Signal(DATA_BITS), Signal(), Signal(), Signal()
         m.d.comb += [
             host.arready.eq(~addressed), window.eq(address[-1]), free.eq(~host.rvalid | host.rready),
-            self.o_window.valid.eq(addressed & window & ~asked), self.o_window.payload.eq(address[2:]),
+            self.o_window.valid.eq(addressed & window & ~requested), self.o_window.payload.eq(address[2:]),
             self.i_window.ready.eq(addressed & window & free),
             acts.eq(addressed & free & (~window | self.i_window.valid))]
         with m.If(host.arvalid & host.arready):
-            m.d.sync += [addressed.eq(1), asked.eq(0), address.eq(host.araddr)]
+            m.d.sync += [addressed.eq(1), requested.eq(0), address.eq(host.araddr)]
         with m.If(self.o_window.valid & self.o_window.ready):
-            m.d.sync += asked.eq(1)
+            m.d.sync += requested.eq(1)
         with m.If(acts):
             m.d.sync += addressed.eq(0)
         with m.Switch(address[2:]):
             for register in self._registers:
-                for place, bits in self._words(register):
-                    with m.Case(place):
+                for number, bits in self._words(register):
+                    with m.Case(number):
                         m.d.comb += known.eq(1)
                         if register.access is not Access.COMMAND:
                             m.d.comb += word.eq(getattr(self, register.name)[bits])

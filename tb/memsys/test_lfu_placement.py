@@ -48,8 +48,8 @@ def test_a_hit_comes_after_the_latency():
 
 
 @pytest.mark.parametrize(("changes", "message"), [
-    ({"lines": 128}, "Lines must be a power of two from 2 to 64, not 128"),
-    ({"lines": 12}, "Lines must be a power of two from 2 to 64, not 12"),
+    ({"lines": 128}, "Lines must be a power of two, from 2 to 64, not 128"),
+    ({"lines": 12}, "Lines must be a power of two, from 2 to 64, not 12"),
     ({"count_bits": 0}, "Count bits must be at least 1, not 0")])
 def test_init_wrong(changes, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):

@@ -51,8 +51,8 @@ def test_all_keys_have_lines_of_their_own(key):
 
 @pytest.mark.parametrize(("changes", "message"), [
     ({"ways": 3}, "Ways must be 1, 2 or 4, not 3"),
-    ({"lines": 4, "ways": 4}, "Lines must be a power of two of at least 8, not 4"),
-    ({"lines": 24}, "Lines must be a power of two of at least 4, not 24")])
+    ({"lines": 4, "ways": 4}, "Lines must be a power of two, at least 8, not 4"),
+    ({"lines": 24}, "Lines must be a power of two, at least 4, not 24")])
 def test_init_wrong(changes, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         make(**{"lines": 8, "ways": 2, **changes})
