@@ -15,7 +15,6 @@ REASONS = {
     "hw/icu/sbb.py: Sbb.__init__": ONE_LIST,
     "hw/memsys/istructure.py: IStructure.elaborate": ONE_LIST,
     "hw/memsys/preload_dma.py: PreloadDma.elaborate": ONE_LIST,
-    "hw/memsys/read_engine.py: ReadEngine.elaborate": ONE_LIST,
 }
 
 
