@@ -8,8 +8,8 @@ from click.shell_completion import CompletionItem
 
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "Positive", "Triple",
-           "WholePair"]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "Positive",
+           "Triple", "WholePair"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
