@@ -50,19 +50,19 @@ demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"
 	$(BIN)/python -m radiosity demo $(OUT)/demo
 
-test: lint ## all tests but the nightly ones
-	@echo "== tests, two at a time"
+test: lint ## lint, then all tests but two kinds: the blocks in Verilator (make sim) and the long ones (make nightly)
+	@echo "== tests, two at a time; left out: the blocks in Verilator (make sim) and the long ones (make nightly)"
 	$(BIN)/pytest -n 2 -m "not nightly and not sim"
 
-sim: $(STAMP) ## cocotb regressions of the hardware; BLOCK=icu for one block
+sim: $(STAMP) ## tests of the hardware's blocks, in Verilator too; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
-	  echo "error: there are no benches of $(BLOCK) (tb/{board,control,ctu,icu,memsys,noc,lib,package,radiosity,registers,synthesis,system}/test_*.py)" >&2; \
+	  echo "error: there are no testbenches of $(BLOCK) (tb/{board,control,ctu,icu,memsys,noc,lib,package,radiosity,registers,synthesis,system}/test_*.py)" >&2; \
 	  exit 1; \
 	fi
 	@echo "== regressions of $(BLOCK)"
 	$(BIN)/pytest -n 2 -m "not nightly" $(BENCHES)
 
-formal: $(STAMP) ## proofs of streams, queues and windows, each with a broken twin that must fail
+formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
 bench: $(STAMP) ## all benchmarks (about an hour), tables in out/bench/; one of them: radiosity bench NAME
@@ -76,7 +76,7 @@ bench: $(STAMP) ## all benchmarks (about an hour), tables in out/bench/; one of 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
-nightly: $(STAMP) ## the tests that take long
+nightly: $(STAMP) ## the tests that make test leaves out: the long ones, and the blocks in Verilator
 	$(BIN)/pytest -n 2 -m "nightly or sim"
 
 pictures: $(STAMP) ## render the pictures of the documentation again

@@ -83,7 +83,7 @@ def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> As
 def measure(machine: SimulatedMachine, asked: Asked) -> dict:
     """What `hw.simulator.cast_report.cast_report` says of it.
 
-    Errors
+    Raises
     ------
     SystemExit
         Hits or sums are not golden's.

@@ -75,7 +75,7 @@ def pattern(name: str, topology: Topology) -> np.ndarray:
     square to the node of that number if nodes are counted column by column; *hotspot*: uniform, but for a tenth of all
     packets, which go to `hot_node`; *neighbour*: to the node one column and one row further, around the borders.
 
-    Errors
+    Raises
     ------
     InputError
         Another name.

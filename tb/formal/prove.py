@@ -12,9 +12,13 @@ from pathlib import Path
 from amaranth.back import rtlil
 from amaranth.hdl import Const, Value
 
+from hw.simulator.build_folder import keep_newest
+
 __all__ = ["Proof", "prove"]
 
 FOLDER = Path("build") / "formal"
+# Netlists, logs and traces; the oldest go first.
+_MOST_BYTES = 20 << 20
 _ENGINES = {"bmc": "smtbmc z3", "prove": "abc pdr", "cover": "smtbmc z3"}
 
 
@@ -83,6 +87,7 @@ def prove(component, *, mode: str = "prove", depth: int = 20, engine: str | None
     log = "\n".join(done.stdout.splitlines()[-12:])
     if not status.startswith(("PASS", "FAIL")):
         raise RuntimeError(f"{folder.name} gave no answer:\n{log}\n{done.stderr[-2000:]}")
+    keep_newest(FOLDER, most=_MOST_BYTES)
     trace = next(iter(sorted(folder.glob("engine_*/*.vcd"))), None)
     return Proof(passed=status.startswith("PASS"), trace=trace, log=log)
 

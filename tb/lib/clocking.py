@@ -25,19 +25,19 @@ async def reset(dut) -> None:
 
 
 class Watchdog:
-    """Fails the test when its time is over: a bench that hangs says so.
+    """Fails the test after a number of cycles, so that a deadlock is reported.
 
     Parameters
     ----------
     cycles
-        From now on.
+        Counted from now on.
     """
 
     def __init__(self, dut, cycles: int):
         self._dut, self._cycles = dut, cycles
-        cocotb.start_soon(self._bite())
+        cocotb.start_soon(self._expire())
 
-    async def _bite(self):
+    async def _expire(self):
         await ClockCycles(self._dut.clk, self._cycles)
         await RisingEdge(self._dut.clk)
         raise AssertionError(f"the watchdog waited {self._cycles} cycles for the bench to end")

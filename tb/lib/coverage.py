@@ -1,4 +1,4 @@
-"""Coverage: cases that a test must come across."""
+"""Functional coverage: cases that a test must reach."""
 
 from collections.abc import Iterable
 
@@ -8,10 +8,10 @@ __all__ = ["Coverage"]
 
 
 class Coverage:
-    """Counts how often each of some named cases occurred; one that never did is an error.
+    """Counts how often each named case occurred; a case that never occurred is an error.
 
-    Whether a case occurred is asked of the stimulus, of golden, or of transfers at a component's streams; never of what
-    is under test alone, as a fault could hide what would show it.
+    The stimulus, golden, or the transfers of a component's streams decide whether a case occurred, never a signal of
+    the component under test alone: a fault could hide the case that shows it.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Coverage:
     counts
         By name.
 
-    Errors
+    Raises
     ------
     ValueError
         There are no cases, or two of one name.
@@ -38,7 +38,7 @@ class Coverage:
     def hit(self, name: str, where=True) -> None:
         """A case occurred: once, or as often as an array is true.
 
-        Errors
+        Raises
         ------
         KeyError
             There is no such case.
@@ -64,7 +64,7 @@ class Coverage:
     def check(self) -> None:
         """All cases have occurred.
 
-        Errors
+        Raises
         ------
         AssertionError
             Names those that have not.

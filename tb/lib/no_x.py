@@ -6,7 +6,7 @@ __all__ = ["assert_known"]
 def assert_known(dut, streams) -> None:
     """``valid`` and ``ready`` of a component's streams are 0 or 1: asked after reset, of a four-state simulator.
 
-    Errors
+    Raises
     ------
     AssertionError
         Names the signals that are neither.

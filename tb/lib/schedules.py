@@ -32,12 +32,12 @@ _CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 5, 9))
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """What sources give and when, and when sinks take.
+    """What sources offer and when, and when sinks are ready.
 
     Parameters
     ----------
     items
-        By input: of each item the cycles without an offer before it, and its payload. An offer stays until it is taken.
+        By input: for each item the cycles without an offer before it, and its payload. An offer stays until accepted.
     stalls
         By output: the cycles without ``ready`` before each transfer, none after the last one of the list.
     """
@@ -90,7 +90,7 @@ class ScheduleBench:
     inputs, outputs
         Names of its streams.
     patience
-        Cycles without any transfer after which all is over.
+        The run ends after so many cycles without a transfer.
 
     Members
     -------
@@ -127,10 +127,10 @@ class ScheduleBench:
         ports
             Values of inputs that are no streams.
 
-        Errors
+        Raises
         ------
         AssertionError
-            An item was not taken until everything stood still, or an offer was withdrawn or changed.
+            An item was never accepted, or an offer was withdrawn or changed.
         """
         self._schedule, self._ports = schedule, ports
         if self._has_run:
@@ -147,10 +147,10 @@ class ScheduleBench:
         for port, value in self._ports.items():
             ctx.set(getattr(self._component, port), value)
         items, stalls = self._schedule.items, self._schedule.stalls
-        givers = {name: _Giver(items.get(name, ()), one) for name, one in self._inputs.items()}
-        takers = {name: _Taker(stalls.get(name, ()), one, name) for name, one in self._outputs.items()}
-        ends = [*givers.values(), *takers.values()]
-        self.cycles = {name: [] for name in (*givers, *takers)}
+        sources = {name: _SourceState(items.get(name, ()), one) for name, one in self._inputs.items()}
+        sinks = {name: _SinkState(stalls.get(name, ()), one, name) for name, one in self._outputs.items()}
+        ends = [*sources.values(), *sinks.values()]
+        self.cycles = {name: [] for name in (*sources, *sinks)}
         still = cycle = 0
         ctx.set(self._given, _joined(end.gives for end in ends))
         async for *_, seen in ctx.tick().sample(self._seen):
@@ -166,9 +166,9 @@ class ScheduleBench:
             if still == self._patience:
                 break
             ctx.set(self._given, _joined(end.gives for end in ends))
-        left = {name: giver.left for name, giver in givers.items() if giver.left}
-        assert not left, f"items were never taken: {left}"
-        self._came = {name: taker.came for name, taker in takers.items()}
+        left = {name: source.left for name, source in sources.items() if source.left}
+        assert not left, f"items were never accepted: {left}"
+        self._came = {name: sink.came for name, sink in sinks.items()}
 
 
 def _joined(parts):
@@ -191,8 +191,8 @@ class _Stream:
         self.shape = stream.signature.members["payload"].shape
 
 
-class _Giver:
-    """Where an input is in its schedule."""
+class _SourceState:
+    """An input's position in its schedule."""
 
     def __init__(self, given, one):
         self._given, self._at = [(idle, pack(one.shape, value)) for idle, value in given], 0
@@ -221,8 +221,8 @@ class _Giver:
         return bool(ready)
 
 
-class _Taker:
-    """Where an output is in its schedule, and what has come."""
+class _SinkState:
+    """An output's position in its schedule, and the items that have come."""
 
     def __init__(self, stalls, one, name):
         self._stalls, self._name, self._one, self.came = iter(stalls), name, one, []
@@ -236,8 +236,8 @@ class _Taker:
     def after(self, valid, ready, payload):
         """Whether something went on in a cycle."""
         if self._offered is not None:
-            assert valid, f"{self._name}: an offer must stay until it is taken"
-            assert payload == self._offered, f"{self._name}: an offer must not change until it is taken"
+            assert valid, f"{self._name}: an offer must stay until it is accepted"
+            assert payload == self._offered, f"{self._name}: an offer must not change until it is accepted"
         waits = self._stall > 0
         self._stall -= waits
         self._offered = payload if valid and not ready else None

@@ -8,7 +8,7 @@ __all__ = ["check"]
 def check(shape, got: list[int], expected: list[int], *, what: str) -> None:
     """All items are those that were expected, in their order.
 
-    Errors
+    Raises
     ------
     AssertionError
         Says which item is the first one that differs, in which fields; or how many are missing or too many.

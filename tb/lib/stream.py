@@ -1,4 +1,4 @@
-"""Drivers and monitors of a component's streams."""
+"""Drivers and monitors of a component's streams, for cocotb."""
 
 import random
 from collections.abc import Callable, Iterable, Iterator
@@ -25,33 +25,33 @@ class _Stream:
 
 
 class Source(_Stream):
-    """Gives items to a stream that a component takes from; while it gives none, the payload is anything.
+    """Drives an input stream of a component; while ``valid`` is 0 the payload is random.
 
     Parameters
     ----------
     dut, name
         The component in the simulator, and the stream.
     stalls
-        Whether to give nothing, cycle by cycle; an item that is being given stays until it is taken.
+        Whether to offer nothing, cycle by cycle; an offered item stays until it is accepted.
     """
 
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None):
         super().__init__(dut, name)
         self.stalls = stalls or repeat(False)
         self._random = random.Random(name)
-        self._give_nothing()
+        self._offer_nothing()
 
-    def _give_nothing(self):
+    def _offer_nothing(self):
         self.valid.value = 0
         if self.payload is not None:
             self.payload.value = self._random.getrandbits(len(self.payload))
 
     async def send(self, items: Iterable[int]) -> None:
-        """Give all items, and return when the last one has been taken."""
+        """Send all items, and return when the last one has been accepted."""
         edge, valid, ready, payload, stalls = self._edge, self.valid, self.ready, self.payload, self.stalls
         for item in items:
             while next(stalls):
-                self._give_nothing()
+                self._offer_nothing()
                 await edge
             valid.value = 1
             if payload is not None:
@@ -59,11 +59,11 @@ class Source(_Stream):
             await edge
             while ready is not None and not int(ready.value):
                 await edge
-        self._give_nothing()
+        self._offer_nothing()
 
 
 class Monitor(_Stream):
-    """Sees what is transferred, in ``items``, and in which cycles, in ``cycles``.
+    """Records what is transferred, in ``items``, and in which cycles, in ``cycles``.
 
     Parameters
     ----------
@@ -90,36 +90,36 @@ class Monitor(_Stream):
                     self.cycles.append(round(get_sim_time("ns") / PERIOD))
 
     def stop(self) -> None:
-        """See nothing more."""
+        """Record nothing more."""
         self._task.cancel()
 
 
 class Sink(Monitor):
-    """Takes what a component gives; a monitor of it.
+    """Drives ``ready`` of an output stream of a component, and records its transfers.
 
     Parameters
     ----------
     stalls
-        Whether not to take, cycle by cycle.
+        Whether ``ready`` is 0, cycle by cycle.
     """
 
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
         super().__init__(dut, name, **options)
         self.stalls = stalls or repeat(False)
-        self._taking = None
+        self._accepting = None
         if self.ready is not None:
             self.ready.value = 0
-            self._taking = cocotb.start_soon(self._take())
+            self._accepting = cocotb.start_soon(self._accept())
 
-    async def _take(self):
+    async def _accept(self):
         edge, ready, stalls = self._edge, self.ready, self.stalls
         while True:
             ready.value = int(not next(stalls))
             await edge
 
     def stop(self) -> None:
-        """Take nothing more."""
+        """Accept and record nothing more."""
         super().stop()
-        if self._taking is not None:
-            self._taking.cancel()
+        if self._accepting is not None:
+            self._accepting.cancel()
             self.ready.value = 0

@@ -143,12 +143,12 @@ def broken_queue(**faults):
 
 
 @pytest.mark.parametrize(("component", "said"), [
-    (broken_queue(o__valid=lambda dut: dut.o.valid & ~dut.i.valid), "o: an offer must stay until it is taken"),
+    (broken_queue(o__valid=lambda dut: dut.o.valid & ~dut.i.valid), "o: an offer must stay until it is accepted"),
     (broken_queue(o__payload=lambda dut: dut.o.payload.as_value() ^ dut.i.valid),
-     "o: an offer must not change until it is taken"),
+     "o: an offer must not change until it is accepted"),
     # Inside it takes the same item for ever.
     (broken_queue(i__ready=lambda dut: 0), "the watchdog waited 3000 cycles for everything to stand still"),
-    (Refuses(), r"items were never taken: \{'i': 2\}")], ids=["withdrawn", "changed", "endless", "refused"])
+    (Refuses(), r"items were never accepted: \{'i': 2\}")], ids=["withdrawn", "changed", "endless", "refused"])
 def test_what_goes_wrong_is_said(component, said):
     bench = ScheduleBench(component, ["i"], ["o"])
     schedule = Schedule(items={"i": [(0, ZERO), (2, ZERO)]}, stalls={"o": [8]})

@@ -23,7 +23,7 @@ KEY_BITS, DELAY = 16, 20
 def replay(strings: dict[str, np.ndarray], policies: list[str], *, lines: int, simulator: str = "verilator") -> dict:
     """Hits and cycles of each string under each policy, by name and policy, after every answer was golden's.
 
-    Errors
+    Raises
     ------
     AssertionError
         An answer is not.
