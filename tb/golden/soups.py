@@ -1,4 +1,4 @@
-"""Patch soups and ray sets that are hard to cast."""
+"""Patch soups and ray sets that are hard cases."""
 
 import numpy as np
 

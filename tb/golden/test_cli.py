@@ -46,18 +46,18 @@ def content(folder):
     return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def refused(exit_code, stderr, says, code=2):
+def refused(exit_code, stderr, message, code=2):
     assert exit_code == code
     assert stderr.startswith("error: "), stderr
     assert stderr.endswith("\n")
     assert stderr.count("\n") == 1, stderr
     assert "Traceback" not in stderr
-    assert says in stderr
+    assert message in stderr
 
 
 RENDER = ("render", "furnace:1", "-o", "out.png", *FAST)
 
-# Name of the case: files to make (text, or arrays of an .npz), arguments, what the line must say.
+# Name of the case: files to make (text, or arrays of an .npz), arguments, the message.
 BAD = {
     "no command": ({}, (), "Missing command"),
     "unknown command": ({}, ("rendr", "cornell"), "rendr"),
@@ -170,22 +170,22 @@ def make(folder, files):
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_is_one_line_and_leaves_nothing_behind(folder, case):
-    files, arguments, says = BAD[case]
+    files, arguments, message = BAD[case]
     make(folder, files)
     before = content(folder)
     result = run(*arguments)
-    refused(result.exit_code, result.stderr, says)
+    refused(result.exit_code, result.stderr, message)
     assert result.stdout == ""
     assert content(folder) == before
 
 
 @pytest.mark.parametrize("case", ["no command", "unknown scene", "vertex not a number"])
 def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder, case):
-    files, arguments, says = BAD[case]
+    files, arguments, message = BAD[case]
     make(folder, files)
     before = content(folder)
     result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)
-    refused(result.returncode, result.stderr, says)
+    refused(result.returncode, result.stderr, message)
     assert content(folder) == before
 
 

@@ -43,7 +43,7 @@ def test_lengths_are_gained_lengths(icu):
     x, y = pairs(17)
     _, length = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
     exact = np.hypot(x, y) * gain(icu) * 2.0**icu.cordic_guard
-    # Cut once per stage, and a last angle of at most 2^(1 - stages).
+    # Truncated once per stage, with a last angle of at most 2^(1 - stages).
     allowed = 2 * icu.cordic_stages + exact * 4.0 ** (1 - icu.cordic_stages)
     assert (np.abs(length - exact) <= allowed).all()
 

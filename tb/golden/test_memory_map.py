@@ -1,4 +1,4 @@
-"""The memory image: nothing is lost on the way to bytes and back, and what is broken is refused."""
+"""The memory image: bytes and arrays hold the same, and broken images are refused."""
 
 import numpy as np
 import pytest
@@ -274,7 +274,7 @@ def test_an_image_of_a_grid_that_the_machine_cannot_number_is_not_made(scene, pl
         machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan)
 
 
-def test_what_is_no_image_is_refused(image):
+def test_data_that_are_no_image_are_refused(image):
     data = image.to_bytes()
     with pytest.raises(InputError, match="too few"):
         from_bytes(data[:40])

@@ -1,4 +1,4 @@
-"""The oracle against closed forms, and its promise to lose no ray between neighbours."""
+"""The oracle against closed forms, and no ray is lost between neighbours."""
 
 import numpy as np
 import pytest

@@ -12,14 +12,14 @@ def test_check_outputs_leaves_no_trace(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("name", "says"), [
+@pytest.mark.parametrize(("name", "message"), [
     ("a.jpg", "must end in .png"), ("a", "must end in .png"), ("missing/a.png", "cannot be written"),
     ("folder.png", "is a directory"), ("file/a.png", "cannot be written"), ("x" * 300 + ".png", "cannot be written"),
 ])
-def test_check_outputs_refuses(tmp_path, name, says):
+def test_check_outputs_refuses(tmp_path, name, message):
     (tmp_path / "folder.png").mkdir()
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=message):
         check_outputs(tmp_path / name, suffixes=(".png",))
 
 

@@ -35,7 +35,7 @@ def room(name: str, seed: int) -> tuple[Scene, PatchGeometry, FrustumRecord]:
 
 
 def soup_case(seed: int, where: str) -> tuple[Scene, PatchGeometry, FrustumRecord]:
-    """A soup from one of the places of `WHERE`."""
+    """A soup from one of the origins of `WHERE`."""
     scene, random = soup(seed, 40), np.random.default_rng([seed, WHERE.index(where)])
     patch, normal, source = random.integers(len(scene)), random.normal(size=3), -1
     vertices = scene.vertices[patch]

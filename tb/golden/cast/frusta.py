@@ -25,7 +25,7 @@ CELLS = 16
 
 @dataclass(frozen=True, eq=False)
 class RandomFrustum:
-    """A frustum with what it is cast into."""
+    """A frustum and the scene that it is cast into."""
 
     seed: int
     geometry: PatchGeometry
@@ -41,7 +41,7 @@ class RandomFrustum:
         return NaiveFixed(self.geometry, CONFIG).cast(self.record)
 
     def differing(self, **arguments) -> int:
-        """Rays of which shelling and the naive algorithm say something else."""
+        """Number of rays on which shelling and brute force in fixed point differ."""
         return len(self.shelling(**arguments)[0].differences(self.naive()))
 
 
@@ -64,9 +64,9 @@ def random_frustum(seed: int) -> RandomFrustum:
 
 
 def speckled_frustum(seed: int) -> RandomFrustum:
-    """A frustum in a scene in which each ray has a speck of its own: of most rays near, of a few far away.
+    """A frustum in a scene in which each ray has a speck of its own: near for most rays, far away for a few.
 
-    So most rays settle early, and those that go on are alone; no patch is in more than a few cells.
+    So most rays settle early, and those that do not are isolated; no patch is in more than a few cells.
     """
     random = np.random.default_rng(seed)
     origin = random.uniform(0.3, 0.7, 3) * CELLS

@@ -1,4 +1,4 @@
-"""Directed scenes that tell the margins of shelling apart.
+"""Directed scenes that separate the margins of shelling.
 
 A closed box around the origin has a hole that lets one ray out (the shutter). A tiny patch sits on this ray where the
 ray enters a cell, and a long sliver that starts in the origin's cell crosses the ray just behind the tiny patch. So
@@ -18,7 +18,7 @@ from tb.golden.cast.frusta import CELLS, room
 
 __all__ = ["late_entries", "shuttered"]
 
-# How far inside a cell the tiny patch sits, and how far behind it the sliver.
+# Distance of the tiny patch from its cell's border, and of the sliver behind it.
 WITHIN, BEHIND = 0.01, 0.02
 
 
@@ -66,7 +66,7 @@ def shuttered(axes: np.ndarray, origin: np.ndarray, direction: np.ndarray, *, di
 def late_entries(record: FrustumRecord, table: CellTable, ray: int, *, shells: int = 9):
     """Where one ray enters cells that its own grid rays do not open in time to see a patch there.
 
-    Grid rays go on for this ray alone, until it has a hit just behind the entry.
+    Grid rays survive for this ray only, until it has a hit just behind the entry.
 
     Yields
     ------

@@ -1,4 +1,4 @@
-"""Our nearest hits are Embree's, but where single precision cannot tell two patches apart."""
+"""Nearest hits are those of Embree, except where single precision does not separate two patches."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SCENES = ("cornell", "furnace:8", "lobby", "room1627", "cubes", "man", "phone", 
 
 
 def distance_to_edges(scene, rays, patch):
-    """How near each ray's line comes to the edges of a patch, in scene units."""
+    """Distance of each ray's line from the edges of a patch, in scene units."""
     corner = scene.vertices[patch]
     along = rays.direction / np.linalg.norm(rays.direction, axis=1, keepdims=True)
     start = corner - rays.origin[:, None]

@@ -94,7 +94,7 @@ def test_distances_and_uv_are_the_oracles(name):
     error = np.abs(decode(fixed.inverse[ray], CONFIG.numbers) - 1 / t)
     assert (error <= (2.0**-16 + 2.0**-21 / t) / distance + 2.0**-18 / t).all()
     u, v = oracle.uv(oracle.sheared(rays), ray, patch)
-    # Patches of a few pixels have vertices in whole units: what that does to (u, v) is the ray's offset on the patch.
+    # Patches of a few pixels have vertices in whole units: the effect on (u, v) is the ray's offset on the patch.
     side = np.sqrt(scene.areas[patch]) * geometry.coordinates.scale
     large = (side > 0.02) & ~scene.is_triangle[patch]
     off = np.maximum(np.abs(fixed.u[ray] + 0.5 - u * 256), np.abs(fixed.v[ray] + 0.5 - v * 256))[large]

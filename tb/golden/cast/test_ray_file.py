@@ -25,7 +25,7 @@ def test_tmax_asks_for_any_hit(tmp_path):
     assert rays.tmax.tolist() == [2, np.inf]
 
 
-@pytest.mark.parametrize(("arrays", "says"), [
+@pytest.mark.parametrize(("arrays", "message"), [
     ({"origin": ORIGIN}, "array 'direction'"),
     ({"origin": ORIGIN, "direction": DIRECTION[:1]}, "as many rows"),
     ({"origin": ORIGIN[:, :2], "direction": DIRECTION}, "R x 3"),
@@ -37,9 +37,9 @@ def test_tmax_asks_for_any_hit(tmp_path):
     ({"origin": ORIGIN, "direction": np.full((2, 3), "east")}, "real numbers"),
     ({"origin": ORIGIN, "direction": np.full((2, 3), None)}, "archive of numbers"),
 ])
-def test_unusable_arrays_are_named(tmp_path, arrays, says):
+def test_unusable_arrays_are_named(tmp_path, arrays, message):
     np.savez(tmp_path / "r.npz", **arrays)
-    with pytest.raises(InputError, match=says) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         read_rays(tmp_path / "r.npz")
     assert "r.npz" in str(caught.value)
 

@@ -1,4 +1,4 @@
-"""Shelling gives what the naive algorithm gives, field for field; each margin is needed for that; and its work."""
+"""Shelling is bit-exact with brute force in fixed point, each margin is necessary, and its work is as stated."""
 
 import numpy as np
 import pytest
@@ -125,7 +125,7 @@ def test_subshells_change_the_order_only():
         assert len(hits.differences(plain)) == 0
         assert count.patches <= len(frustum.geometry)
         more |= count.grid_rays > expected.grid_rays
-    # Depth first, a subshell's grid rays do not know yet what breadth first would have shown them.
+    # Depth first, a subshell's grid rays lack hits that breadth first would have found.
     assert more
 
 
@@ -154,8 +154,8 @@ def test_survival_by_old_codes_opens_more_cells_and_the_hits_are_the_same():
         memory, counts = RayMemory(len(frustum.record), CONFIG), ShellingCounts()
         tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
         cluster, seen = shelling.cluster(frustum.record, whole), [memory.inverse]
-        for place in cluster.schedule(None, tests.window):
-            stage = cluster.explore(*place, seen[max(0, len(seen) - 1 - random.integers(4))])
+        for stage_number in cluster.schedule(None, tests.window):
+            stage = cluster.explore(*stage_number, seen[max(0, len(seen) - 1 - random.integers(4))])
             if stage is not None:
                 tests.run(stage, whole, counts)
             seen.append(memory.inverse)
@@ -167,7 +167,7 @@ def test_survival_by_old_codes_opens_more_cells_and_the_hits_are_the_same():
 
 
 def wrong(frusta, *, parts=1):
-    """How many frusta differ."""
+    """Number of frusta that differ."""
     return sum(frustum.differing(sectors=halves(frustum.record, parts)) > 0 for frustum in frusta)
 
 
@@ -191,17 +191,17 @@ def test_without_the_rays_past_a_sector_border_hits_are_lost(margin):
 
 
 def test_without_the_rays_past_a_screen_sector_border_hits_are_lost(margin):
-    margin(screen_sector_reach=lambda shell, half, step, stretch: 0.0)
+    margin(screen_sector_reach=lambda shell, half, step, slope_scale: 0.0)
     assert wrong(SCREENS, parts=4)
 
 
 def test_without_the_rays_past_a_screen_border_hits_are_lost(margin):
-    margin(screen_border=lambda shell, half, stretch: 0.0)
+    margin(screen_border=lambda shell, half, slope_scale: 0.0)
     assert wrong(SCREENS)
 
 
 def test_without_the_reach_around_pixels_hits_are_lost(margin):
-    margin(screen_reach=lambda shell, half, step, stretch: step / 2)
+    margin(screen_reach=lambda shell, half, step, slope_scale: step / 2)
     assert wrong(SCREENS)
 
 
@@ -211,7 +211,7 @@ def test_without_the_depth_hits_of_screens_are_lost(margin):
 
 
 def directed(seeds, rows, count):
-    """Scenes in which one ray has a patch where, with the present margins, no grid ray will look."""
+    """Scenes in which one ray has a patch in a cell that, with the present margins, no grid ray opens."""
     found = []
     for seed in seeds:
         random = np.random.default_rng(seed)
@@ -234,7 +234,7 @@ def directed(seeds, rows, count):
 
 
 def check_directed(margin, *, rows, count, seeds=range(8), **functions):
-    """The scenes directed at these margins' absence go wrong with them absent, and only then."""
+    """Scenes directed against these margins differ without them, and only then."""
     margin(**functions)
     frusta = directed(seeds, rows, count)
     assert len(frusta) == count
@@ -274,8 +274,8 @@ def test_the_directed_scenes_end_with_the_margins_as_they_are():
 def test_work_per_ray_from_the_ceiling(name, tests_per_ray):
     scene = builtin_scene(name)
     lower, upper = scene.bounds
-    places = (np.arange(4) + 0.5) / 4
-    origins = [lower + (upper - lower) * (x, y, 1 - 1e-3) for x in places for y in places]
+    shares = (np.arange(4) + 0.5) / 4
+    origins = [lower + (upper - lower) * (x, y, 1 - 1e-3) for x in shares for y in shares]
     geometry = PatchGeometry.of(scene, CONFIG.numbers, origins)
     shelling = Shelling(geometry, CONFIG, cell=0.0625)
     total = ShellingCounts()

@@ -11,7 +11,7 @@ from golden.ctu.grid_rays import FRACTION
 
 ONE = 1 << FRACTION
 CELL = 1 << POSITION_FRACTION
-# What rounding may move a place by.
+# Largest displacement of a position by rounding.
 WITHIN = CELL >> 11
 
 
@@ -27,7 +27,7 @@ def walk(origin, direction, *, begin=0, end=64 * CELL, shape=(8, 8, 8)):
 
 
 def visited(origin, direction, begin, end, shape, *, within):
-    """Cells that the ray is inside of by more than ``within``, exactly."""
+    """Cells that the ray enters by more than ``within``, exactly."""
     found = set()
     for index in np.ndindex(*shape):
         low, high = Fraction(int(begin)), Fraction(int(end))

@@ -1,4 +1,4 @@
-"""Every cell of a shell is met by a grid ray, and every intersection ray near it keeps that grid ray going."""
+"""Every cell of a shell is met by a grid ray, which survives while an intersection ray near it may change."""
 
 import numpy as np
 import pytest

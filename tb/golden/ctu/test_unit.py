@@ -1,4 +1,4 @@
-"""What the machine is given of a frustum fits the widths that it has for it."""
+"""The parameters of a frustum fit the machine's widths."""
 
 from itertools import pairwise
 

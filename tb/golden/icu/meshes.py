@@ -1,4 +1,4 @@
-"""Closed meshes around the origin, in the R frame, and directions that are hard on them."""
+"""Closed meshes around the origin, in the R frame, and directions that are hard cases for them."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Patches in the R frame and frusta that are hard on the windows and the intersection."""
+"""Patches in the R frame and frusta that are hard cases of windows and intersection."""
 
 import numpy as np
 
@@ -40,9 +40,9 @@ def hard_patches(kind: str, seed: int, count: int) -> np.ndarray:
     elif kind == "tiny and slivers":
         first *= 2.0 ** random.uniform(-12, 0, (count, 1, 1))
         second *= 2.0 ** random.uniform(-16, 0, (count, 1, 1))
-    stretch = random.uniform(0.05, 2, (count, 2, 1))
+    scale = random.uniform(0.05, 2, (count, 2, 1))
     patches = np.concatenate(
-        [corner, corner + first, corner + first * stretch[:, :1] + second * stretch[:, 1:], corner + second], axis=1)
+        [corner, corner + first, corner + first * scale[:, :1] + second * scale[:, 1:], corner + second], axis=1)
     if kind == "through the axis":
         patches[..., :2] -= (patches[:, random.integers(4), None, :2] + patches[:, random.integers(4), None, :2]) / 2
     elif kind == "on the horizon":

@@ -89,7 +89,7 @@ def test_no_ray_of_a_window_is_nearer_than_the_bound(record, kind):
     limit = bound(factor, window, record, CONFIG)
     assert (inverse <= limit[patch]).all()
     if record.is_screen:
-        # The nearest corner is a ray: the bound is its inverse distance rounded the other way.
+        # The nearest corner is a ray: the bound is its inverse distance rounded down instead of up.
         nearest = np.zeros(len(live), dtype=np.int64)
         np.maximum.at(nearest, patch, inverse)
         assert (limit - nearest <= 1).all()

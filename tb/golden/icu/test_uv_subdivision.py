@@ -10,14 +10,14 @@ from tb.golden.icu.patches import CONFIG, setup
 NUMBERS = CONFIG.numbers
 
 
-def patches_in_front(seed, count, stretch):
-    """Convex quads at z > 0, with vertices ``stretch`` times farther than others, and points on them."""
+def patches_in_front(seed, count, ratio):
+    """Convex quads at z > 0, with vertices ``ratio`` times farther than others, and points on them."""
     random = np.random.default_rng(seed)
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) + random.uniform(-0.2, 0.2, (count, 4, 2))
     turn = np.linalg.qr(random.normal(size=(count, 3, 3)))[0][:, :2]
     flat = np.einsum("pci,pij->pcj", square - 0.5, turn) * random.uniform(0.05, 0.35, (count, 1, 1))
     where = np.stack([*random.uniform(-0.2, 0.2, (2, count)), random.uniform(0.4, 0.8, count)], axis=1)
-    vertices = np.rint((flat + where[:, None]) / stretch * 2**22).astype(np.int64)
+    vertices = np.rint((flat + where[:, None]) / ratio * 2**22).astype(np.int64)
     return vertices, random.uniform(0.02, 0.98, (count, 2))
 
 
@@ -46,14 +46,14 @@ def subdivided(vertices, uv, icu):
 
 
 @pytest.mark.parametrize("icu", [Icu(), Icu(uv_bits=4), Icu(uv_bits=10, uv_guard=12)], ids=["8", "4", "10"])
-@pytest.mark.parametrize("stretch", [1, 37, 1000])
-def test_it_converges_to_the_bilinear_coordinates(stretch, icu):
-    vertices, uv = patches_in_front(1, 3000, stretch)
+@pytest.mark.parametrize("ratio", [1, 37, 1000])
+def test_it_converges_to_the_bilinear_coordinates(ratio, icu):
+    vertices, uv = patches_in_front(1, 3000, ratio)
     good, u, v = subdivided(vertices, uv, icu)
     assert len(good) > 1000
     # A step of the lattice, a unit of the direction seen from 0.4 to 0.8 on patches of 0.05 and more, and vertices in
     # whole units when the patch is small.
-    allowed = 1 + 2.0**icu.uv_bits * (2.0**-11 + 8 * stretch * 2.0**-22 / 0.04)
+    allowed = 1 + 2.0**icu.uv_bits * (2.0**-11 + 8 * ratio * 2.0**-22 / 0.04)
     for steps, exact in ((u, uv[good, 0]), (v, uv[good, 1])):
         assert np.abs(steps + 0.5 - exact * 2**icu.uv_bits).max() <= allowed
 

@@ -13,7 +13,7 @@ from golden.scene.material import Material
 from golden.scene.scene import PointLight
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
-# Light that falls on points around the origin, which belong to a patch too small to stand in any light's way.
+# Light that falls on points around the origin, which belong to a patch too small to occlude any light.
 RECEIVER = rectangle((-5e-7, -5e-7, 0), (1e-6, 0, 0), (0, 1e-6, 0)), BLACK
 COLOUR = np.array((3.0, 2.0, 0.5))
 LAMP = Material(name="lamp", emission=tuple(COLOUR))
@@ -80,8 +80,8 @@ def test_single_samples_have_the_closed_form_as_their_mean(polygon):
 
 
 def test_many_samples_of_one_point_meet_the_closed_form(polygon):
-    places = np.random.default_rng(4).uniform(-0.2, 0.2, (40, 3)) * (1, 1, 0)
-    points = points_at(places, count=40)
+    positions = np.random.default_rng(4).uniform(-0.2, 0.2, (40, 3)) * (1, 1, 0)
+    points = points_at(positions, count=40)
     values = irradiance(scene_of(RECEIVER, (polygon, LAMP)), points, samples=1024)
     truth = point_to_polygon(points.position, points.normal, [polygon]) * COLOUR
     # Evenly spread samples err far less than 1024 at random, of which the standard error is 4 % near the worst light.
@@ -90,7 +90,7 @@ def test_many_samples_of_one_point_meet_the_closed_form(polygon):
 
 @pytest.mark.parametrize("name", ["triangle", "trapezoid", "kite", "sliver"])
 def test_far_lights_have_the_closed_form_as_their_mean_whole_and_half_hidden(name):
-    """They are sampled by area: places must be spread evenly over it, which only a shadow shows from afar."""
+    """They are sampled by area: positions must be spread evenly over it, which only a shadow shows from afar."""
     polygon = triangle_last(front_up(LIGHTS[name])) * (1, 1, 0) + (0, 0, 60)
     points = points_at((0, 0, 0), count=8000)
     whole = irradiance(scene_of(RECEIVER, (polygon, LAMP)), points)
@@ -176,8 +176,8 @@ def test_a_point_on_a_light_gets_nothing_from_it():
 
 
 def test_point_lights_follow_inverse_square_and_cosine_exactly():
-    places = np.array([(0.0, 0, 2), (3, 0, 4), (0, -1, 1), (0, 0, -1), (2, 0, 0)])
-    lights = [PointLight(position=tuple(place), intensity=(1.0, 2.0, 4.0)) for place in places]
+    positions = np.array([(0.0, 0, 2), (3, 0, 4), (0, -1, 1), (0, 0, -1), (2, 0, 0)])
+    lights = [PointLight(position=tuple(position), intensity=(1.0, 2.0, 4.0)) for position in positions]
     shares = np.array([1 / 4, 0.8 / 25, np.sqrt(0.5) / 2, 0, 0]) / np.pi
     for light, share in zip(lights, shares, strict=True):
         value = irradiance(scene_of(RECEIVER, lights=(light,)), points_at((0, 0, 0)))
@@ -216,10 +216,10 @@ def test_more_sheets_than_are_followed_are_dark():
     assert not irradiance(scene_of(RECEIVER, lamp, *sheets(SHEETS + 1, glass)), points_at((0, 0, 0)), samples=4).any()
 
 
-@pytest.mark.parametrize("place", [0, 1, 3])
-def test_an_opaque_patch_among_sheets_blocks(place):
+@pytest.mark.parametrize("position", [0, 1, 3])
+def test_an_opaque_patch_among_sheets_blocks(position):
     parts = sheets(4, Material(name="glass", transparent=(0.9, 0.9, 0.9)))
-    parts[place] = parts[place][0], BLACK
+    parts[position] = parts[position][0], BLACK
     assert not irradiance(scene_of(RECEIVER, (LIGHTS["overhead"], LAMP), *parts), points_at((0, 0, 0)), samples=4).any()
 
 
@@ -233,7 +233,7 @@ def test_a_sheet_behind_the_light_does_not_dim_it():
 
 @pytest.mark.parametrize("height", [1e-2, 1e-4, 1e-7])
 def test_a_light_that_touches_the_surface_is_bright_without_sparks_at_its_foot(height):
-    """Beside a glowing wall the truth is near 1/2; by area, places on the wall would count up to 1 / distance^2."""
+    """Beside a glowing wall the truth is near 1/2; by area, positions on the wall would count up to 1 / distance^2."""
     wall = rectangle((0, -1, 0), (0, 2, 0), (0, 0, 1))
     points = points_at((height, 0, 0), count=4000)
     values = irradiance(scene_of(RECEIVER, (wall, DIM)), points) / DIM.emission
@@ -248,8 +248,8 @@ def test_a_surface_does_not_shade_itself():
     floor = rectangle((-1, -1, 0.3), (2, 0, 0), (0, 2, 0)) @ turn
     scene = scene_of((floor, BLACK), lights=(PointLight(position=tuple((0, 0, 2) @ turn), intensity=(1, 1, 1)),))
     normal = scene.normals[0] * np.sign(scene.normals[0] @ turn[2])
-    places = np.append(np.random.default_rng(5).uniform(-1, 1, (200, 2)), np.full((200, 1), 0.3), axis=1) @ turn
-    assert irradiance(scene, points_at(places, normal, 200)).all()
+    positions = np.append(np.random.default_rng(5).uniform(-1, 1, (200, 2)), np.full((200, 1), 0.3), axis=1) @ turn
+    assert irradiance(scene, points_at(positions, normal, 200)).all()
 
 
 def test_light_depends_on_a_points_key_and_on_no_other_point(monkeypatch):
@@ -275,6 +275,6 @@ def test_a_light_does_not_light_itself():
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     lamp = rectangle((0.3, 0.2, 1.7), *axes[:2])
     scene = scene_of((lamp, LAMP))
-    place = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
-    points = SurfacePoints(place, np.broadcast_to(scene.normals[0], place.shape), np.zeros(500, int))
+    position = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
+    points = SurfacePoints(position, np.broadcast_to(scene.normals[0], position.shape), np.zeros(500, int))
     assert not irradiance(scene, points, samples=4).any()

@@ -110,7 +110,7 @@ def test_triangles_share_nodes_with_each_other_and_with_quads():
 
 @pytest.mark.parametrize("height", 0.1 * np.arange(1, 60))
 def test_round_coordinates_do_not_part_what_belongs_together(height):
-    """0.1 in a scene of 12.8 is 7812.5 roundings: an unlucky border would send equal corners both ways."""
+    """0.1 in a scene of 12.8 is 7812.5 roundings: an unlucky border would separate equal corners."""
     first = rectangle((0, 0, 0), (12.8, 0, 0), (0, height, 0))
     second = np.roll(rectangle((0, height, 0), (12.8, 0, 0), (0, height, 0)), -1, axis=0)
     lattice = lattice_of(scene_of((np.array([first, second]), BLACK, SMOOTH)), [(10, 2), (2, 10)])

@@ -1,4 +1,4 @@
-"""Each policy against a model that says its rule in other words, one access at a time."""
+"""Each policy against an independent model of its rule, one access at a time."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ STRINGS = {
 
 
 def rule(policy, keys, lines, ways, top):
-    """Line of each access, and what was in it."""
+    """Line of each access, and its previous content."""
     content, last, count, filled = [-1] * lines, [-1] * lines, [0] * lines, -1
     for now, key in enumerate(int(key) for key in keys):
         places = {CachePolicy.DIRECT: [key % lines], CachePolicy.LFU: range(lines),

@@ -1,4 +1,4 @@
-"""Every read is answered once, with what was written in its version, in whatever order reads and writes meet."""
+"""Every read is answered once, with the data of its version, in any order of reads and writes."""
 
 import numpy as np
 import pytest

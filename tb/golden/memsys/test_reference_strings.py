@@ -1,4 +1,4 @@
-"""A string holds what the counts count: every cell and patch once per frustum and cluster."""
+"""A string agrees with the counts: every cell and patch once per frustum and cluster."""
 
 import numpy as np
 

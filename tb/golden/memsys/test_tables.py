@@ -1,4 +1,4 @@
-"""Cells hold what touches them, in G coordinates; filters let everything pass once."""
+"""Cells hold the patches that touch them, in G coordinates; every number passes a filter once."""
 
 import numpy as np
 import pytest

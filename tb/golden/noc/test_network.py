@@ -1,4 +1,4 @@
-"""Every packet arrives once, whole, where it is to go, and in order."""
+"""Every packet arrives once, complete, at its destination, and in order."""
 
 import numpy as np
 import pytest
@@ -87,13 +87,13 @@ def test_so_many_places_are_enough_for_a_flit_in_every_cycle(router_cycles):
     routing = route(Topology("mesh", 4, 1), 1)
     given = Packets(source=np.array([0]), destination=np.array([3]), length=np.array([100]), made=np.array([0]),
                     message=np.array([0]))
-    took = {}
+    cycles_by_entries = {}
     enough = router_cycles + 3
-    for places in enough - 1, enough:
-        arrivals = Network(routing, buffer_flits=places, router_cycles=router_cycles).run(given, cycles=1000)
-        took[places] = arrivals.left[-1] - arrivals.left[0]
-    assert took[enough] == 99
-    assert took[enough - 1] > 99
+    for entries in enough - 1, enough:
+        arrivals = Network(routing, buffer_flits=entries, router_cycles=router_cycles).run(given, cycles=1000)
+        cycles_by_entries[entries] = arrivals.left[-1] - arrivals.left[0]
+    assert cycles_by_entries[enough] == 99
+    assert cycles_by_entries[enough - 1] > 99
 
 
 def test_kinds_of_messages_have_channels_of_their_own():
@@ -118,7 +118,7 @@ def test_copies_of_a_network_know_nothing_of_each_other():
 
 
 def test_age_goes_before_turn():
-    """Both arbitrations let the same flits through, in another order."""
+    """Both arbitrations transfer the same flits, in another order."""
     routing = route(Topology("mesh", 4, 4), 1)
     given = packets(np.random.default_rng(5), routing.topology, "hotspot", flits=2000, load=0.7, longest=1)
     left = [Network(routing, buffer_flits=4, arbitration=name).run(given, cycles=10_000).left for name in ARBITRATIONS]

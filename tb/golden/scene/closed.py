@@ -27,7 +27,7 @@ def assert_good_patches(patches: np.ndarray, size: float) -> None:
     assert np.abs(heights).max() <= 1e-9 * size
     quads = (patches[:, 3] != patches[:, 2]).any(axis=1)
     ahead = np.roll(patches, -1, axis=1) - patches
-    turns = np.einsum("nij,nj->ni", np.cross(np.roll(ahead, 1, axis=1), ahead), normals)[quads]
-    # How far a corner stands out from the line through its neighbours.
+    winding = np.einsum("nij,nj->ni", np.cross(np.roll(ahead, 1, axis=1), ahead), normals)[quads]
+    # Distance of a corner from the line through its neighbours.
     chords = np.linalg.norm(np.roll(patches, -1, axis=1) - np.roll(patches, 1, axis=1), axis=2)[quads]
-    assert (turns > 1e-9 * size * chords).all()
+    assert (winding > 1e-9 * size * chords).all()

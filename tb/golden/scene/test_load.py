@@ -275,7 +275,7 @@ def gltf(folder, *, materials=(), nodes=None, meshes=None, name="a.glb", **more)
                  + text + struct.pack("<2I", len(binary), 0x004E4942) + binary)
 
 
-@pytest.mark.parametrize(("said", "expected"), [
+@pytest.mark.parametrize(("source", "expected"), [
     ({"pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.4, 0.6, 1], "metallicFactor": 0}},
      {"diffuse": (0.123456, 0.4, 0.6)}),
     ({"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.6, 0.4, 1], "metallicFactor": 1, "roughnessFactor": 0.1}},
@@ -293,8 +293,8 @@ def gltf(folder, *, materials=(), nodes=None, meshes=None, name="a.glb", **more)
         "KHR_materials_emissive_strength": {"emissiveStrength": 40}}},
      {"diffuse": (1, 1, 1), "emission": (40, 20, 10)}),
 ])
-def test_gltf_materials_arrive_whole(tmp_path, said, expected):
-    scene = load_scene(gltf(tmp_path, materials=[{"name": "it", **said}]))
+def test_gltf_materials_arrive_whole(tmp_path, source, expected):
+    scene = load_scene(gltf(tmp_path, materials=[{"name": "it", **source}]))
     whole = {"diffuse": (0, 0, 0), "specular": (0, 0, 0), "transparent": (0, 0, 0), "emission": (0, 0, 0),
              "refraction_index": 1.5, **expected}
     assert scene.materials[0].name == "it"
@@ -302,10 +302,10 @@ def test_gltf_materials_arrive_whole(tmp_path, said, expected):
         assert getattr(scene.materials[0], name) == pytest.approx(value), name
 
 
-@pytest.mark.parametrize(("said", "two_sided"),
+@pytest.mark.parametrize(("source", "two_sided"),
                          [({}, True), ({"doubleSided": True}, True), ({"doubleSided": False}, False)])
-def test_gltf_is_one_sided_only_where_it_says_so(tmp_path, said, two_sided):
-    assert load_scene(gltf(tmp_path, materials=[said])).two_sided.tolist() == [two_sided]
+def test_gltf_is_one_sided_only_where_it_states_so(tmp_path, source, two_sided):
+    assert load_scene(gltf(tmp_path, materials=[source])).two_sided.tolist() == [two_sided]
 
 
 def test_gltf_nodes_transform_and_instance(tmp_path):

@@ -91,7 +91,7 @@ def bezier_curve(points, t):
 @pytest.mark.parametrize("cuts", [1, 3, 7, 10])
 @pytest.mark.parametrize("turn", range(8))
 def test_bezier_neighbours_share_the_border_to_the_bit(cuts, turn):
-    """Whatever the inner points and whichever way the shared border runs."""
+    """For all inner points and both directions of the shared border."""
     one, other = random_control(1), random_control(2)
     other[0] = one[0]
     turned = np.rot90(other if turn < 4 else other.swapaxes(0, 1), turn % 4)

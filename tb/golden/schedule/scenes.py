@@ -17,7 +17,7 @@ CONFIG: Config = PRESETS["small"].replace({"icu.rays": 1 << 14})
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What a schedule is made from."""
+    """The input of a schedule."""
 
     geometry: PatchGeometry
     shelling: Shelling

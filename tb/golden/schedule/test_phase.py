@@ -1,4 +1,4 @@
-"""A whole schedule on real scenes: what it says is true, and what it orders leaves every hit as it is."""
+"""A whole schedule on real scenes: its predictions hold, and it changes no hit."""
 
 from dataclasses import replace
 
@@ -113,8 +113,8 @@ def test_a_plan_without_subshells_has_all_else(scene):
 def test_subshells_are_resident_patches_in_order_and_none_is_redundant(scene):
     plan = made(scene)
     for held, subshells in zip(plan.sets.patches, plan.subshells, strict=True):
-        places = [held.tolist().index(patch) for patch in subshells.patches]
-        assert places == sorted(places)
+        indices = [held.tolist().index(patch) for patch in subshells.patches]
+        assert indices == sorted(indices)
         assert (np.diff(subshells.shell) >= 0).all()
         assert ((subshells.empty + subshells.behind) > 0).all()
 
@@ -156,10 +156,10 @@ def test_a_patch_that_is_not_resident_defines_no_subshell():
 
 def test_a_topology_moves_clusters_to_other_processors_and_nothing_else():
     scene = case("room1627")
-    plain, placed = made(scene), made(scene, topology="mesh")
+    plain, near = made(scene), made(scene, topology="mesh")
     assert plain.processor.tolist() == list(range(8))
-    assert sorted(placed.processor) == list(range(8))
-    assert np.array_equal(plain.cluster, placed.cluster)
+    assert sorted(near.processor) == list(range(8))
+    assert np.array_equal(plain.cluster, near.cluster)
 
 
 def test_a_screen_is_scheduled_too():

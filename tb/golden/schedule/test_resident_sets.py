@@ -1,4 +1,4 @@
-"""Who holds which patch, and where."""
+"""The resident set of each cluster, and local addresses."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_room_that_is_left_is_filled_behind_what_is_held():
 def test_what_has_no_room_at_home_goes_where_most_is_left():
     sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=5)
     more = fill_up(sets, np.array([2, 8, 5, 0, 6, 10]), np.array([1, 1, 1, -1, 0, 1]), capacity=5)
-    # 2 and 8 fill cluster 1, 6 has room at home, and 5 and 0 take the rest; nothing is left for 10.
+    # 2 and 8 fill cluster 1, 6 fits at home, and 5 and 0 take the rest; no capacity is left for 10.
     assert [held.tolist() for held in more.patches] == [[4, 3, 5, 0, 6], [9, 7, 1, 2, 8]]
     # Of equals the first.
     spread = fill_up(resident_sets(PATCHES[:0], CLUSTER[:0], FREQUENCY[:0], clusters=3), np.arange(5), np.full(5, -1),

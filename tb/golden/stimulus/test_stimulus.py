@@ -1,4 +1,4 @@
-"""Stimuli: deterministic, within their formats, outputs from nothing but the inputs, none forgotten."""
+"""Stimuli: deterministic, within their formats, outputs from the inputs alone, no block forgotten."""
 
 from pathlib import Path
 
@@ -100,10 +100,10 @@ def test_a_short_name_is_enough_where_only_one_block_has_it():
         block("ray_memory")
 
 
-@pytest.mark.parametrize(("arguments", "says"), [
+@pytest.mark.parametrize(("arguments", "message"), [
     ({"count": 0}, "Count must be 1 to 1048576, not 0"), ({"seed": -1}, r"Seed must be 0 to 2\^63 - 1, not -1")])
-def test_counts_and_seeds_out_of_range_are_refused(arguments, says):
-    with pytest.raises(InputError, match=says):
+def test_counts_and_seeds_out_of_range_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
         stimulus("cordic", **{"count": 1, "seed": 0, "config": CONFIG, **arguments})
 
 

@@ -7,13 +7,13 @@ from tb.golden.light.solvers.systems import DUCT_FACTORS, DUCT_RADIOSITY, duct
 
 
 class Rows:
-    """Rows on demand that remembers which were asked for."""
+    """Rows on demand that remembers which were requested."""
 
     def __init__(self, factors):
-        self.factors, self.asked = factors, []
+        self.factors, self.requested = factors, []
 
     def rows(self, patches):
-        self.asked.extend(patches.tolist())
+        self.requested.extend(patches.tolist())
         return self.factors[patches]
 
 
@@ -26,21 +26,21 @@ def test_shooting_by_reciprocity_finds_the_same_solution(name):
 def test_shooting_asks_once_for_the_rows_that_shoot_and_for_no_others():
     provider = Rows(DUCT_FACTORS)
     SOLVERS["progressive"](duct(provider), max_steps=2)
-    assert provider.asked == [0]
+    assert provider.requested == [0]
     SOLVERS["progressive"](duct(provider))
-    assert sorted(provider.asked[1:]) == [0, 1, 2]
+    assert sorted(provider.requested[1:]) == [0, 1, 2]
 
 
 def test_gathering_asks_for_all_rows_once():
     provider = Rows(DUCT_FACTORS)
     solution = SOLVERS["gauss-jacobi"](duct(provider), tolerance=1e-9)
-    assert provider.asked == [0, 1, 2]
+    assert provider.requested == [0, 1, 2]
     np.testing.assert_allclose(solution.radiosity[:, 0], DUCT_RADIOSITY, rtol=0, atol=6e-9)
 
 
 def test_shooting_through_a_stored_matrix_needs_no_reciprocity():
-    crooked = np.array([(0, 0.9, 0.1), (0.5, 0, 0.5), (0.1, 0.1, 0)])
-    system = duct(crooked)
+    irregular = np.array([(0, 0.9, 0.1), (0.5, 0, 0.5), (0.1, 0.1, 0)])
+    system = duct(irregular)
     solution = SOLVERS["progressive"](system, tolerance=1e-10)
     assert np.abs(system.residual(solution.radiosity)).max() < 1e-9
 

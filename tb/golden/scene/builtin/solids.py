@@ -23,7 +23,7 @@ def _numbered(patches: np.ndarray) -> np.ndarray:
 
 
 def is_closed(patches: np.ndarray) -> bool:
-    """Whether each edge has exactly one partner that runs the other way between the same two points."""
+    """Whether each edge has exactly one partner that runs in the opposite direction between the same points."""
     corner = _numbered(patches)
     edges = np.stack([corner, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 2)
     edges = edges[edges[:, 0] != edges[:, 1]]

@@ -43,7 +43,7 @@ def test_scene_has_a_light_out_of_view_and_its_camera_sees_it_whole(name):
         inside = (depth > 0) & (np.abs(relative @ right / depth) < tangent) & (np.abs(relative @ up / depth) < tangent)
     assert emits.any() or scene.lights
     assert not inside[emits].any()
-    # Grounds run on past the picture's edge; what stands on them does not.
+    # Grounds extend past the picture's edge; objects on them do not.
     grounds = ("floor", "wall", "ground", "field", "water", "dark square", "light square", "lamp")
     object_ = ~np.isin([scene.materials[number].name for number in scene.material], grounds)
     assert inside[object_].all()
