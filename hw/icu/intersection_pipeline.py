@@ -13,6 +13,7 @@ from hw.icu.ray_direction import RayDirection
 from hw.icu.screening import Screening
 from hw.icu.uv_alignment import UvAlignment
 from hw.icu.uv_subdivision import UvSubdivision
+from hw.lib.connect_fields import connect_fields
 from hw.lib.struct_stream import struct_stream
 
 __all__ = ["IntersectionPipeline"]
@@ -105,27 +106,19 @@ class IntersectionPipeline(wiring.Component):
         for name, _ in self._formats.slot_record:
             wiring.connect(m, wiring.flipped(getattr(self, f"i_{name}")), getattr(slots, f"i_{name}"))
 
-        def feed(to, source, tag, **fields):
-            """An item with fields of another one."""
-            m.d.comb += to.valid.eq(source.valid)
-            m.d.comb += [to.payload[name].eq(value) for name, value in fields.items()]
-            for given in tag:
-                for name, _ in to.payload.tag.shape():
-                    if name in dict(iter(given.shape())):
-                        m.d.comb += to.payload.tag[name].eq(given[name])
-
         issued = self.i.payload
-        feed(direction.i, self.i, [issued], column=issued.column, row=issued.row)
+        connect_fields(m, direction.i, self.i, tags=[issued], column=issued.column, row=issued.row)
         m.d.comb += direction.is_screen.eq(self.is_screen)
         turned = direction.o.payload
-        feed(slots.i, direction.o, [turned.tag], slot=turned.tag.slot)
+        connect_fields(m, slots.i, direction.o, tags=[turned.tag], slot=turned.tag.slot)
         m.d.comb += slots.i.payload.tag.direction.eq(turned.direction)
         m.d.comb += self.free.eq(direction.o.valid & turned.tag.last)
 
         read, record = slots.o.payload.tag, slots.o.payload.record
-        feed(screening.i, slots.o, [read, record], direction=read.direction, planes=record.planes, turns=record.turns)
-        feed(inverse.i, slots.o, [read, record], direction=read.direction, mantissa=record.factor.mantissa,
-             exponent=record.factor.exponent)
+        connect_fields(m, screening.i, slots.o, tags=[read, record], direction=read.direction,
+                       planes=record.planes, turns=record.turns)
+        connect_fields(m, inverse.i, slots.o, tags=[read, record], direction=read.direction,
+                       mantissa=record.factor.mantissa, exponent=record.factor.exponent)
 
         screened = screening.o.payload
         m.d.comb += [self.tested.eq(screening.o.valid & screened.tag.is_ray),
@@ -136,9 +129,10 @@ class IntersectionPipeline(wiring.Component):
                      update.patch.eq(near.tag.patch), update.inverse.eq(near.inverse),
                      update.hit.eq(_later(m, self.inside, self._inside_waits))]
 
-        feed(alignment.i, screening.o, [screened.tag], distances=screened.distances, orientation=screened.orientation,
-             exponents=screened.tag.exponents)
-        feed(subdivision.i, alignment.o, [alignment.o.payload.tag], distances=alignment.o.payload.distances)
+        connect_fields(m, alignment.i, screening.o, tags=[screened.tag], distances=screened.distances,
+                       orientation=screened.orientation, exponents=screened.tag.exponents)
+        connect_fields(m, subdivision.i, alignment.o, tags=[alignment.o.payload.tag],
+                       distances=alignment.o.payload.distances)
         made = subdivision.o.payload
         won = _later(m, self.i_update.valid & self.i_update.payload.won, self._won_waits)
         m.d.comb += [self.o_payload.valid.eq(subdivision.o.valid & won), self.o_payload.payload.ray.eq(made.tag.ray),

@@ -18,6 +18,7 @@ from hw.icu.section_clip import SectionClip
 from hw.icu.spherical_coordinates import SphericalCoordinates
 from hw.icu.vertex_direction import VertexDirection
 from hw.icu.vertex_gather import VertexGather
+from hw.lib.connect_fields import connect_fields
 from hw.lib.queue import Queue
 
 __all__ = ["PatchSetup"]
@@ -123,36 +124,32 @@ class PatchSetup(wiring.Component):
         for block in (sbb, bound):
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
 
-        def feed(to, source, **fields):
-            """An always ready stream from another one's fields."""
-            m.d.comb += to.valid.eq(source.valid)
-            for name, value in fields.items():
-                m.d.comb += to.payload[name].eq(value)
-
         wiring.connect(m, wiring.flipped(self.i), queue.i)
         m.d.comb += [queue.free.eq(self.free), self.waiting.eq(queue.waiting)]
         entered = queue.o.payload
-        feed(transform.i, queue.o, slot=entered.slot, index=entered.index, vertex=entered.item.vertex)
-        feed(self.o_patch, queue.o, slot=entered.slot, part=entered.item.patch)
+        connect_fields(m, transform.i, queue.o, slot=entered.slot, index=entered.index, vertex=entered.item.vertex)
+        connect_fields(m, self.o_patch, queue.o, slot=entered.slot, part=entered.item.patch)
         turned = transform.o.payload
-        feed(direction.i, transform.o, slot=turned.slot, index=turned.index, vertex=turned.vertex)
+        connect_fields(m, direction.i, transform.o, slot=turned.slot, index=turned.index, vertex=turned.vertex)
         seen_from = direction.o.payload
-        feed(coordinates.i, direction.o, slot=seen_from.slot, index=seen_from.index, direction=seen_from.direction)
+        connect_fields(m, coordinates.i, direction.o, slot=seen_from.slot, index=seen_from.index,
+                       direction=seen_from.direction)
         vertex = vertices.i.payload.item
-        feed(vertices.i, direction.o, slot=seen_from.slot, index=seen_from.index)
+        connect_fields(m, vertices.i, direction.o, slot=seen_from.slot, index=seen_from.index)
         m.d.comb += [vertex[name].eq(seen_from[name]) for name in ("vertex", "direction", "exponent")]
         place, coordinate = coordinates.o.payload, seen.i.payload.item
-        feed(seen.i, coordinates.o, slot=place.slot, index=place.index)
+        connect_fields(m, seen.i, coordinates.o, slot=place.slot, index=place.index)
         m.d.comb += [coordinate[name].eq(place[name]) for name in ("first", "second", "front")]
 
         patch = vertices.o.payload
         for block, name, field in ((planes, "directions", "direction"), (factor, "vertices", "vertex")):
-            feed(block.i, vertices.o, slot=patch.slot)
+            connect_fields(m, block.i, vertices.o, slot=patch.slot)
             m.d.comb += [block.i.payload[name][k].eq(patch.items[k][field]) for k in range(4)]
-        feed(self.o_exponents, vertices.o, slot=patch.slot)
+        connect_fields(m, self.o_exponents, vertices.o, slot=patch.slot)
         m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
-        feed(self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot, part=planes.o_planes.payload.part)
-        feed(self.o_turns, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.turns)
+        connect_fields(m, self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot,
+                       part=planes.o_planes.payload.part)
+        connect_fields(m, self.o_turns, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.turns)
         found, made = Signal(), Signal.like(factor.o.payload, reset_less=True)
         m.d.sync += [found.eq(factor.o.valid), made.eq(factor.o.payload)]
         m.d.comb += [self.o_factor.valid.eq(found), self.o_factor.payload.slot.eq(made.slot),
