@@ -1,93 +1,102 @@
 """Ray memory of cell traversal: each grid ray leaves once, and one ray of a slot at a time."""
 
-from types import SimpleNamespace
-
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal, Value
 from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout, View
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.fork import Fork
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
+from hw.memsys.istructure import IStructure
 
 __all__ = ["RayMemory"]
 
-# Rays that have left and are not taken yet, or may leave.
-ROOM = 16
+# Rays that have left and are not accepted yet, or may leave.
+LEAVING = 16
 
 
 class _Kind(enum.Enum, shape=2):
     REQUEST = 0
-    RETURN = 1
-    RETRY = 2
+    RETRY = 1
+    RETURN = 2
     CLEAR = 3
 
 
 class RayMemory(wiring.Component):
-    """A request for the version that the slot has is passed over: this ray has left. Else a present ray leaves and
-    takes the version; for one that is away the request waits.
+    """A request for the version that its slot has is dropped: this ray has left. Otherwise, if the slot's ray is
+    present, it leaves and the slot takes the request's version; if it is absent, the request is deferred.
 
-    Several rays may share a slot, each a version of it. One that left before another one of the slot leaves again if it
-    is asked for again: that costs, and nothing is lost.
+    ::
 
-    Requests that wait for a slot are a chain, the oldest first. When the ray comes back it is held until the first of
-    them that is for another version has it; those before it are passed over, the others go on waiting. A request that
-    comes meanwhile goes to the end of the chain.
+        i ----------+- rows: version, presence -+- leaves --- o
+        i_return ---+          |                '- dropped -- o_passed
+                    |          | deferred reads, returns, departures
+                    '----- IStructure
+
+    Deferral is an I-structure with a location for each slot. A departure renews the slot's location, a return writes
+    it, and a deferred request reads it: the read is answered when the ray is back. Then the request is tried again, in
+    the order of the chain: the first one for another version leaves, and those behind it are deferred again. Until then
+    the slot is held for them: a request that comes meanwhile is deferred too, behind them.
+
+    Several rays may share a slot, each is a version of it. A ray that left before another ray of its slot leaves again
+    if it is requested again: that costs cycles, and nothing is lost.
 
     Parameters
     ----------
     slots
-        Places of grid rays, at least 1.
+        Grid rays that the memory tells apart, at least 1.
     version_bits
-        Of a version, which is at least 1.
+        Bits of a version, which is at least 1.
     deferred
-        Requests that wait or are being looked at, at least 1.
+        Requests that are deferred or being decided, at most; at least 1.
     generation_bits
-        Of the tags that make all slots present, of version 0.
+        Bits of the generation tags that make all slots present, of version 0.
     tag
-        Shape of what goes along with a request.
+        Shape of a request's sideband.
 
     Members
     -------
-    i_start
-        Begins a frustum: all slots are present, of version 0. Taken when nothing waits; the sender sees to it that no
-        ray is away. No payload.
-    i
-        Requests: ``slot``, ``version``, ``tag``.
-    i_return
-        The slot of a ray that comes back. Always ready.
-    o
-        Rays that leave: ``slot``, and ``version`` and ``tag`` of the request.
-    o_passed
-        ``tag`` of a request that is passed over. Always ready.
-    waiting
-        Requests that wait now.
+    i_start : In, stream without payload
+        Begins a frustum: all slots are present, of version 0. Accepted when no request is deferred; the sender
+        guarantees that no ray is absent.
+    i : In, stream of ``slot``, ``version``, ``tag``
+        Requests.
+    i_return : In, stream of range(slots)
+        The slot of a ray that is back. Always ready.
+    o : Out, stream of ``slot``, ``version``, ``tag``
+        Rays that leave, with the version and the tag of the request.
+    o_passed : Out, stream of tags
+        The tag of a request that is dropped. Always ready.
+    waiting : Out(range(deferred + 1))
+        Deferred requests.
 
     Timing
     ------
-    Latency: ``7`` cycles from ``i`` to ``o``, ``15`` from ``i_return`` to the ray that leaves again. One request or
-    return per cycle, returns first, then those that waited. Requests stall with ``o``, and while ``deferred`` of them
-    wait or are being looked at; returns never stall.
+    Latency: ``7`` cycles from ``i`` to ``o``, ``21`` from ``i_return`` to the ray that leaves again. One request or
+    return per cycle: returns before deferred requests, and these before new ones. Requests stall with ``o`` and while
+    ``deferred`` of them are deferred or being decided; returns never stall.
 
-    Errors
+    Raises
     ------
-    ValueError
-        A size out of range.
+    TypeError, ValueError
+        A size of the wrong type or out of range.
 
-    Golden counterpart: `golden.ctu.ray_memory.RayMemory`, which looks at requests that need not wait when it is full
-    too. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
+    Golden counterpart: `golden.ctu.ray_memory.RayMemory`, which also accepts requests that need not wait while it is
+    full. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
     def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag):
         for name, value in (("Slots", slots), ("Version bits", version_bits), ("Deferred", deferred),
                             ("Generation bits", generation_bits)):
-            if not isinstance(value, int) or value < 1:
+            if isinstance(value, bool) or not isinstance(value, int):
+                raise TypeError(f"{name} must be an int, not {value!r}")
+            if value < 1:
                 raise ValueError(f"{name} must be at least 1, not {value!r}")
         self._slots, self._version_bits, self._deferred = slots, version_bits, deferred
-        self._generation_bits, self._tag = generation_bits, tag
-        request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})
+        self._generation_bits = generation_bits
+        request = self._request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})
         super().__init__({
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "i_return": In(stream.Signature(range(slots), always_ready=True)), "o": Out(stream.Signature(request)),
@@ -96,126 +105,120 @@ class RayMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        place, version = range(self._deferred), self._version_bits
         m.submodules.generations = generations = Generations(bits=self._generation_bits, depth=self._slots)
-        generation = generations.generation
-        row = StructLayout({"generation": self._generation_bits, "version": version, "away": 1, "waits": 1,
-                            "first": place, "last": place})
-        # ``place`` is the request's; of a retry ``next`` is who waits behind it, if ``linked``.
-        access = StructLayout({"kind": _Kind, "version": version, "place": place, "linked": 1, "next": place})
-        carried = StructLayout({"access": access, "tag": self._tag})
+        # ``held``: the ray is back for the requests that wait, which are ``waiters``.
+        row = StructLayout({"generation": self._generation_bits, "version": self._version_bits, "away": 1, "held": 1,
+                            "waiters": range(self._deferred + 1)})
+        access = StructLayout({"kind": _Kind, "version": self._version_bits})
 
-        def judge(old, access):
-            """What a slot is, and what an access does there."""
-            requests, now = access.kind == _Kind.REQUEST, old.generation == generation
-            known = Mux(now, old.version, 0)
-            other, away, waits, alone = access.version != known, now & old.away, now & old.waits, old.first == old.last
-            # Somebody may have come behind the last one since it was looked up: then it is tried again.
-            ends = (access.kind == _Kind.RETRY) & (alone | access.linked)
-            leaves, defers = other & Mux(requests, ~away, ends), requests & other & away
-            return SimpleNamespace(known=known, away=away, waits=waits, alone=alone, ends=ends, leaves=leaves,
-                                   defers=defers)
+        def decide(old, access):
+            """The state of a slot in this frustum, and whether an access leaves or is deferred."""
+            now, retries = old.generation == generations.generation, access.kind == _Kind.RETRY
+            state = {"version": Mux(now, old.version, 0), "away": now & old.away, "held": now & old.held,
+                     "waiters": Mux(now, old.waiters, 0)}
+            other = access.version != state["version"]
+            leaves = other & Mux(retries, state["held"], (access.kind == _Kind.REQUEST) & ~state["away"])
+            defers = Mux(retries, ~state["held"], (access.kind == _Kind.REQUEST) & other & state["away"])
+            return state, leaves, defers
 
         def change(old, access):
-            it, returns, clears = judge(old, access), access.kind == _Kind.RETURN, access.kind == _Kind.CLEAR
-            waits = Mux(it.ends, ~it.alone, it.waits | it.defers)
-            new = {"generation": Mux(clears, 0, generation), "version": Mux(it.leaves, access.version, it.known),
-                   "away": it.leaves | Mux(returns | it.ends, waits, it.away), "waits": waits,
-                   "first": Mux(it.ends, access.next, Mux(it.defers & ~it.waits, access.place, old.first)),
-                   "last": Mux(it.defers, access.place, old.last)}
-            return View(row, Cat(new.values())), returns | clears | it.ends | it.leaves | it.defers
+            state, leaves, defers = decide(old, access)
+            returns, clears, retries = (access.kind == kind for kind in (_Kind.RETURN, _Kind.CLEAR, _Kind.RETRY))
+            ends = retries & ~defers
+            waiters = Value.cast(state["waiters"] + (defers & ~retries) - ends)[:len(old.waiters)]
+            held = Mux(returns, state["waiters"] != 0, state["held"] & ~leaves & ~(ends & (waiters == 0)))
+            new = {"generation": Mux(clears, 0, generations.generation),
+                   "version": Mux(leaves, access.version, state["version"]),
+                   "away": leaves | Mux(returns | ends, held, state["away"]), "held": held, "waiters": waiters}
+            return View(row, Cat(new.values())), returns | clears | leaves | defers | ends
 
-        m.submodules.rows = rows = UpdateMemory(row, depth=self._slots, operand=access, tag=carried, change=change)
-
-        # What an access has come to. A ray that is back is tried on the first request of its chain.
-        tried = StructLayout({"slot": range(self._slots), "place": place})
-        m.submodules.tries, m.submodules.leaving = tries, leaving = Queue(tried, depth=self._deferred), Queue(
-            self.o.payload.shape(), depth=ROOM)
-        made, done = Signal.like(rows.o.payload, reset_less=True), Signal()
-        found = judge(rows.o.payload.old, rows.o.payload.tag.access)
-        now = SimpleNamespace(**{name: Signal(name=f"now_{name}", reset_less=True)
-                                 for name in ("waits", "alone", "ends", "leaves", "defers")})
-        m.d.sync += [done.eq(rows.o.valid), made.eq(rows.o.payload),
-                     *(flag.eq(getattr(found, name)) for name, flag in vars(now).items())]
-        kind, old = made.tag.access.kind, made.old
-        returned, requested, retried = (done & (kind == one) for one in (_Kind.RETURN, _Kind.REQUEST, _Kind.RETRY))
-        passed_over = retried & now.ends & ~now.leaves
-        m.d.comb += [
-            tries.i.valid.eq((returned & now.waits) | (retried & ~now.ends) | (passed_over & ~now.alone)),
-            tries.i.payload.slot.eq(made.address),
-            tries.i.payload.place.eq(Mux(now.ends, made.tag.access.next, old.first)),
-            leaving.i.valid.eq(done & now.leaves), leaving.i.payload.slot.eq(made.address),
-            leaving.i.payload.version.eq(made.tag.access.version), leaving.i.payload.tag.eq(made.tag.tag)]
+        m.submodules.rows = rows = UpdateMemory(
+            row, depth=self._slots, operand=access, tag=StructLayout({"kind": _Kind, "request": self._request}),
+            change=change)
+        # What an access comes to.
+        made, done = Signal.like(rows.o.payload.tag, reset_less=True), Signal()
+        came = rows.o.payload
+        _, leaves_now, defers_now = decide(came.old, View(access, Cat(came.tag.kind, came.tag.request.version)))
+        leaves, defers = Signal(reset_less=True), Signal(reset_less=True)
+        m.d.sync += [done.eq(rows.o.valid), made.eq(came.tag), leaves.eq(leaves_now), defers.eq(defers_now)]
+        requested, retried, returned = (Signal(name=name) for name in ("requested", "retried", "returned"))
+        m.d.comb += [flag.eq(done & (made.kind == kind)) for flag, kind in (
+            (requested, _Kind.REQUEST), (retried, _Kind.RETRY), (returned, _Kind.RETURN))]
+        decided, departs, resolved = requested | retried, Signal(), Signal()
+        m.submodules.leaving = leaving = Queue(self._request, depth=LEAVING)
         wiring.connect(m, leaving.o, wiring.flipped(self.o))
-        m.d.comb += [self.o_passed.payload.eq(made.tag.tag),
-                     self.o_passed.valid.eq(((requested & ~now.defers) | (retried & now.ends)) & ~now.leaves)]
-
-        # Places of requests: free ones, who waits in them, who waits behind whom if anybody does.
-        m.submodules.free = free = Queue(place, depth=self._deferred)
-        m.submodules.entries = entries = Memory(shape=StructLayout({"version": version, "tag": self._tag}),
-                                                depth=self._deferred, init=[], attrs={"no_rw_check": 1})
-        m.submodules.behind = behind = Memory(shape=place, depth=self._deferred, init=[],
-                                              attrs={"ram_style": "distributed"})
-        linked, unused, new = Signal(self._deferred), Signal(range(self._deferred + 1)), Signal(place)
-        defers, ends = done & now.defers, retried & now.ends
-        recycles, takes = unused == self._deferred, self.i.valid & self.i.ready
-        write, link = entries.write_port(), behind.write_port()
         m.d.comb += [
-            new.eq(Mux(recycles, free.o.payload, unused)), free.o.ready.eq(takes & recycles),
-            free.i.valid.eq((requested & ~now.defers) | ends), free.i.payload.eq(made.tag.access.place),
-            write.addr.eq(made.tag.access.place), write.data.version.eq(made.tag.access.version),
-            write.data.tag.eq(made.tag.tag), write.en.eq(defers),
-            link.addr.eq(old.last), link.data.eq(made.tag.access.place), link.en.eq(defers & now.waits)]
-        with m.If(takes & ~recycles):
-            m.d.sync += unused.eq(unused + 1)
-        with m.If(defers):
-            m.d.sync += linked.bit_select(made.tag.access.place, 1).eq(0)
-            with m.If(now.waits):
-                m.d.sync += linked.bit_select(old.last, 1).eq(1)
-        m.d.sync += self.waiting.eq(self.waiting + defers - ends)
+            departs.eq(done & leaves), resolved.eq(decided & ~defers),
+            leaving.i.valid.eq(departs), leaving.i.payload.eq(made.request),
+            self.o_passed.valid.eq(resolved & ~leaves), self.o_passed.payload.eq(made.request.tag)]
 
-        # The next try, looked up.
-        retry, retries, goes = Signal(StructLayout({"slot": range(self._slots), "carried": carried}),
-                                      reset_less=True), Signal(), Signal()
-        entry, next_one = entries.read_port(domain="comb"), behind.read_port(domain="comb")
-        at = tries.o.payload.place
-        m.d.comb += [entry.addr.eq(at), next_one.addr.eq(at), tries.o.ready.eq(goes | ~retries)]
-        with m.If(tries.o.ready):
-            m.d.sync += [retries.eq(tries.o.valid), retry.slot.eq(tries.o.payload.slot),
-                         retry.carried.tag.eq(entry.data.tag), retry.carried.access.kind.eq(_Kind.RETRY),
-                         retry.carried.access.version.eq(entry.data.version), retry.carried.access.place.eq(at),
-                         retry.carried.access.next.eq(next_one.data),
-                         retry.carried.access.linked.eq(linked.bit_select(at, 1))]
+        retry, restart = self._add_deferral(m, made.request, requested=requested, retried=retried, returned=returned,
+                                            departs=departs, defers=defers)
+        enters = self._add_accesses(m, rows.i, retry, generations, resolved=resolved, stays=decided & ~leaves)
+        m.d.sync += self.waiting.eq(self.waiting + (requested & defers) - (retried & ~defers))
 
-        # Who is next: returns, then tries, then requests. Whoever may leave has room where it leaves.
-        given, comes, room, under_way = Signal.like(rows.i.payload, reset_less=True), Signal(), Signal(
-            range(ROOM + 1), init=ROOM), Signal(6)
-        begun, idle = Signal(), Signal()
+        # A frustum begins when no access is in flight and no request is deferred.
+        in_flight, quiet = Signal(self.latency - 1), Signal()
+        m.d.sync += in_flight.eq((in_flight << 1) | enters)
+        m.submodules.starts = starts = Fork(0, count=2)
         m.d.comb += [
-            rows.i.valid.eq(comes), rows.i.payload.eq(given),
-            goes.eq(retries & ~self.i_return.valid & (room != 0)),
-            self.i.ready.eq(begun & ~self.i_start.valid & ~self.i_return.valid & ~retries & (room != 0)
-                            & (~recycles | free.o.valid))]
-        m.d.sync += [
-            comes.eq(self.i_return.valid | goes | takes | generations.sweeps),
-            room.eq(room - (goes | takes) + ((requested | retried) & ~now.leaves) + (self.o.valid & self.o.ready)),
-            given.tag.eq(retry.carried), given.operand.eq(retry.carried.access), given.address.eq(retry.slot)]
-        for happens, address, carries in (
-                (takes, self.i.payload.slot, {"kind": _Kind.REQUEST, "version": self.i.payload.version, "place": new}),
-                (self.i_return.valid, self.i_return.payload, {"kind": _Kind.RETURN}),
-                (generations.sweeps, generations.row, {"kind": _Kind.CLEAR})):
-            with m.If(happens):
-                m.d.sync += given.address.eq(address)
-                m.d.sync += [part[name].eq(value) for part in (given.operand, given.tag.access)
-                             for name, value in carries.items()]
-        with m.If(takes):
-            m.d.sync += given.tag.tag.eq(self.i.payload.tag)
+            quiet.eq(~in_flight.any() & ~self.i_return.valid & (self.waiting == 0)),
+            starts.i.valid.eq(self.i_start.valid & quiet), self.i_start.ready.eq(starts.i.ready & quiet)]
+        for output, start in zip(starts.o, (generations.i_start, restart), strict=True):
+            m.d.comb += [start.valid.eq(output.valid), output.ready.eq(start.ready)]
+        return m
 
-        # A frustum begins when no access is under way and nothing waits.
-        m.d.sync += under_way.eq((under_way << 1) | (takes | self.i_return.valid | goes))
-        m.d.comb += [idle.eq(~under_way.any() & ~self.i_return.valid & (self.waiting == 0)),
-                     generations.i_start.valid.eq(self.i_start.valid & idle),
-                     self.i_start.ready.eq(generations.i_start.ready & idle)]
+    def _add_deferral(self, m, request, *, requested, retried, returned, departs, defers):
+        """The I-structure: its answers are deferred requests that are tried again; and its start."""
+        m.submodules.absent = absent = IStructure(
+            0, depth=self._slots, version_bits=self._generation_bits, deferred=self._deferred, tag=self._request,
+            renews=True)
+        # None of them is ever full: at most ``deferred`` requests are in flight.
+        first, again = (Queue(self._request, depth=self._deferred) for _ in range(2))
+        m.submodules.first, m.submodules.again = first, again
+        # First come, first served: a request that is deferred for the first time is read when those that waited longer
+        # are in chains again. ``trying``: requests that are decided again or read again.
+        read, trying, may_read = absent.i_read, Signal(range(self._deferred + 1)), Signal()
+        tries = absent.o_read.valid & absent.o_read.ready
+        m.d.sync += trying.eq(trying + tries - (retried & ~defers) - (again.o.valid & again.o.ready))
+        m.d.comb += [
+            first.i.valid.eq(requested & defers), first.i.payload.eq(request),
+            again.i.valid.eq(retried & defers), again.i.payload.eq(request),
+            # Only when it is accepted, so that no offer is withdrawn.
+            may_read.eq((trying == 0) & ~absent.releases & read.ready),
+            read.valid.eq(again.o.valid | (first.o.valid & may_read)), again.o.ready.eq(read.ready),
+            first.o.ready.eq(may_read & ~again.o.valid),
+            read.payload.tag.eq(Mux(again.o.valid, again.o.payload.as_value(), first.o.payload.as_value())),
+            read.payload.address.eq(Mux(again.o.valid, again.o.payload.slot, first.o.payload.slot)),
+            # Both are always ready: no version ends while accesses are in flight.
+            absent.i_renew.valid.eq(departs), absent.i_renew.payload.eq(request.slot),
+            absent.i_write.valid.eq(returned), absent.i_write.payload.address.eq(request.slot)]
+        return absent.o_read, absent.i_start
+
+    def _add_accesses(self, m, rows, retry, generations, *, resolved, stays):
+        """Returns first, then deferred requests, then new ones. A request has a credit for the queue of departures."""
+        credits, held = Signal(range(LEAVING + 1), init=LEAVING), Signal(range(self._deferred + 1))
+        begun, accepts, retries = Signal(), Signal(), Signal()
         with m.If(self.i_start.valid & self.i_start.ready):
             m.d.sync += begun.eq(1)
-        return m
+        m.d.comb += [
+            retry.ready.eq(~self.i_return.valid & (credits != 0)), retries.eq(retry.valid & retry.ready),
+            self.i.ready.eq(begun & ~self.i_start.valid & ~self.i_return.valid & ~retry.valid & (credits != 0)
+                            & (held != self._deferred)),
+            accepts.eq(self.i.valid & self.i.ready)]
+        m.d.sync += [credits.eq(credits - (accepts | retries) + stays + (self.o.valid & self.o.ready)),
+                     held.eq(held + accepts - resolved)]
+
+        entry, enters = Signal(rows.payload.tag.shape(), reset_less=True), Signal()
+        m.d.comb += [
+            rows.valid.eq(enters), rows.payload.tag.eq(entry), rows.payload.address.eq(entry.request.slot),
+            rows.payload.operand.kind.eq(entry.kind), rows.payload.operand.version.eq(entry.request.version)]
+        m.d.sync += [enters.eq(self.i_return.valid | retries | accepts | generations.sweeps),
+                     entry.kind.eq(_Kind.RETRY), entry.request.eq(retry.payload.tag)]
+        with m.If(accepts):
+            m.d.sync += [entry.kind.eq(_Kind.REQUEST), entry.request.eq(self.i.payload)]
+        for happens, kind, slot in ((self.i_return.valid, _Kind.RETURN, self.i_return.payload),
+                                    (generations.sweeps, _Kind.CLEAR, generations.row)):
+            with m.If(happens):
+                m.d.sync += [entry.kind.eq(kind), entry.request.slot.eq(slot)]
+        return accepts | retries | self.i_return.valid

@@ -38,6 +38,8 @@ class DeferredStore(wiring.Component):
         ``tag`` and ``data`` of the items of released chains, one chain after the other, each from its first item.
     waiting
         Items in chains.
+    releases
+        Items of released chains have not left yet, or a chain is released in this cycle.
 
     Timing
     ------
@@ -59,7 +61,8 @@ class DeferredStore(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "chain": self.chain}))), "longer": Out(self.chain),
             "i_release": In(stream.Signature(StructLayout({"chain": self.chain, "data": shape}), always_ready=True)),
-            "o": Out(stream.Signature(StructLayout({"tag": tag, "data": shape}))), "waiting": Out(range(depth + 1))})
+            "o": Out(stream.Signature(StructLayout({"tag": tag, "data": shape}))), "waiting": Out(range(depth + 1)),
+            "releases": Out(1)})
         self.latency = 3
 
     def elaborate(self, platform):
@@ -88,12 +91,15 @@ class DeferredStore(wiring.Component):
                      behind_write.addr.eq(chain.last), behind_write.data.eq(new),
                      behind_write.en.eq(takes & chain.some)]
 
+        walks = Signal()
         # Never full: each chain has an item at least.
         m.submodules.released = released = Queue(self.i_release.payload.shape(), depth=self._depth)
-        m.d.comb += [released.i.valid.eq(self.i_release.valid), released.i.payload.eq(self.i_release.payload)]
+        m.d.comb += [
+            released.i.valid.eq(self.i_release.valid), released.i.payload.eq(self.i_release.payload),
+            self.releases.eq(self.i_release.valid | released.o.valid | walks | self.o.valid)]
 
         # The item that leaves next, and the one that is shown.
-        walks, at = Signal(), Signal.like(released.o.payload, reset_less=True)
+        at = Signal.like(released.o.payload, reset_less=True)
         shown = Signal.like(self.o.payload, reset_less=True)
         moves, leaves = Signal(), Signal()
         m.d.comb += [moves.eq(self.o.ready | ~self.o.valid), leaves.eq(walks & moves), self.o.payload.eq(shown),

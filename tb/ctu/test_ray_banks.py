@@ -25,7 +25,7 @@ STREAMS = ("i_start", "i", "i_return", "o")
 DEFERRED, BANKS, MANY = 16, 2, 64
 PASSED = tuple(f"o_passed__{bank}" for bank in range(BANKS))
 # Cycles from a return to the ray that leaves again.
-AGAIN = 16
+AGAIN = 22
 
 
 def make(slots=SLOTS):

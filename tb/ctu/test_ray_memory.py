@@ -24,7 +24,7 @@ MODULE = "tb.ctu.test_ray_memory"
 STREAMS = ("i_start", "i", "i_return", "o")
 VERSION_BITS, DEFERRED, GENERATION_BITS = 10, 8, 2
 # Cycles from a return to the ray that leaves again.
-AGAIN = 15
+AGAIN = 21
 CASES = ("a ray leaves", "a request is passed over", "a request waits", "several wait for a slot",
          "a ray leaves again", "as many wait as can", "a request comes while the slot's chain is tried")
 
@@ -288,8 +288,8 @@ def test_in_the_simulator(simulator):
 @pytest.mark.parametrize(("name", "message"), [
     ("slots", "Slots"), ("version_bits", "Version bits"), ("deferred", "Deferred"),
     ("generation_bits", "Generation bits")])
-@pytest.mark.parametrize("value", [0, 1.0])
-def test_init_wrong_size(name, message, value):
+@pytest.mark.parametrize(("value", "error", "needs"), [(0, ValueError, "at least 1"), (1.0, TypeError, "an int")])
+def test_init_wrong_size(name, message, value, error, needs):
     sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
-    with pytest.raises(ValueError, match=f"^{message} must be at least 1, not {value!r}$"):
+    with pytest.raises(error, match=f"^{message} must be {needs}, not {value!r}$"):
         RayMemory(tag=4, **sizes)

@@ -5,6 +5,7 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.config import PRESETS
@@ -322,3 +323,70 @@ def test_init_wrong_size(name, message, value):
     sizes = {"depth": 4, "version_bits": 1, "deferred": 2, name: value}
     with pytest.raises(ValueError, match=f"^{message} must be at least 1, not {value!r}$"):
         IStructure(8, tag=4, **sizes)
+
+
+@pytest.mark.parametrize(("seed", "ready"), [(1, 1.0), (2, 0.5), (3, 0.8)])
+def test_renewed_locations(seed, ready):
+    """Reads, writes and renewals in any order: each read is answered once, with data that its location held then."""
+    depth, cycles = 4, 1500
+    dut, random = IStructure(16, depth=depth, version_bits=VERSION_BITS, deferred=8, tag=12, renews=True), \
+        np.random.default_rng(seed)
+    # By location: the present data, and from and to which cycle each datum was there. By tag: location and cycle.
+    present, spans, asked, refusals, coverage = {}, {}, {}, [], Coverage(
+        ["a read waits", "a read waits for a renewed location", "a write of a renewed location", "a write is refused"])
+
+    async def drive(ctx):
+        ctx.set(dut.i_start.valid, 1)
+        await ctx.tick().until(dut.i_start.ready)
+        ctx.set(dut.i_start.valid, 0)
+        offers, number, refused, renewals = {}, 0, 0, set()
+        for cycle in range(cycles + 600):
+            for name, rate in (("i_read", 0.5), ("i_write", 0.25), ("i_renew", 0.2)):
+                # In the end all locations are written, until nothing waits.
+                closes = cycle >= cycles
+                port = getattr(dut, name)
+                if name not in offers and (name == "i_write" if closes else random.random() < rate):
+                    address = cycle % depth if closes else int(random.integers(depth))
+                    offers[name] = address
+                    number += 1
+                    ctx.set(port.payload, address if name == "i_renew" else {
+                        "address": address, **({"tag": number} if name == "i_read" else {"data": number})})
+                ctx.set(port.valid, name in offers)
+            ctx.set(dut.o_read.ready, random.random() < ready)
+            *_, read, write, renew, came, wrote, answers_now, answer, refuses, which, waiting = await ctx.tick().sample(
+                *(port.valid & port.ready for port in (dut.i_read, dut.i_write, dut.i_renew)), dut.i_read.payload,
+                dut.i_write.payload, dut.o_read.valid & dut.o_read.ready, dut.o_read.payload, dut.o_refused.valid,
+                dut.o_refused.payload, dut.waiting)
+            coverage.hit("a read waits", waiting > 0)
+            if renew:
+                place = offers.pop("i_renew")
+                if place in present:
+                    spans[place, present.pop(place)][1] = cycle
+                    renewals.add(place)
+            if read:
+                asked[came["tag"]] = (offers.pop("i_read"), cycle)
+                coverage.hit("a read waits for a renewed location", came["address"] in renewals - set(present))
+            if write:
+                place, data = offers.pop("i_write"), wrote["data"]
+                coverage.hit("a write is refused", place in present)
+                if place in present:
+                    refusals.append(place)
+                else:
+                    coverage.hit("a write of a renewed location", place in renewals)
+                    present[place], spans[place, data] = data, [cycle, None]
+            if refuses:
+                assert which == refusals[refused]
+                refused += 1
+            if answers_now:
+                place, since = asked.pop(answer["tag"])
+                begin, end = spans[place, answer["data"]]
+                assert begin <= cycle
+                assert end is None or end >= since, "a read must not see what was renewed before it came"
+        assert not asked, "each read must be answered"
+        assert refused >= len(refusals) - REFUSAL
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.run()
+    coverage.check()
