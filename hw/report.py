@@ -14,7 +14,6 @@ from golden.noc.routing import route
 from golden.noc.topology import Topology
 from hw.cluster import Cluster
 from hw.ctu.ctu_formats import CtuFormats
-from hw.ctu.ray_banks import RayBanks
 from hw.ctu.survival import Survival
 from hw.lib.inspection import inspect
 from hw.memsys.cache import Cache
@@ -75,15 +74,10 @@ UNITS = {
         "RayMemory": TAG, "ReadOut": {}, "Collector": {},
     },
     "ctu": {
-        "SubshellGenerator": {}, "SubshellTable": {}, "SubshellWindows": {}, "CtRayGenerator": {}, "StageRows": {},
+        "SubshellGenerator": {}, "CtRayGenerator": {}, "StageRows": {},
         "RowPieces": {}, "RowArcs": {}, "GridDirection": TAG, "TraversalStart": TAG, "CellSteps": TAG,
         "CellNumber": TAG, "CellTraversal": TAG, "Survival": _survival, "NearWindow": TAG, "SettleSweep": {},
-        "GridEntries": TAG,
-        # Of grid rays' numbers of 20 bits.
-        "RayBanks": lambda config: RayBanks(
-            slots=config.ctu.ray_slots, version_bits=22 - config.ctu.ray_slots.bit_length(),
-            deferred=config.ctu.deferred, generation_bits=config.icu.generation_bits, tag=34),
-        "RayTraversal": {}, "TraversalUnit": {},
+        "GridEntries": TAG, "RayTraversal": {}, "TraversalUnit": {},
     },
     "memsys": {
         # A location per grid ray of a shell.

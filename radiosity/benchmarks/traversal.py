@@ -315,7 +315,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         tables.append([row for name, place in places.items() for row in measure(name, place)])
         console().note("\n".join(tables[-1]))
     codes, again, balances, overlaps = tables
-    ways = " | ".join(f"{at_once} at once, lead {lead}" for at_once, lead in WAYS)
+    ways = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
     write_report(output, [
         "# Cell traversal", "", provenance("numpy") + ".", "",
         f"Hemispheres of {RAYS[0]} x {RAYS[1]} rays, cell {CELL}, from points 4, 7, 10 and 13 of the ceiling, sections "
@@ -345,8 +345,8 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "## Overlap", "",
         f"Cycles of the busiest cluster, design C, point 4; {MEMORY} cycles from a cell to its patches and "
         f"{INTERSECTION} from there to the settle map. The hits are the same.", "",
-        "* A lead of n: a shell of a subshell begins when the hits of all but the n shells before it are known, and "
-        "survival is judged by the hits known then. The first way is a barrier after each shell.",
-        "* Two under way: cycles in which two subshells or more are, per cluster, on the fastest way.", "",
-        f"| scene | clusters | subshells | {ways} | barrier : fastest | two under way |",
+        "* Ahead n, a run-ahead depth of n: a shell of a subshell begins when the hits of all but the n shells before "
+        "it are known, and survival uses the hits known then. The first column has a barrier after each shell.",
+        "* Two in flight: cycles in which two subshells or more are in flight, per cluster, in the fastest column.", "",
+        f"| scene | clusters | subshells | {ways} | barrier : fastest | two in flight |",
         "|---" * (5 + len(WAYS)) + "|", *overlaps])
