@@ -20,20 +20,20 @@ class CellNumber(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i
-        ``tag`` and ``index``.
-    o
-        ``tag`` and ``cell``.
-    shape
-        Cells along each axis, at most 2^17 along x and y together; the same while cells are under way.
+    i : In, stream of ``tag``, ``index``
+        The cell along each axis.
+    o : Out, stream of ``tag``, ``cell``
+        Its number.
+    shape : In, array of 3
+        Cells along each axis, at most 2^17 along x and y together; constant while cells are in flight.
 
     Timing
     ------
-    Latency: ``2 * product_registers + 2`` cycles. One cell per cycle; stands while the cell at the end waits.
+    Latency: ``2 * product_registers + 2`` cycles. One cell per cycle; stalls while the cell at the end waits.
 
     Golden counterpart: `golden.memsys.cell_table.CellTable.number`.
     """

@@ -29,21 +29,21 @@ class CellSteps(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i
-        ``tag`` and ``walk`` (`CtuFormats.walk`).
-    o
-        ``tag``, ``index`` of a cell, ``is_cell``: it is one of the grid, ``last`` of the ray.
-    shape
-        Cells along each axis; the same while rays are under way.
+    i : In, stream of ``tag``, ``walk``
+        Rays (`CtuFormats.walk`).
+    o : Out, stream of ``tag``, ``index``, ``is_cell``, ``last``
+        Cells: whether one is in the grid, and the last item of its ray.
+    shape : In, array of 3
+        Cells along each axis; constant while rays are in flight.
 
     Timing
     ------
     Latency: ``5`` cycles to a ray's first cell, its next ones as many apart. One cell of any ray per cycle, with 5
-    rays in flight or more waiting; stands while a cell waits.
+    rays in flight or more waiting; stalls while a cell waits.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal.advance`. Source: Shen 1993, section 5.3.4.5.
     """

@@ -21,36 +21,35 @@ class CellTraversal(wiring.Component):
     """`TraversalStart`, then `CellSteps` and `CellNumber`, or several of both.
 
     A ray begins where there is room for it, one after the other. Between the three there are registers, also for
-    ``ready``: what stands while a cell waits would be all registers at once.
+    ``ready``: what stalls while a cell waits would be all registers at once.
 
     Parameters
     ----------
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
     pipelines
         How many of both, at least 1.
 
     Members
     -------
-    i
-        ``tag``, ``direction`` (G), ``begin`` and ``length`` of its shell.
-    o
-        ``tag``, number of a ``cell``, ``is_cell``: there is one, ``last`` of the ray. Every ray has a last item, which
-        need not be a cell.
-    origin, shape
-        The frustum's origin in cells and the grid's cells along each axis; the same while rays are under way.
-    steps
-        In which pipelines a ray steps in this cycle.
+    i : In, stream of ``tag``, ``direction``, ``begin``, ``length``
+        A ray: its direction in G, and its shell.
+    o : Out, stream of ``tag``, ``cell``, ``is_cell``, ``last``
+        Numbers of cells. Every ray has a last item, which need not be a cell.
+    origin, shape : In, arrays of 3
+        The frustum's origin in cells and the grid's cells along each axis; constant while rays are in flight.
+    steps : Out(pipelines)
+        The pipelines in which a ray steps in this cycle.
 
     Timing
     ------
     Latency: ``3 * product_registers + 29`` cycles to a ray's first cell, with several pipelines one more. One
-    ray per cycle, and one cell per cycle and pipeline where at least 5 rays wait or are under way in each; stands while
+    ray per cycle, and one cell per cycle and pipeline where at least 5 rays wait or are in flight in each; stalls while
     a cell waits. One item per cycle comes out.
 
-    Errors
+    Raises
     ------
     ValueError
         Pipelines out of range.

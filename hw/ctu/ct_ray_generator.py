@@ -28,23 +28,23 @@ class CtRayGenerator(wiring.Component):
 
     Members
     -------
-    i
-        `CtuFormats.subshell_window`.
-    i_table
-        `CtuFormats.grid_table_write`. Always ready; not while a frustum is under way.
-    i_over
-        A stage is over: no payload. Always ready.
-    o
-        `CtuFormats.grid_request`: of each subshell the shells from 2 on, of each shell the grid rays in sector and
-        window by row and column, up to `GRID_GROUP` of a row together, and then its ``last`` item; behind the last
-        subshell's a ``final`` item.
-    frustum, last_shell
-        `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
+    i : In, stream of `CtuFormats.subshell_window`
+        Subshells.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries. Always ready; not during a frustum.
+    i_over : In, stream without payload
+        A stage is over. Always ready.
+    o : Out, stream of `CtuFormats.grid_request`
+        Of each subshell the shells from 2 on; of each shell the grid rays in sector and window by row and column, up to
+        `GRID_GROUP` of a row together, then its ``last`` item; behind the last subshell a ``final`` item.
+    frustum : In, `Formats.frustum`
+    last_shell : In(shell)
+        The frustum, and the last shell of its grid rays; constant during a frustum.
 
     Timing
     ------
     Latency: ``3 * bits(rows) + 3 * bits(columns) + 28`` cycles from a subshell to its first ray, ``rows`` and
-    ``columns`` the shell's. A group per cycle within a row; stalls with ``o`` and while too many stages are under way.
+    ``columns`` the shell's. A group per cycle within a row; stalls with ``o`` and while too many stages are in flight.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
     section 5.3.4.3.

@@ -95,7 +95,7 @@ class CtuFormats(Formats):
     def walk(self) -> StructLayout:
         """Where a grid ray is: its cell, and the parameters of the next border on each axis and between two of them.
 
-        ``up``, ``down``: which way the ray goes along each axis, if any. ``inside``: the cell is one of the grid.
+        ``up``, ``down``: the ray's direction along each axis, if any. ``inside``: the cell is one of the grid.
         ``away``: the ray is outside for good. ``length``: of the shell.
         """
         return StructLayout({"index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3,

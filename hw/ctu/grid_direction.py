@@ -22,20 +22,21 @@ class GridDirection(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i
-        ``tag``, ``column`` and ``row`` (`Formats.direction_pair`), entries of the shell's tables.
-    o
-        ``tag`` and ``direction`` (`CtuFormats.grid_direction`, G).
-    is_screen, to_global
-        The frustum's; the same while rays are under way.
+    i : In, stream of ``tag``, ``column``, ``row``
+        Entries of the shell's tables (`Formats.direction_pair`).
+    o : Out, stream of ``tag``, ``direction``
+        The direction in G (`CtuFormats.grid_direction`).
+    is_screen : In(1)
+    to_global : In, 3 x 3 array
+        The frustum's; constant while rays are in flight.
 
     Timing
     ------
-    Latency: ``2 * product_registers + 5`` cycles. One ray per cycle; stands while the ray at the end waits.
+    Latency: ``2 * product_registers + 5`` cycles. One ray per cycle; stalls while the ray at the end waits.
 
     Golden counterpart: `golden.ctu.unit.global_directions` of `golden.ctu.grid_rays.GridRays.direction`. Source: Shen
     1993, section 5.3.4.4.

@@ -22,20 +22,20 @@ class GridEntries(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i_table
-        `CtuFormats.grid_table_write`. Always ready.
-    i
-        ``tag``, ``shell``, ``row`` and ``column``, places in the tables.
-    o
-        ``tag``, ``begin`` and ``length`` of the shell, ``column`` and ``row`` (`Formats.direction_pair`).
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries. Always ready.
+    i : In, stream of ``tag``, ``shell``, ``row``, ``column``
+        A grid ray: addresses of the tables.
+    o : Out, stream of ``tag``, ``begin``, ``length``, ``column``, ``row``
+        The segment of its shell, and its entries (`Formats.direction_pair`).
 
     Timing
     ------
-    Latency: ``2`` cycles. One ray per cycle; stands while the ray at the end waits.
+    Latency: ``2`` cycles. One ray per cycle; stalls while the ray at the end waits.
 
     Golden counterpart: `golden.memory_map`, ``shells``, ``grid_rows`` and ``grid_columns``.
     """

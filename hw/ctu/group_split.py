@@ -24,12 +24,12 @@ class GroupSplit(wiring.Component):
 
     Members
     -------
-    i
-        ``first``, a grid ray, and ``count`` of them from it on, at least one.
-    o
-        A grid ray.
-    leaves
-        A group makes room for another one.
+    i : In, stream of ``first``, ``count``
+        A group: its first grid ray, and how many there are, at least one.
+    o : Out, stream of the grid ray's shape
+        Its grid rays.
+    leaves : Out(1)
+        A group leaves its buffer entry.
 
     Timing
     ------

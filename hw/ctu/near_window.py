@@ -29,19 +29,19 @@ class NearWindow(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i_table
-        `CtuFormats.grid_table_write`. Always ready.
-    i
-        ``tag``, ``shell``, ``row``, ``column`` and ``last``, places in the tables: of the first and of the last one of
-        neighbours, or twice the same column. Always ready.
-    o
-        ``tag``, the shell's ``threshold``, ``window`` (`Formats.window`). Always ready.
-    is_screen, columns
-        The frustum's; the same while rays are under way.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries. Always ready.
+    i : In, stream of ``tag``, ``shell``, ``row``, ``column``, ``last``
+        Addresses of the first and of the last of neighbours, or twice the same column. Always ready.
+    o : Out, stream of ``tag``, ``threshold``, ``window``
+        The shell's threshold, and the near rays (`Formats.window`). Always ready.
+    is_screen : In(1)
+    columns : In(count)
+        The frustum's; constant while rays are in flight.
 
     Timing
     ------

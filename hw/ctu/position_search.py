@@ -27,13 +27,13 @@ class PositionSearch(wiring.Component):
 
     Members
     -------
-    i_write
-        An entry of the table: ``place`` and ``position``. Always ready; not while a search is under way.
-    i
-        ``first`` and ``count``, the part of the table, in which positions never fall; ``low`` and ``end``, the bounds.
-    o
-        ``low`` and ``end``: how many positions are less, the ``count``, which is the same for all bounds from ``least``
-        to ``most``.
+    i_write : In, stream of ``place``, ``position``
+        An entry of the table. Always ready; not during a search.
+    i : In, stream of ``first``, ``count``, ``low``, ``end``
+        The part of the table, in which positions never fall, and the two bounds.
+    o : Out, stream of ``low``, ``end``
+        How many positions are less than each bound, the ``count``, which is the same for all bounds from ``least`` to
+        ``most``.
 
     Timing
     ------

@@ -31,10 +31,10 @@ class RayBanks(wiring.Component):
 
     Members
     -------
-    i_start, i, i_return, o, waiting
+    i_start, i, i_return : In, streams; o : Out, stream; waiting : Out(range(deferred + 1))
         See `RayMemory`.
-    o_passed
-        An array of streams, one for each bank: see `RayMemory`.
+    o_passed : Out, array of streams of tags
+        One for each bank, see `RayMemory`.
 
     Timing
     ------
@@ -42,7 +42,7 @@ class RayBanks(wiring.Component):
     return per cycle, if they are spread over the banks, of which each makes one access per cycle. Requests stall with
     ``o``, and while those that wait or are looked at have all places of a bank; returns never stall.
 
-    Errors
+    Raises
     ------
     ValueError
         A size out of range.

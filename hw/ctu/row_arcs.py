@@ -25,19 +25,18 @@ class RowArcs(wiring.Component):
 
     Members
     -------
-    i
-        A row's place in the table.
-    i_table
-        `CtuFormats.grid_table_write`, of which the borders of ROW are taken. Always ready; not while rows are in
-        flight.
-    o
-        `CtuFormats.arcs`.
-    frustum
-        `Formats.frustum`, the same while rows are under way.
+    i : In, stream of addresses
+        A row of the table.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries, of which the borders of ROW are used. Always ready; not while rows are in flight.
+    o : Out, stream of `CtuFormats.arcs`
+        The sector's columns in this row.
+    frustum : In, `Formats.frustum`
+        Constant while rows are in flight.
 
     Timing
     ------
-    Latency: ``6`` cycles. One row per cycle; stands while the row at the end waits.
+    Latency: ``6`` cycles. One row per cycle; stalls while the row at the end waits.
 
     Golden counterpart: `golden.ctu.sector.sector_rays`.
     """

@@ -36,15 +36,14 @@ class RowPieces(wiring.Component):
 
     Members
     -------
-    i
-        `CtuFormats.grid_stage`.
-    i_table
-        `CtuFormats.grid_table_write`, of which ROW and COLUMN are taken. Always ready; not while a frustum is in
-        flight.
-    o
-        `CtuFormats.grid_piece`: those of each row in the order of their columns, and then the stage's ``last`` item.
-    frustum
-        `Formats.frustum`, the same while a frustum is under way.
+    i : In, stream of `CtuFormats.grid_stage`
+        Stages.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries, of which ROW and COLUMN are used. Always ready; not during a frustum.
+    o : Out, stream of `CtuFormats.grid_piece`
+        The pieces of each row in the order of their columns, then the stage's ``last`` item.
+    frustum : In, `Formats.frustum`
+        Constant during a frustum.
 
     Timing
     ------

@@ -31,21 +31,20 @@ class SettleSweep(wiring.Component):
 
     Members
     -------
-    i_start
-        Begins a frustum; taken when all tiles asked for have come. The intersection unit has begun it before. No
-        payload.
-    section
-        `Formats.section`, the same until the next frustum begins.
-    o_tile, i_word
-        The settle map's ``i_read`` and ``o_read``.
-    o
-        An array of streams, one for each level: `square`. Always ready.
-    fresh
-        All squares have come in this frustum.
+    i_start : In, stream without payload
+        Begins a frustum; accepted when no tile is outstanding. The intersection unit has begun it before.
+    section : In, `Formats.section`
+        Constant until the next frustum begins.
+    o_tile : Out, stream of tiles; i_word : In, stream of settle words
+        Reads of the settle map, and their words.
+    o_<level> : Out, stream of `square`
+        One stream for each level. Always ready.
+    fresh : Out(1)
+        All squares have been read in this frustum.
 
     Timing
     ------
-    Latency: ``bits(side_bits - tile_bits) + 4 * tile_bits + 7`` cycles from a tile's turn to its square. One tile per
+    Latency: ``bits(side_bits - tile_bits) + 4 * tile_bits + 7`` cycles from a tile's read to its square. One tile per
     cycle, also if it lies beyond the border within a square of the highest level; stalls with the settle map.
 
     Golden counterpart: `golden.ctu.settle_pyramid.SettlePyramid`.
@@ -108,7 +107,7 @@ class SettleSweep(wiring.Component):
             last[way], last_lane[way] = ray[side_bits:], ray[:side_bits]
         m.d.sync += self._across.eq(last["column"] + 1)
 
-        # Whose turn it is: counted within the squares of the highest level, and these by column and row.
+        # The next tile: counted within the squares of the highest level, and these by column and row.
         active, begins = Signal(), self.i_start.valid & self.i_start.ready
         inner = Signal(2 * inner_bits)
         outer = {way: Signal(bits, name=f"outer_{way}") for way in last}
@@ -156,7 +155,7 @@ class SettleSweep(wiring.Component):
             *(self._come.payload[name].eq(waits[name]) for name in self._tile.members)]
         self._codes.add_to(m)
 
-        # The next frustum begins when nothing of the last one is under way.
+        # The next frustum begins when nothing of the last one is in flight.
         under_way = Signal(8)
         m.d.sync += under_way.eq(under_way + goes - self._made.valid)
         m.d.comb += self.i_start.ready.eq((under_way == 0) & ~turn.valid)

@@ -39,7 +39,7 @@ def extent(config: Config) -> StructLayout:
 
 
 def words(config: Config, level: int) -> int:
-    """Words of the largest section: any one whose tiles the settle map has room for."""
+    """Words of the largest section: any one whose tiles the settle map can hold."""
     icu, side = config.icu, 1 << SIDE_BITS * (level + 1)
     tiles, across = icu.rays >> 2 * icu.tile_bits, 1 << icu.side_bits - icu.tile_bits
     # At least two: a memory of a single word has no address.
@@ -60,24 +60,24 @@ class SquareScan(wiring.Component):
     level
         Of the squares, 0 for the settle map's tiles.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i
-        ``tag``, ``threshold`` and ``extent`` (`extent`).
-    o
-        The same and ``live``.
-    i_square
-        Smallest code of a square, by its ``column`` and ``row`` of the section. Always ready.
-    fresh
+    i : In, stream of ``tag``, ``threshold``, ``extent``
+        Windows (`extent`).
+    o : Out, stream of ``tag``, ``threshold``, ``extent``, ``live``
+        The same, and whether a square is live.
+    i_square : In, stream of `square`
+        The smallest code of a square of the section. Always ready.
+    fresh : In(1)
         All squares have been written in this frustum; until then all are live.
-    columns
-        The section's; the same while windows are under way.
+    columns : In(count)
+        The section's; constant while windows are in flight.
 
     Timing
     ------
-    Latency: ``6`` cycles to the first word, 6 for each further one. One word per cycle, of any window; stands while a
+    Latency: ``6`` cycles to the first word, 6 for each further one. One word per cycle, of any window; stalls while a
     window waits to leave. A code is seen 2 cycles after it came, or 1.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`.

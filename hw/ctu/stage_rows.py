@@ -30,23 +30,22 @@ class StageRows(wiring.Component):
 
     Members
     -------
-    i
-        `CtuFormats.subshell_window`.
-    i_table
-        `CtuFormats.grid_table_write`, of which SHELL and the positions of ROW are taken. Always ready; not while a
-        frustum is under way.
-    i_over
-        A stage is over: no payload. Always ready.
-    o
-        `CtuFormats.grid_stage`: those of each subshell, in which ``rows`` may be 0; and behind the last one's a
-        ``final`` item.
-    frustum, last_shell
-        `Formats.frustum`, and how far grid rays go; the same while a frustum is under way.
+    i : In, stream of `CtuFormats.subshell_window`
+        Subshells.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries, of which SHELL and the positions of ROW are used. Always ready; not during a frustum.
+    i_over : In, stream without payload
+        A stage is over. Always ready.
+    o : Out, stream of `CtuFormats.grid_stage`
+        The stages of each subshell, in which ``rows`` may be 0; behind the last one a ``final`` item.
+    frustum : In, `Formats.frustum`
+    last_shell : In(shell)
+        The frustum, and the last shell of its grid rays; constant during a frustum.
 
     Timing
     ------
     Latency: ``3 * bits(rows) + 10`` cycles from a subshell to its first stage, ``rows`` the shell's, and one less from
-    there to the next one. One stage at a time; stalls with ``o`` and while too many are under way.
+    there to the next one. One stage at a time; stalls with ``o`` and while too many are in flight.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
     section 5.3.4.2.

@@ -40,16 +40,16 @@ class SubshellGenerator(wiring.Component):
 
     Members
     -------
-    i
-        Begins a frustum: ``first`` and ``count`` of its list in the table, and ``patches``, how many there are in the
-        scene. Taken when the last subshell of the frustum before has left.
-    o_read, i_read
-        A place of the table, and the entry there: ``patch`` and ``shell`` as they are in memory
-        (`golden.memory_map`, ``subshells``). Entries come in the order in which they are asked for.
-    o
-        `CtuFormats.subshell`.
-    error
-        `ListError` of the frustum, from the last subshell on.
+    i : In, stream of ``first``, ``count``, ``patches``
+        Begins a frustum: its list in the table, and the number of the scene's patches. Accepted when the last subshell
+        of the frustum before has left.
+    o_read : Out, stream of addresses; i_read : In, stream of ``patch``, ``shell``
+        An address of the table, and its entry as in memory (`golden.memory_map`, ``subshells``), in the order of the
+        addresses.
+    o : Out, stream of `CtuFormats.subshell`
+        Subshells.
+    error : Out, `ListError`
+        The frustum's fault, from the last subshell on.
 
     Timing
     ------

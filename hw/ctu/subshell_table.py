@@ -22,10 +22,10 @@ class SubshellTable(wiring.Component):
 
     Members
     -------
-    i_load
-        ``place``, and ``patch`` and ``shell`` as they are in memory (`golden.memory_map`, ``subshells``). Always ready.
-    i, o
-        A place, and the entry there.
+    i_load : In, stream of ``place``, ``patch``, ``shell``
+        An address, and its entry as in memory (`golden.memory_map`, ``subshells``). Always ready.
+    i : In, stream of addresses; o : Out, stream of ``patch``, ``shell``
+        An address, and its entry.
 
     Timing
     ------

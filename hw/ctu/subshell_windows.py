@@ -34,7 +34,7 @@ class SubshellWindows(wiring.Component):
         G2rTransform - VertexDirection -+- VertexGather - EdgePlanes ---------.
                                         '- SphericalCoordinates - VertexGather - Sbb or Ipbb
 
-    A window without rays is passed over: the patch is seen edge-on or outside, or it is the rays' own source. A patch
+    A window without rays is discarded: the patch is seen edge-on or outside, or it is the rays' own source. A patch
     whose plane passes through the origin is not told from others, which patch setup does with the plane itself: such a
     subshell asks for grid rays in vain.
 
@@ -49,24 +49,23 @@ class SubshellWindows(wiring.Component):
 
     Members
     -------
-    i
-        `CtuFormats.subshell`.
-    o_patch, i_vertex
-        A patch that is asked for, and four vertices of each (`Formats.patch_vertex`) in the order in which patches
-        were.
-    i_table
-        `IcuFormats.table_write`, of which SLACK is taken. Always ready; not while a frustum is under way.
-    o
-        `CtuFormats.subshell_window`, in the order of the subshells.
-    frustum
-        `Formats.frustum`, the same while a frustum is under way.
+    i : In, stream of `CtuFormats.subshell`
+        Subshells.
+    o_patch : Out, stream of patches; i_vertex : In, stream of `Formats.patch_vertex`
+        A requested patch, and four vertices of each in the order of the requests.
+    i_table : In, stream of `IcuFormats.table_write`
+        Table entries, of which SLACK is used. Always ready; not during a frustum.
+    o : Out, stream of `CtuFormats.subshell_window`
+        Windows, in the order of the subshells.
+    frustum : In, `Formats.frustum`
+        Constant during a frustum.
 
     Timing
     ------
     ``latency`` cycles from a patch's first vertex to its window in a hemisphere, fewer of a screen. A subshell every
     ``4 * interval`` cycles; stalls with ``o`` and ``o_patch`` and while vertices are missing.
 
-    Errors
+    Raises
     ------
     ValueError
         ``interval`` is too small for the blocks' order.
@@ -112,7 +111,7 @@ class SubshellWindows(wiring.Component):
         m.d.comb += [coordinates.is_screen.eq(screen), sbb.i_table.valid.eq(self.i_table.valid),
                      sbb.i_table.payload.eq(self.i_table.payload)]
 
-        # Subshells under way, their windows, and whether their patches are the rays' own.
+        # Subshells in flight, their windows, and whether their patches are the rays' own.
         m.submodules.waiting = waiting = Queue(StructLayout({"shell": formats.shell, "last": 1}), depth=SUBSHELLS)
         m.submodules.windows = windows = Queue(formats.window, depth=SUBSHELLS)
         m.submodules.own = own = Queue(1, depth=SUBSHELLS)

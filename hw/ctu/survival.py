@@ -39,7 +39,7 @@ class Survival(wiring.Component):
 
     Neighbours in a row stand for nearly the same rays, so they are looked up together first: a group that a level finds
     dead goes no further, and of one that all levels find live each ray is looked up among the tiles, as is one of few.
-    The squares' codes are what the sweep has found: old ones say "live" too often, and nobody waits for new ones.
+    The squares' codes are what the sweep has found: old ones say "live" too often, and no ray waits for new ones.
 
     Parameters
     ----------
@@ -47,24 +47,24 @@ class Survival(wiring.Component):
         The configuration.
     ray
         Shape of a grid ray: a structure with ``shell``, ``row`` and ``column``, places in the tables, ``ray``, its
-        number, and what goes along.
+        number, and a sideband.
 
     Members
     -------
-    i_start
-        See `SettleSweep`; the sender sees to it that no grid ray is under way. No payload.
-    i_table
-        `CtuFormats.grid_table_write`. Always ready.
-    i
-        ``first``, a grid ray, and ``count`` of neighbours from it on, at least one.
-    o
-        A grid ray that goes on.
-    o_dropped
-        An array of streams, one for each level: ``first`` and ``count`` of those that do not. Always ready.
-    o_tile, i_word
-        The settle map's ``i_read`` and ``o_read``.
-    frustum
-        `Formats.frustum`, the same until the next one begins.
+    i_start : In, stream without payload
+        See `SettleSweep`; the sender guarantees that no grid ray is in flight.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+        Table entries. Always ready.
+    i : In, stream of ``first``, ``count``
+        A group: its first grid ray, and how many neighbours there are, at least one.
+    o : Out, stream of the grid ray's shape
+        A grid ray that survives.
+    o_dropped_<level> : Out, stream of ``first``, ``count``
+        One stream for each level: grid rays that do not. Always ready.
+    o_tile : Out, stream of tiles; i_word : In, stream of settle words
+        Reads of the settle map, and their words.
+    frustum : In, `Formats.frustum`
+        Constant until the next one begins.
 
     Timing
     ------
@@ -162,8 +162,8 @@ class Survival(wiring.Component):
                 source = following.o
 
         # Groups go before rays alone, here and to the near windows: there are so few that rays are hardly late, and
-        # the next ones are known when those of the last group have gone. A live group waits for nothing: it has room
-        # where it is taken apart, as what comes from there has to pass here too. Few rays, of which looking together
+        # the next ones are known when those of the last group have gone. A live group never waits: it has a
+        # reserved entry in the split, since its rays pass here too. Few rays, of which looking together
         # saves nothing, go there at once.
         split, given, lives, taken = self._split, scan.i, scan.o.valid & found.live, Signal(range(SPLIT_ROOM + 1))
         # An offer that the scan has not accepted stays, be it a group or a ray alone.
@@ -190,7 +190,7 @@ class Survival(wiring.Component):
         return m
 
     def _add_looks(self, m):
-        """Whose turn it is to have its window made, and queues for the windows of rays alone and of groups."""
+        """Arbitration for the near windows, and queues for the windows of rays alone and of groups."""
         m.submodules.alone, m.submodules.gate = alone, gate = (
             self._queue, CreditGate(self._split.o.payload.shape(), credits=CREDITS))
         m.d.comb += gate.i_return.valid.eq(alone.o.valid & alone.o.ready)

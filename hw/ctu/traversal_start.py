@@ -38,20 +38,20 @@ class TraversalStart(wiring.Component):
     config
         The configuration.
     tag
-        Shape of what goes along.
+        Shape of the sideband.
 
     Members
     -------
-    i
-        ``tag``, ``direction`` (`CtuFormats.grid_direction`, G), ``begin`` and ``length`` of its shell.
-    o
-        ``tag`` and ``walk`` (`CtuFormats.walk`).
-    origin, shape
-        The frustum's origin in cells and the grid's cells along each axis; the same while rays are under way.
+    i : In, stream of ``tag``, ``direction``, ``begin``, ``length``
+        A ray: its direction in G (`CtuFormats.grid_direction`), and its shell.
+    o : Out, stream of ``tag``, ``walk``
+        The ray at the beginning of its shell (`CtuFormats.walk`).
+    origin, shape : In, arrays of 3
+        The frustum's origin in cells and the grid's cells along each axis; constant while rays are in flight.
 
     Timing
     ------
-    Latency: ``product_registers + 20`` cycles. One ray per cycle; stands while the ray at the end waits.
+    Latency: ``product_registers + 20`` cycles. One ray per cycle; stalls while the ray at the end waits.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal`, its constructor. Source: Shen 1993, section 5.3.4.5.
     """

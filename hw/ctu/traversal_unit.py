@@ -36,28 +36,28 @@ class TraversalUnit(wiring.Component):
 
     Members
     -------
-    i_frustum
-        ``traversal`` (`CtuFormats.traversal_frustum`), ``last_shell``, and ``subshells`` (`SubshellGenerator`, ``i``).
-        Taken when the last one is over. The intersection unit has begun the frustum before.
-    i_table, i_slack
-        `CtuFormats.grid_table_write`, and `IcuFormats.table_write`, of which SLACK is taken. Always ready; not while a
-        frustum is under way.
-    i_near
-        `CtuFormats.near_cell`, the cells of shell 1.
-    o_entry, i_entry
+    i_frustum : In, stream of ``traversal``, ``last_shell``, ``subshells``
+        A frustum (`CtuFormats.traversal_frustum`) and its list (`SubshellGenerator`, ``i``). Accepted when the one
+        before is over. The intersection unit has begun the frustum before.
+    i_table : In, stream of `CtuFormats.grid_table_write`
+    i_slack : In, stream of `IcuFormats.table_write`
+        Table entries; of the second stream SLACK is used. Always ready; not during a frustum.
+    i_near : In, stream of `CtuFormats.near_cell`
+        The cells of shell 1.
+    o_entry : Out, stream of addresses; i_entry : In, stream of ``patch``, ``shell``
         See `SubshellGenerator`, ``o_read`` and ``i_read``.
-    o_patch, i_vertex
+    o_patch : Out, stream of patches; i_vertex : In, stream of `Formats.patch_vertex`
         See `SubshellWindows`.
-    o
-        `CtuFormats.met_cell`.
-    settled, o_tile, i_word, counters
+    o : Out, stream of `CtuFormats.met_cell`
+        Cells.
+    settled : In(1); o_tile : Out, stream; i_word : In, stream; counters : Out, struct
         See `RayTraversal`.
-    error
+    error : Out, `ListError`
         See `SubshellGenerator`.
 
     Timing
     ------
-    See the blocks. ``lead`` stages more than one are under way at most.
+    See the blocks. At most ``run_ahead`` + 1 stages are in flight.
 
     Golden counterpart: `golden.ctu.unit.CellTraversalUnit`, `golden.cast.cluster_casting.ClusterCasting`. Source: Shen
     1993, section 5.3.4.
@@ -121,7 +121,7 @@ class TraversalUnit(wiring.Component):
             wiring.connect(m, subshells.o, windows.i)
             wiring.connect(m, windows.o, rays.i)
         else:
-            # There is only the last one, whose window nobody looks at.
+            # There is only the last one, whose window is not used.
             m.d.comb += [rays.i.valid.eq(subshells.o.valid), subshells.o.ready.eq(rays.i.ready),
                          rays.i.payload.shell.eq(subshells.o.payload.shell),
                          rays.i.payload.last.eq(subshells.o.payload.last)]

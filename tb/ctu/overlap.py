@@ -2,7 +2,7 @@
 
 ``python -m tb.ctu.overlap`` casts a hemisphere of five scenes with a barrier after each shell and with as many
 stages ahead as the configuration says, in Verilator, and writes out/bench/overlap.md: the cycles of both, how many of
-them had grid rays of several subshells under way, and when each stage of a part of a frustum was.
+them had grid rays of several subshells in flight, and when each stage of a part of a frustum was.
 """
 
 import json
@@ -34,7 +34,7 @@ ACROSS, SHOWN, SCENE = 72, 24, "room1627"
 
 @cocotb.test()
 async def cast(dut):
-    """One cluster's frustum; counters, and from when to when each stage was under way."""
+    """One cluster's frustum; counters, and from when to when each stage was in flight."""
     given = options()
     await start(dut, cycles=2_000_000)
     config = config_of(given["changes"])
@@ -74,7 +74,7 @@ def measure(scene: str, lead: int) -> dict:
 
 
 def diagram(stages: list[dict]) -> list[str]:
-    """Stages under way, from above in their order, time from left to right."""
+    """Stages in flight, from above in their order, time from left to right."""
     # Where the subshells change most.
     changes = [a["subshell"] != b["subshell"] for a, b in pairwise(stages)]
     begin = max(range(max(1, len(stages) - SHOWN + 1)), key=lambda k: sum(changes[k:k + SHOWN - 1]))
@@ -106,10 +106,10 @@ def main(output: Path) -> None:
         "# Subshells that overlap", "",
         f"{provenance('amaranth', 'cocotb')}; RTL of `RayTraversal`, one pipeline, hemispheres of 64 x 16 rays, cell "
         f"{CELL}, subshell lists of one cluster, {MEMORY + INTERSECTION} cycles from a cell to the settle map; the "
-        "hits are golden's. Rays overlap in cycles in which several subshells' are under way.", "",
+        "hits are golden's. Rays overlap in cycles in which several subshells' are in flight.", "",
         "| scene | subshells | stages | cycles, barrier | cycles, lead 2 | barrier : lead 2 | rays overlap, barrier "
         "| rays overlap, lead 2 |", "|---" * 8 + "|", *rows, "",
-        f"When stages of `{SCENE}` were under way, lead 2:", "", "```", *picture, "```", ""]
+        f"When stages of `{SCENE}` were in flight, run-ahead depth 2:", "", "```", *picture, "```", ""]
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text("\n".join(lines))
     click.echo(f"wrote {output}")

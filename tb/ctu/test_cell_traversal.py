@@ -199,7 +199,7 @@ async def rays_along_axes(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Rays that are under way when reset comes are gone."""
+    """Rays that are in flight when reset comes are gone."""
     await start(dut, cycles=100_000)
     for cut in (30, 77, 200):
         bench = Bench(dut)

@@ -113,7 +113,7 @@ def run(component, stages, *, source="none", sink="none", over=0, run_ahead=15, 
                     begun.discard(item["stage"])
                     ends.append(cycle + over)
         assert not barrier or overlap, "shells of a subshell must overlap"
-        assert most <= run_ahead + 1, "a stage must not begin while too many are under way"
+        assert most <= run_ahead + 1, "a stage must not begin while too many are in flight"
 
     simulator = Simulator(component)
     simulator.add_clock(1e-8)
@@ -260,7 +260,7 @@ async def every_pair_of_stalls(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of what was under way comes out after a reset."""
+    """Nothing of what was in flight comes out after a reset."""
     await start(dut, cycles=200_000)
     for cut in (5, 40, 77, 200, 333):
         stages = WindowStages("hemisphere", CONFIG, seed=cut, sector=1, last_shell=4)

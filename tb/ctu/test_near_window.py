@@ -86,7 +86,7 @@ def far_neighbours(frustum, config):
         reach = (2 ** random.uniform(0, formats.reach.width, one.rows)).astype(np.int64)
         rays.append(replace(one, column_position=np.clip(one.column_position + away, -farthest, farthest - 1),
                             column_reach=np.where(random.random(one.rows) < 0.5, one.column_reach, reach)))
-    # Where the columns of none begin beyond a screen nobody asks.
+    # Where the columns of none begin beyond a screen does not matter.
     return of_neighbours(config, record, rays, [
         one for one in choose(random, rays, RAYS) if columns_near(record, *one)[0] < record.columns])
 

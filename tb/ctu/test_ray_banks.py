@@ -79,7 +79,7 @@ async def one_after_the_other(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of before a reset comes out, whatever was under way."""
+    """Nothing of before a reset comes out, whatever was in flight."""
     await start(dut, cycles=20_000)
     for number, cut in enumerate((1, 3, 6, 9, 14, 33)):
         bench = Bench(dut, seed=number, passed=PASSED)

@@ -25,7 +25,7 @@ STREAMS = ("i_start", "i", "i_return", "o")
 VERSION_BITS, DEFERRED, GENERATION_BITS = 10, 8, 2
 # Cycles from a return to the ray that leaves again.
 AGAIN = 21
-CASES = ("a ray leaves", "a request is passed over", "a request waits", "several wait for a slot",
+CASES = ("a ray leaves", "a request is dropped", "a request waits", "several wait for a slot",
          "a ray leaves again", "as many wait as can", "a request comes while the slot's chain is tried")
 
 
@@ -51,7 +51,7 @@ class Bench:
     returns
         Rays come back.
     slots, shape, passed
-        Of the memory: how many it has, the layout of a request, the streams of those that are passed over.
+        Of the memory: how many it has, the layout of a request, the streams of those that are dropped.
     """
 
     def __init__(self, dut, *, requests="none", sink="none", seed=0, returns=True, slots=SLOTS, shape=SHAPE,
@@ -79,7 +79,7 @@ class Bench:
             await self._edge
             for item in self.sink.items[seen:]:
                 ray = unpack(self._shape, item)
-                assert ray["slot"] not in self.away, "two copies of a ray must never be under way"
+                assert ray["slot"] not in self.away, "two copies of a ray must never be in flight"
                 self.away[ray["slot"]] = self._time or int(self._random.integers(1, 30))
                 self.left.append((ray["slot"], ray["version"], ray["tag"]))
             seen = len(self.sink.items)
@@ -119,7 +119,7 @@ class Bench:
         assert all(asked[tag] == (slot, shell) for slot, shell, tag in left)
         tags = sorted([tag for *_, tag in left] + [
             tag for monitor, seen in zip(self._passed, passed, strict=True) for tag in monitor.items[seen:]])
-        assert tags == list(range(len(asked))), "each request must leave or be passed over, once"
+        assert tags == list(range(len(asked))), "each request must leave or be dropped, once"
 
 
 class Watch:
@@ -153,7 +153,7 @@ class Watch:
                 ray = unpack(SHAPE, int(dut.i__payload.value))
                 slot, shell = ray["slot"], ray["version"]
                 seen = asked.setdefault(slot, [])
-                self.coverage.hit("a request is passed over", shell in seen)
+                self.coverage.hit("a request is dropped", shell in seen)
                 self.coverage.hit("several wait for a slot", len(set(seen)) > 2 and waiting > 2)
                 self.coverage.hit("a request comes while the slot's chain is tried",
                                   waiting and cycle - back.get(slot, -99) in range(2, AGAIN))
@@ -206,7 +206,7 @@ async def one_after_the_other(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of before a reset comes out, whatever was under way."""
+    """Nothing of before a reset comes out, whatever was in flight."""
     await start(dut, cycles=20_000)
     for number, cut in enumerate((1, 3, 6, 9, 14, 33)):
         bench = Bench(dut, seed=number)
@@ -235,7 +235,7 @@ async def one_access_per_cycle(dut):
     assert {b - a for a, b in pairwise(bench.taken.cycles)} == {1}, "requests must be taken without a gap"
     assert {b - a for a, b in pairwise(bench.sink.cycles)} == {1}, "rays must leave without a gap"
     assert bench.sink.cycles[0] - bench.taken.cycles[0] == documented_latency(RayMemory, PRESETS["tiny"])
-    # The same again are passed over at that rate; later ones wait.
+    # The same again are dropped at that rate; later ones wait.
     taken, left = len(bench.taken.cycles), len(bench.sink.cycles)
     await bench.request.send([request(k, 5) for k in range(SLOTS)])
     await bench.request.send([request(k, 6, k) for k in range(min(SLOTS, DEFERRED))])

@@ -132,7 +132,7 @@ DELAYS = {"none": lambda random: 0, "long": lambda random: random.integers(20, 4
 
 
 async def cast(around, tests, stages, lead):
-    """All stages, as many of them under way as the lead allows."""
+    """All stages, as many of them in flight as the run-ahead depth allows."""
     await around.begin()
     for number, (_, shell, window) in enumerate(stages):
         await around.until(lambda number=number: around.over + lead >= number)

@@ -20,7 +20,7 @@ def test_random_stages(lead, seed):
     config = config_of({"ctu.run_ahead": lead})
     dut, random = StageCount(config=config, exits=LEAVES), np.random.default_rng(seed)
     assert dut.latency == documented_latency(StageCount, config)
-    # By stage, counted from the near cells' on: rays under way, the cycle until which its cells lead to something,
+    # By stage, counted from the near cells' on: rays in flight, the cycle until which its cells lead to something,
     # whether it is closed, and when nothing was left of it.
     rays, until, closed, quiet = {}, {}, set(), {}
 

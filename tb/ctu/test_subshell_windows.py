@@ -203,7 +203,7 @@ async def windows_at_borders(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of what was under way comes out after a reset."""
+    """Nothing of what was in flight comes out after a reset."""
     await start(dut, cycles=200_000)
     for cut in (3, 90, 250, 333, 500):
         given = SubshellPatches("hemisphere", config_of({}), count=9, seed=cut)

@@ -45,7 +45,7 @@ class NoList:
         """There is nothing to give."""
 
     def stop(self):
-        """Nothing is under way."""
+        """Nothing is in flight."""
 
 
 class Host:

@@ -182,7 +182,7 @@ class Surroundings:
         self.out = Sink(dut, "o", stalls=STALLS[sink](seed + 1), seen=self._came)
         self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
         if asks:
-            # Of a payload without bits Verilog makes a port that nobody drives.
+            # Of a payload without bits Verilog makes a port that is not driven.
             self._over.payload = None
         self.dut.settled.value = 1
         self.heard = None
