@@ -13,6 +13,7 @@ from hw.ctu.traversal_start import TraversalStart
 from hw.lib.arbiter import Arbiter
 from hw.lib.round_robin import RoundRobin
 from hw.lib.skid_buffer import SkidBuffer
+from hw.lib.validate import check_integer
 
 __all__ = ["CellTraversal"]
 
@@ -51,15 +52,14 @@ class CellTraversal(wiring.Component):
 
     Raises
     ------
-    ValueError
-        Pipelines out of range.
+    TypeError, ValueError
+        Pipelines of the wrong type or out of range.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal`. Source: Shen 1993, section 5.3.4.5.
     """
 
     def __init__(self, *, config: Config, tag, pipelines: int = 1):
-        if not isinstance(pipelines, int) or pipelines < 1:
-            raise ValueError(f"Pipelines must be at least 1, not {pipelines!r}")
+        check_integer("Pipelines", pipelines, minimum=1)
         formats = CtuFormats(config)
         step = StructLayout({"tag": tag, "is_cell": 1, "last": 1})
         self._start = TraversalStart(config=config, tag=tag)

@@ -15,7 +15,7 @@ __all__ = ["GridEntries"]
 
 
 class GridEntries(wiring.Component):
-    """The way of a grid ray's shell, and the entries of its column and row.
+    """The segment of a grid ray's shell, and the entries of its column and row.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class GridEntries(wiring.Component):
 
     def __init__(self, *, config: Config, tag):
         formats = CtuFormats(config)
-        way = StructLayout({"begin": formats.begin, "length": formats.parameter})
+        segment = StructLayout({"begin": formats.begin, "length": formats.parameter})
         pair = StructLayout({"table": formats.direction_pair})
         super().__init__({
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
@@ -50,11 +50,11 @@ class GridEntries(wiring.Component):
                 "tag": tag, "shell": formats.shell, "row": formats.grid_row_place,
                 "column": formats.grid_column_place}))),
             "o": Out(stream.Signature(StructLayout({
-                "tag": tag, **way.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
+                "tag": tag, **segment.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         given, made, self._tables = self.i.payload, self.o.payload, []
         for kind, record, kept, place, outputs in (
-                (GridTableKind.SHELL, formats.grid_shell, way, given.shell,
+                (GridTableKind.SHELL, formats.grid_shell, segment, given.shell,
                  {"begin": made.begin, "length": made.length}),
                 (GridTableKind.ROW, formats.grid_row, pair, given.row, {"table": made.row}),
                 (GridTableKind.COLUMN, formats.grid_column, pair, given.column, {"table": made.column})):

@@ -11,7 +11,7 @@ from hw.lib.queue import Queue
 __all__ = ["GroupSplit"]
 
 # Groups that wait.
-ROOM = 8
+GROUPS = 8
 
 
 class GroupSplit(wiring.Component):
@@ -43,7 +43,7 @@ class GroupSplit(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.groups = groups = Queue(self._group, depth=ROOM)
+        m.submodules.groups = groups = Queue(self._group, depth=GROUPS)
         wiring.connect(m, wiring.flipped(self.i), groups.i)
         group, shown, more = groups.o, self.o, Signal(range(GRID_GROUP))
         leaves = shown.ready | ~shown.valid

@@ -9,11 +9,12 @@ from hw.ctu.ray_memory import RayMemory
 from hw.lib.arbiter import Arbiter
 from hw.lib.fork import Fork
 from hw.lib.queue import Queue
+from hw.lib.validate import check_integer, check_power_of_two
 
 __all__ = ["RayBanks"]
 
 # Requests in front of each bank: so many more of one bank than of the others may come without a wait.
-ROOM = 8
+REQUESTS = 8
 
 
 class RayBanks(wiring.Component):
@@ -44,17 +45,17 @@ class RayBanks(wiring.Component):
 
     Raises
     ------
-    ValueError
-        A size out of range.
+    TypeError, ValueError
+        A size of the wrong type or out of range.
 
     Golden counterpart: `golden.ctu.ray_memory.RayMemory`. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
     def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag, banks: int = 2):
-        if not isinstance(banks, int) or banks < 2 or banks & banks - 1:
-            raise ValueError(f"Banks must be a power of two from 2 on, not {banks!r}")
+        check_power_of_two("Banks", banks, minimum=2)
         for name, value in (("Slots", slots), ("Deferred", deferred)):
-            if not isinstance(value, int) or value < banks or value % banks:
+            check_integer(name, value, minimum=banks)
+            if value % banks:
                 raise ValueError(f"{name} must be a multiple of the banks, not {value!r}")
         self._banks = [RayMemory(
             slots=slots // banks, version_bits=version_bits, deferred=deferred // banks,
@@ -73,7 +74,7 @@ class RayBanks(wiring.Component):
         count = len(self._banks)
         bits = count.bit_length() - 1
         m.submodules.starts, m.submodules.merge = starts, merge = Fork(0, count=count), self._merge
-        queues = [Queue(self._banks[0].i.payload.shape(), depth=ROOM) for _ in range(count)]
+        queues = [Queue(self._banks[0].i.payload.shape(), depth=REQUESTS) for _ in range(count)]
         request, chosen = self.i.payload, self.i.payload.slot[:bits]
         free, empty = Signal(count), Signal()
         m.d.comb += [

@@ -9,6 +9,7 @@ from hw.lib.fork import Fork
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
+from hw.lib.validate import check_integer
 from hw.memsys.istructure import IStructure
 
 __all__ = ["RayMemory"]
@@ -90,10 +91,7 @@ class RayMemory(wiring.Component):
     def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag):
         for name, value in (("Slots", slots), ("Version bits", version_bits), ("Deferred", deferred),
                             ("Generation bits", generation_bits)):
-            if isinstance(value, bool) or not isinstance(value, int):
-                raise TypeError(f"{name} must be an int, not {value!r}")
-            if value < 1:
-                raise ValueError(f"{name} must be at least 1, not {value!r}")
+            check_integer(name, value, minimum=1)
         self._slots, self._version_bits, self._deferred = slots, version_bits, deferred
         self._generation_bits = generation_bits
         request = self._request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})

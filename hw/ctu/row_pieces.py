@@ -19,7 +19,7 @@ __all__ = ["RowPieces"]
 # what they have in common rises in this order.
 PAIRS = ((1, 1), (0, 1), (1, 0), (0, 0))
 # Pieces on their way out.
-ROOM = 4
+PIECES = 4
 
 
 class RowPieces(wiring.Component):
@@ -63,19 +63,14 @@ class RowPieces(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        formats, table = self._formats, self.i_table
+        formats = self._formats
         bound, side = formats.position_bound, formats.grid_side
         lowest = -(1 << bound.width - 1)
         m.submodules.arcs = arcs = RowArcs(config=self._config)
         m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_column_place)
-        m.submodules.pieces = pieces = Queue(formats.grid_piece, depth=ROOM)
+        m.submodules.pieces = pieces = Queue(formats.grid_piece, depth=PIECES)
         wiring.connect(m, pieces.o, wiring.flipped(self.o))
-        record = View(formats.grid_column, table.payload.data[:formats.grid_column.size])
-        m.d.comb += [
-            arcs.frustum.eq(self.frustum), arcs.i_table.valid.eq(table.valid), arcs.i_table.payload.eq(table.payload),
-            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.COLUMN)),
-            search.i_write.payload.place.eq(table.payload.index),
-            search.i_write.payload.position.eq(record.position)]
+        self._add_table(m, arcs, search)
 
         given = Signal(formats.grid_stage, reset_less=True)
         window = given.window
@@ -84,22 +79,15 @@ class RowPieces(wiring.Component):
         row_asked, row = Signal(formats.grid_row_place, reset_less=True), Signal(formats.grid_row_place,
                                                                                  reset_less=True)
         m.d.comb += [arcs.i.valid.eq(asked != 0), arcs.i.payload.eq(row_asked)]
-        # Whether a row is done is known late, and all registers of its arcs stand until then.
+        # Whether a row is done is known late, and all registers of its arcs stall until then.
         m.submodules.sectors = sectors = SkidBuffer(arcs.o.payload.shape())
         wiring.connect(m, arcs.o, sectors.i)
         with m.If(arcs.i.valid & arcs.i.ready):
             m.d.sync += [asked.eq(asked - 1), row_asked.eq(row_asked + 1)]
 
-        # The number of a row's first ray: that of the stage's first row is a product, made bit by bit.
-        number, factor, addend = (Signal(shape, name=name, reset_less=True) for name, shape in (
-            ("number", formats.grid_number), ("factor", side), ("addend", formats.grid_number)))
-        with m.If(factor != 0):
-            m.d.sync += [factor.eq(factor >> 1), addend.eq(addend << 1)]
-            with m.If(factor[0]):
-                m.d.sync += number.eq(number + addend)
+        number, factor, addend = self._add_number(m)
 
-        # Pairs of arcs that are still to be looked at in this row, of one pair what they have in common, and where that
-        # has been found to be.
+        # Pairs of arcs that are left in this row, the intersection of one pair, and where it has been found to be.
         pairs, pair = Signal(len(PAIRS)), Signal(range(len(PAIRS)))
         low, end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
         m.submodules.known = known = Memory(shape=search.o.payload.shape(), depth=len(PAIRS), init=[],
@@ -184,3 +172,26 @@ class RowPieces(wiring.Component):
                 with m.If(pieces.i.ready):
                     m.next = "stage"
         return m
+
+    def _add_table(self, m, arcs, search):
+        """Table entries to the blocks, and the frustum."""
+        table = self.i_table
+        record = View(self._formats.grid_column, table.payload.data[:self._formats.grid_column.size])
+        m.d.comb += [
+            arcs.frustum.eq(self.frustum), arcs.i_table.valid.eq(table.valid), arcs.i_table.payload.eq(table.payload),
+            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.COLUMN)),
+            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.position.eq(record.position)]
+
+    def _add_number(self, m):
+        """The number of a row's first ray; in the stage's first row a product, computed bit by bit while ``factor`` is
+        not 0.
+        """
+        number, factor, addend = (Signal(shape, name=name, reset_less=True) for name, shape in (
+            ("number", self._formats.grid_number), ("factor", self._formats.grid_side),
+            ("addend", self._formats.grid_number)))
+        with m.If(factor != 0):
+            m.d.sync += [factor.eq(factor >> 1), addend.eq(addend << 1)]
+            with m.If(factor[0]):
+                m.d.sync += number.eq(number + addend)
+        return number, factor, addend

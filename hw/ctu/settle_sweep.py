@@ -15,7 +15,7 @@ from hw.lib.queue import Queue
 __all__ = ["SettleSweep"]
 
 # Tiles that have been asked for, or need not be.
-ROOM = 16
+TILES = 16
 
 
 class SettleSweep(wiring.Component):
@@ -100,38 +100,38 @@ class SettleSweep(wiring.Component):
         inner_bits = SIDE_BITS * (self._levels - 1)
         # Of the section: the last tiles, their last lanes, and the last squares of the highest level.
         last, last_lane = {}, {}
-        for way, first, end in (("column", section.first_column, section.end_column),
+        for axis, first, end in (("column", section.first_column, section.end_column),
                                 ("row", section.first_row, section.end_row)):
-            ray = Signal(formats.index, name=f"last_{way}")
+            ray = Signal(formats.index, name=f"last_{axis}")
             m.d.sync += ray.eq(end - first - 1)
-            last[way], last_lane[way] = ray[side_bits:], ray[:side_bits]
+            last[axis], last_lane[axis] = ray[side_bits:], ray[:side_bits]
         m.d.sync += self._across.eq(last["column"] + 1)
 
         # The next tile: counted within the squares of the highest level, and these by column and row.
         active, begins = Signal(), self.i_start.valid & self.i_start.ready
         inner = Signal(2 * inner_bits)
-        outer = {way: Signal(bits, name=f"outer_{way}") for way in last}
-        outer_last = {way: outer[way] == last[way] >> inner_bits for way in last}
+        outer = {axis: Signal(bits, name=f"outer_{axis}") for axis in last}
+        outer_last = {axis: outer[axis] == last[axis] >> inner_bits for axis in last}
         place = {}
-        for offset, way in enumerate(last):
+        for offset, axis in enumerate(last):
             digits = [inner[2 * SIDE_BITS * k + SIDE_BITS * offset:][:SIDE_BITS] for k in range(self._levels - 1)]
-            place[way] = Cat(*digits, outer[way])[:bits]
+            place[axis] = Cat(*digits, outer[axis])[:bits]
         turn = self._turn
         shown = Signal(self._tile, reset_less=True)
         ends = inner.all() & outer_last["column"] & outer_last["row"] if inner_bits else \
             outer_last["column"] & outer_last["row"]
         m.d.comb += [turn.payload.eq(shown)]
         moves = turn.ready | ~turn.valid
-        goes = Signal()
-        m.d.comb += goes.eq(active & ~self.i_start.valid & moves)
+        advances = Signal()
+        m.d.comb += advances.eq(active & ~self.i_start.valid & moves)
         with m.If(moves):
-            m.d.sync += turn.valid.eq(goes)
+            m.d.sync += turn.valid.eq(advances)
             m.d.sync += [shown.last.eq(ends), shown.within.eq((place["column"] <= last["column"])
                                                               & (place["row"] <= last["row"]))]
-            for way, lanes in (("column", shown.columns), ("row", shown.rows)):
-                m.d.sync += [shown[way].eq(place[way]), lanes.eq(Cat(
-                    (place[way] != last[way]) | (k <= last_lane[way]) for k in range(1 << side_bits)))]
-        with m.If(goes):
+            for axis, lanes in (("column", shown.columns), ("row", shown.rows)):
+                m.d.sync += [shown[axis].eq(place[axis]), lanes.eq(Cat(
+                    (place[axis] != last[axis]) | (k <= last_lane[axis]) for k in range(1 << side_bits)))]
+        with m.If(advances):
             m.d.sync += inner.eq(inner + 1)
             with m.If(inner.all() if inner_bits else Const(1)):
                 m.d.sync += outer["column"].eq(outer["column"] + 1)
@@ -141,7 +141,7 @@ class SettleSweep(wiring.Component):
 
         # What is asked for, and what comes back.
         asked = self._asked
-        m.submodules.waiting = waiting = Queue(self._tile, depth=ROOM)
+        m.submodules.waiting = waiting = Queue(self._tile, depth=TILES)
         waits = waiting.o.payload
         asks = asked.valid & waiting.i.ready & asked.payload.within
         m.d.comb += [
@@ -156,9 +156,9 @@ class SettleSweep(wiring.Component):
         self._codes.add_to(m)
 
         # The next frustum begins when nothing of the last one is in flight.
-        under_way = Signal(8)
-        m.d.sync += under_way.eq(under_way + goes - self._made.valid)
-        m.d.comb += self.i_start.ready.eq((under_way == 0) & ~turn.valid)
+        in_flight = Signal(8)
+        m.d.sync += in_flight.eq(in_flight + advances - self._made.valid)
+        m.d.comb += self.i_start.ready.eq((in_flight == 0) & ~turn.valid)
         with m.If(begins):
             m.d.sync += [active.eq(1), inner.eq(0), *(count.eq(0) for count in outer.values())]
 

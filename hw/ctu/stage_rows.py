@@ -66,19 +66,7 @@ class StageRows(wiring.Component):
         formats, bound = self._formats, self._formats.position_bound
         lowest, highest = -(1 << bound.width - 1), (1 << bound.width - 1) - 1
         m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_row_place)
-        kept = StructLayout({name: formats.grid_shell[name].shape for name in (
-            "row_border", "first_row", "rows", "first_column", "columns", "first_ray")})
-        m.submodules.shells = shells = Memory(shape=kept, depth=1 << formats.shell.width, init=[])
-        write, read = shells.write_port(), shells.read_port()
-        table = self.i_table
-        shell_record, row_record = (View(record, table.payload.data[:record.size])
-                                    for record in (formats.grid_shell, formats.grid_row))
-        m.d.comb += [
-            write.addr.eq(table.payload.index), write.en.eq(table.valid & (table.payload.kind == GridTableKind.SHELL)),
-            *(write.data[name].eq(shell_record[name]) for name, _ in kept),
-            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.ROW)),
-            search.i_write.payload.place.eq(table.payload.index),
-            search.i_write.payload.position.eq(row_record.position)]
+        read = self._add_tables(m, search)
 
         def whole(index):
             """The position at which a row or column of rays begins."""
@@ -91,7 +79,7 @@ class StageRows(wiring.Component):
         window, low, end = Signal(formats.arcs, reset_less=True), Signal(bound, reset_less=True), Signal(
             bound, reset_less=True)
         sector_low, sector_end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
-        record = Signal(kept, reset_less=True)
+        record = Signal.like(read.data, reset_less=True)
         in_flight, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
         m.d.sync += in_flight.eq(in_flight + starts - self.i_over.valid)
         window_end = whole(given.window.column_first + given.window.column_count)
@@ -167,3 +155,20 @@ class StageRows(wiring.Component):
         m.d.comb += [search.i.payload.first.eq(record.first_row), search.i.payload.count.eq(record.rows),
                      search.i.payload.low.eq(sector_low), search.i.payload.end.eq(sector_end)]
         return m
+
+    def _add_tables(self, m, search):
+        """Positions of rows to the search, and the table of the shells, whose read port it returns."""
+        formats, table = self._formats, self.i_table
+        kept = StructLayout({name: formats.grid_shell[name].shape for name in (
+            "row_border", "first_row", "rows", "first_column", "columns", "first_ray")})
+        m.submodules.shells = shells = Memory(shape=kept, depth=1 << formats.shell.width, init=[])
+        write, read = shells.write_port(), shells.read_port()
+        shell_record, row_record = (View(record, table.payload.data[:record.size])
+                                    for record in (formats.grid_shell, formats.grid_row))
+        m.d.comb += [
+            write.addr.eq(table.payload.index), write.en.eq(table.valid & (table.payload.kind == GridTableKind.SHELL)),
+            *(write.data[name].eq(shell_record[name]) for name, _ in kept),
+            search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.ROW)),
+            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.position.eq(row_record.position)]
+        return read

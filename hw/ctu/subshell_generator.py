@@ -12,7 +12,7 @@ from hw.lib.queue import Queue
 __all__ = ["ListError", "SubshellGenerator"]
 
 # Entries that are asked for and have not left.
-ROOM = 8
+ENTRIES = 8
 
 
 class ListError(enum.Enum, shape=2):
@@ -75,11 +75,11 @@ class SubshellGenerator(wiring.Component):
         m = Module()
         formats, table = self._formats, self._table
         m.submodules.entries = entries = Queue(StructLayout({
-            "patch": formats.patch, "shell": formats.shell, "no_patch": 1, "no_shell": 1}), depth=ROOM)
+            "patch": formats.patch, "shell": formats.shell, "no_patch": 1, "no_shell": 1}), depth=ENTRIES)
         given = Signal(self.i.payload.shape(), reset_less=True)
         too_long = Signal(reset_less=True)
         # The next place; entries that are not asked for yet, and those that are and have not left.
-        place, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ROOM + 1))
+        place, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ENTRIES + 1))
         asks, leaves = (stream.valid & stream.ready for stream in (self.o_read, entries.o))
         m.d.comb += self.o_read.payload.eq(place)
         with m.If(asks):
@@ -116,7 +116,7 @@ class SubshellGenerator(wiring.Component):
                     m.d.sync += left.eq(given["count"])
                 m.next = "list"
             with m.State("list"):
-                m.d.comb += [self.o_read.valid.eq((left != 0) & (held != ROOM)),
+                m.d.comb += [self.o_read.valid.eq((left != 0) & (held != ENTRIES)),
                              self.o.valid.eq(entries.o.valid & is_right), entries.o.ready.eq(self.o.ready | ~is_right)]
                 with m.If(entries.o.valid & ~is_right):
                     m.d.sync += [left.eq(0), self.error.eq(Mux(entry.no_patch, ListError.PATCH, ListError.SHELL))]

@@ -16,6 +16,7 @@ from hw.icu.spherical_coordinates import SphericalCoordinates
 from hw.icu.vertex_direction import VertexDirection
 from hw.icu.vertex_gather import VertexGather
 from hw.lib.queue import Queue
+from hw.lib.validate import check_integer
 
 __all__ = ["VERTICES", "SubshellWindows"]
 
@@ -67,16 +68,15 @@ class SubshellWindows(wiring.Component):
 
     Raises
     ------
-    ValueError
-        ``interval`` is too small for the blocks' order.
+    TypeError, ValueError
+        ``interval`` is no integer, or too small for the blocks' order.
 
     Golden counterpart: `golden.icu.patch_setup.PatchSetup`, of which only the window is made. Source: Shen 1993,
     section 5.3.4.2.
     """
 
     def __init__(self, *, config: Config, interval: int = 16):
-        if not isinstance(interval, int) or interval < 15:
-            raise ValueError(f"Interval must be at least 15, not {interval!r}")
+        check_integer("Interval", interval, minimum=15)
         formats, icu = CtuFormats(config), IcuFormats(config)
         self._formats = formats
         self._interval = interval

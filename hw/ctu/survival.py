@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.ctu.ctu_formats import CtuFormats
-from hw.ctu.group_split import ROOM as SPLIT_ROOM
+from hw.ctu.group_split import GROUPS as SPLIT_GROUPS
 from hw.ctu.group_split import GroupSplit
 from hw.ctu.near_window import NearWindow
 from hw.ctu.settle_sweep import SettleSweep
@@ -22,13 +22,13 @@ __all__ = ["Survival"]
 # Windows between a gate and the first scan: more than the cycles that they take.
 CREDITS = 20
 # Groups in front of each further scan.
-ROOM = 4
+QUEUED = 4
 # Rays that are not looked up together: hardly anything would be saved.
 FEW = 2
 
 
 class Survival(wiring.Component):
-    """A grid ray goes on while a square with rays near it is live.
+    """A grid ray survives while a square with near rays is live.
 
     ::
 
@@ -38,7 +38,7 @@ class Survival(wiring.Component):
         SettleSweep - codes of all squares
 
     Neighbours in a row stand for nearly the same rays, so they are looked up together first: a group that a level finds
-    dead goes no further, and of one that all levels find live each ray is looked up among the tiles, as is one of few.
+    dead ends here, and of one that all levels find live each ray is looked up among the tiles, as is one of few.
     The squares' codes are what the sweep has found: old ones say "live" too often, and no ray waits for new ones.
 
     Parameters
@@ -69,7 +69,7 @@ class Survival(wiring.Component):
     Timing
     ------
     Latency: ``24`` cycles for a grid ray alone that a single word is looked up for. A word of 4 x 4 squares of each
-    level per cycle; in each cycle a group or a ray of a live group begins its way. Stalls with ``o``.
+    level per cycle; in each cycle a group or a ray of a live group enters. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`. Source: docs/exactness.md.
     """
@@ -139,7 +139,7 @@ class Survival(wiring.Component):
         columns = Signal(self._formats.count)
         m.d.sync += columns.eq(section.end_column - section.first_column)
 
-        alone, groups, group_gate = self._add_looks(m)
+        alone, groups, group_gate = self._add_near_windows(m)
         for queue, is_mine in ((alone, made.tag.alone), (groups, ~made.tag.alone)):
             m.d.comb += [queue.i.valid.eq(self._extents.valid & is_mine), queue.i.payload.eq(made)]
         source = groups.o
@@ -153,7 +153,7 @@ class Survival(wiring.Component):
             m.d.comb += [dropped.valid.eq(scan.o.valid & ~found.live), dropped.payload.first.eq(found.tag.first),
                          dropped.payload["count"].eq(found.tag["count"])]
             if level:
-                m.submodules[f"queue_{level}"] = following = Queue(self._asked, depth=ROOM)
+                m.submodules[f"queue_{level}"] = following = Queue(self._asked, depth=QUEUED)
                 m.d.comb += [
                     scan.i.valid.eq(source.valid), source.ready.eq(scan.i.ready),
                     *(scan.i.payload[name].eq(source.payload[name]) for name in self._asked.members),
@@ -165,50 +165,52 @@ class Survival(wiring.Component):
         # the next ones are known when those of the last group have gone. A live group never waits: it has a
         # reserved entry in the split, since its rays pass here too. Few rays, of which looking together
         # saves nothing, go there at once.
-        split, given, lives, taken = self._split, scan.i, scan.o.valid & found.live, Signal(range(SPLIT_ROOM + 1))
+        split, given, lives, reserved = self._split, scan.i, scan.o.valid & found.live, Signal(range(SPLIT_GROUPS + 1))
         # An offer that the scan has not accepted stays, be it a group or a ray alone.
         held, held_group, groups_may = Signal(), Signal(), Signal()
         enters = source.valid & groups_may
-        m.d.comb += groups_may.eq(Mux(held, held_group, taken != SPLIT_ROOM))
+        m.d.comb += groups_may.eq(Mux(held, held_group, reserved != SPLIT_GROUPS))
         m.d.sync += [held.eq(given.valid & ~given.ready), held_group.eq(enters)]
         view = View(self._asked, Mux(enters, source.payload.as_value(), alone.o.payload.as_value()))
         dies = scan.o.valid & scan.o.ready & ~found.live & ~found.tag.alone
-        few, comes, goes = self.i.payload["count"] <= FEW, lives & ~found.tag.alone, Signal()
-        m.d.comb += [goes.eq((taken < SPLIT_ROOM - 1) & ~comes),
+        few, comes, admits = self.i.payload["count"] <= FEW, lives & ~found.tag.alone, Signal()
+        m.d.comb += [admits.eq((reserved < SPLIT_GROUPS - 1) & ~comes),
                      group_gate.i.valid.eq(self.i.valid & ~few), group_gate.i.payload.eq(self.i.payload),
-                     self.i.ready.eq(Mux(few, goes, group_gate.i.ready))]
-        m.d.sync += taken.eq(taken + (source.valid & source.ready) + (self.i.valid & few & goes) - dies - split.leaves)
+                     self.i.ready.eq(Mux(few, admits, group_gate.i.ready))]
+        m.d.sync += reserved.eq(
+            reserved + (source.valid & source.ready) + (self.i.valid & few & admits) - dies - split.leaves)
         m.d.comb += [
             given.valid.eq(alone.o.valid | enters), alone.o.ready.eq(given.ready & ~enters),
             source.ready.eq(given.ready & groups_may),
             *(given.payload[name].eq(view[name]) for name in self._asked.members),
             self.o.valid.eq(lives & found.tag.alone), self.o.payload.eq(found.tag.first),
-            split.i.valid.eq(comes | (self.i.valid & few & goes)),
+            split.i.valid.eq(comes | (self.i.valid & few & admits)),
             split.i.payload.first.eq(Mux(comes, found.tag.first.as_value(), self.i.payload.first.as_value())),
             split.i.payload["count"].eq(Mux(comes, found.tag["count"], self.i.payload["count"])),
             scan.o.ready.eq(self.o.ready | ~lives | ~found.tag.alone)]
         return m
 
-    def _add_looks(self, m):
+    def _add_near_windows(self, m):
         """Arbitration for the near windows, and queues for the windows of rays alone and of groups."""
         m.submodules.alone, m.submodules.gate = alone, gate = (
             self._queue, CreditGate(self._split.o.payload.shape(), credits=CREDITS))
         m.d.comb += gate.i_return.valid.eq(alone.o.valid & alone.o.ready)
         wiring.connect(m, self._split.o, gate.i)
-        looks, look = Signal(), Signal(self._near.i.payload.shape(), reset_less=True)
+        starts, item = Signal(), Signal(self._near.i.payload.shape(), reset_less=True)
         near, ray = self._near.i, gate.o.payload
         m.submodules.groups = groups = Queue(self._asked, depth=CREDITS)
         m.submodules.group_gate = group_gate = CreditGate(self._group, credits=CREDITS)
         group, first = group_gate.o.payload, group_gate.o.payload.first
         m.d.comb += [
-            near.valid.eq(looks), near.payload.eq(look), gate.o.ready.eq(~group_gate.o.valid), group_gate.o.ready.eq(1),
+            near.valid.eq(starts), near.payload.eq(item),
+            gate.o.ready.eq(~group_gate.o.valid), group_gate.o.ready.eq(1),
             group_gate.i_return.valid.eq(groups.o.valid & groups.o.ready)]
-        m.d.sync += [looks.eq(gate.o.valid | group_gate.o.valid), look.tag.alone.eq(~group_gate.o.valid)]
+        m.d.sync += [starts.eq(gate.o.valid | group_gate.o.valid), item.tag.alone.eq(~group_gate.o.valid)]
         with m.If(~group_gate.o.valid):
-            m.d.sync += [look.tag.first.eq(ray), look.tag["count"].eq(1), look.last.eq(ray.column),
-                         *(look[name].eq(ray[name]) for name in ("shell", "row", "column"))]
+            m.d.sync += [item.tag.first.eq(ray), item.tag["count"].eq(1), item.last.eq(ray.column),
+                         *(item[name].eq(ray[name]) for name in ("shell", "row", "column"))]
         with m.Else():
-            m.d.sync += [look.tag.first.eq(first), look.tag["count"].eq(group["count"]),
-                         look.last.eq(first.column + group["count"] - 1),
-                         *(look[name].eq(first[name]) for name in ("shell", "row", "column"))]
+            m.d.sync += [item.tag.first.eq(first), item.tag["count"].eq(group["count"]),
+                         item.last.eq(first.column + group["count"] - 1),
+                         *(item[name].eq(first[name]) for name in ("shell", "row", "column"))]
         return alone, groups, group_gate

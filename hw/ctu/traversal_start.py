@@ -127,8 +127,9 @@ class TraversalStart(wiring.Component):
         third = small_product(pipeline, high, pipeline.combine(lambda value: Cat(value, 0).as_signed(), begin))
         # What is cut off below the point of a place never carries.
         upper = pipeline.register(lambda first, second: (first >> half) + second, first, second)
-        way = pipeline.register(lambda upper, third: (upper + (third << LIMB - half)) >> FRACTION - half, upper, third)
-        place = pipeline.register(lambda way: origin + way, way)
+        offset = pipeline.register(
+            lambda upper, third: (upper + (third << LIMB - half)) >> FRACTION - half, upper, third)
+        place = pipeline.register(lambda offset: origin + offset, offset)
         width = len(self.o.payload.walk.index[0])
         index = pipeline.combine(lambda place: place[POSITION_FRACTION:POSITION_FRACTION + width].as_signed(), place)
         rest = pipeline.combine(lambda place: place[POSITION_FRACTION + width - 1:], place)

@@ -148,11 +148,16 @@ def test_rate(simulator):
     simulate(make(MANY), MODULE, ("a_ray_per_cycle",), simulator=simulator, name=f"ctu_ray_banks_rate-{simulator}")
 
 
-@pytest.mark.parametrize(("name", "message"), [
-    ("slots", "Slots must be a multiple of the banks"), ("deferred", "Deferred must be a multiple of the banks"),
-    ("banks", "Banks must be a power of two from 2 on")])
-@pytest.mark.parametrize("value", [0, 3, 2.0])
-def test_init_wrong_size(name, message, value):
+@pytest.mark.parametrize(("name", "value", "error", "message"), [
+    ("slots", 0, ValueError, "Slots must be at least 2"), ("slots", 2.0, TypeError, "Slots must be at least 2"),
+    ("slots", 3, ValueError, "Slots must be a multiple of the banks"),
+    ("deferred", 0, ValueError, "Deferred must be at least 2"),
+    ("deferred", 3, ValueError, "Deferred must be a multiple of the banks"),
+    ("deferred", 2.0, TypeError, "Deferred must be at least 2"),
+    ("banks", 0, ValueError, "Banks must be a power of two, at least 2"),
+    ("banks", 3, ValueError, "Banks must be a power of two, at least 2"),
+    ("banks", 2.0, TypeError, "Banks must be a power of two, at least 2")])
+def test_init_wrong_size(name, value, error, message):
     sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, "banks": 2, name: value}
-    with pytest.raises(ValueError, match=f"^{message}, not {value!r}$"):
+    with pytest.raises(error, match=f"^{message}, not {value!r}$"):
         RayBanks(tag=4, **sizes)

@@ -288,8 +288,8 @@ def test_in_the_simulator(simulator):
 @pytest.mark.parametrize(("name", "message"), [
     ("slots", "Slots"), ("version_bits", "Version bits"), ("deferred", "Deferred"),
     ("generation_bits", "Generation bits")])
-@pytest.mark.parametrize(("value", "error", "needs"), [(0, ValueError, "at least 1"), (1.0, TypeError, "an int")])
-def test_init_wrong_size(name, message, value, error, needs):
+@pytest.mark.parametrize(("value", "error"), [(0, ValueError), (1.0, TypeError)])
+def test_init_wrong_size(name, message, value, error):
     sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
-    with pytest.raises(error, match=f"^{message} must be {needs}, not {value!r}$"):
+    with pytest.raises(error, match=f"^{message} must be at least 1, not {value!r}$"):
         RayMemory(tag=4, **sizes)

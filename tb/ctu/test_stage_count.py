@@ -80,3 +80,26 @@ def test_random_stages(lead, seed):
     simulator.add_clock(1e-8)
     simulator.add_testbench(testbench)
     simulator.run()
+
+
+def test_latency():
+    """A stage ends one cycle after it is closed, or three cycles after its last ray ends."""
+    dut, ends = StageCount(config=config_of({}), exits=1), []
+
+    async def drive(ctx):
+        ctx.set(dut.settled, 1)
+        # By cycle: what is 1 in it.
+        for cycle in range(20):
+            for port, when in ((dut.begins, 0), (dut.enters.valid, 5), (dut.left[0].valid, 9)):
+                ctx.set(port, int(cycle == when))
+            ctx.set(dut.closes, int(cycle in (3, 5)))
+            for port in dut.enters, dut.left[0]:
+                ctx.set(port.payload, {"stage": 0, "count": 4})
+            *_, over = await ctx.tick().sample(dut.over)
+            ends.extend([cycle] * over)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(drive)
+    simulator.run()
+    assert ends == [3 + 1, 9 + documented_latency(StageCount, config_of({}))]

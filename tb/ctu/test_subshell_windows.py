@@ -242,7 +242,7 @@ def test_in_the_simulator(simulator):
              simulator=simulator, name=f"subshell-windows-{simulator}")
 
 
-@pytest.mark.parametrize("value", [14, 18.0])
-def test_init_wrong_interval(value):
-    with pytest.raises(ValueError, match=f"^Interval must be at least 15, not {value!r}$"):
+@pytest.mark.parametrize(("value", "error"), [(14, ValueError), (18.0, TypeError)])
+def test_init_wrong_interval(value, error):
+    with pytest.raises(error, match=f"^Interval must be at least 15, not {value!r}$"):
         make(config_of({}), interval=value)
