@@ -111,7 +111,8 @@ def test_no_ray_outside_any_section():
     assert prove(WindowBounds(make()), mode="bmc", depth=18, engine=ENGINE)
 
 
-@pytest.mark.parametrize("section", SECTIONS, ids=str)
+@pytest.mark.parametrize("section", [SECTIONS[0], *(
+    pytest.param(section, marks=pytest.mark.nightly) for section in SECTIONS[1:])], ids=str)
 def test_no_ray_outside_the_section(section):
     assert prove(WindowBounds(make(), section), mode="bmc", depth=24, engine=ENGINE)
     assert prove(WindowBounds(make(), section), mode="cover", depth=24)
