@@ -76,7 +76,7 @@ def _members(config):
 
 
 class Cluster(wiring.Component):
-    """Casts its section of a frustum with the tables that it has been given.
+    """Casts its section of a frustum with the tables that have been loaded.
 
     ::
 
@@ -86,36 +86,62 @@ class Cluster(wiring.Component):
               |    '- patches of subshells -'                    |          '- o_sum
               '------------- settle map -------------------------'
 
-    Patches whose windows are subshells are the cluster's own; traversal asks for them as other clusters do. Where there
-    are no lists of subshells (``ctu.subshell_bits`` of 0) nothing is there for them.
+    Patches whose windows are subshells are in the cluster's own memory; traversal requests them like other clusters do.
+    Without lists of subshells (``ctu.subshell_bits`` of 0) nothing is built for them.
 
     Parameters
     ----------
     config
-        The configuration; how many clusters there are says ``noc``.
+        The configuration; ``noc`` has the number of clusters.
 
     Members
     -------
-    number
-        Which cluster this is, and which node. The same from reset on.
-    reset
-        Forgets all but the tables.
-    i_word, loads
-        `ControlFormats.load_word`; words wait to be stored. Not while a cast is under way.
-    scene
-        `PathFormats.scene`. The same from loading on.
-    i_cast, busy, cycles
-        See `CastControl`.
-    sections
+    number : In(PathFormats.cluster)
+        The number of this cluster and of its node. Stable after reset.
+    reset : In(1)
+        Resets everything but the tables.
+    i_word : In, stream of `ControlFormats.load_word`
+        Words of all clusters. Not during a cast.
+    loads : Out(1)
+        A word has not been stored yet.
+    scene : In(PathFormats.scene)
+        Numbers of the scene. Stable after the load.
+    i_cast : In, stream without payload
+        Casts, see `CastControl`.
+    busy : Out(1)
+        A cast is in progress.
+    cycles : Out(32)
+        Its cycles.
+    sections : Out(ArrayLayout(Formats.section, 2))
         Of the present frustum, and of the one before.
-    i_read_out, o_hit, i_sums, o_sum
+    i_read_out : In, stream of ``earlier``
         See `IntersectionUnit`.
-    o_request, i_reply, i_remote, o_remote, o_bus, i_bus
-        See `MemorySystem`.
-    fault, clear
-        What went wrong first, `ControlFormats.fault`, until it is cleared.
-    counter, count
-        Which of `COUNTERS`, and its value: see `CounterChoice`.
+    o_hit : Out, stream of `ResultFormats.hit`
+        Hits of the section.
+    i_sums : In, stream of the last patch id
+        See `IntersectionUnit`.
+    o_sum : Out, stream of `ResultFormats.sum`
+        Sums of the patches.
+    o_request : Out, stream of `PathFormats.remote_request`
+        Patches of other clusters, see `MemorySystem`.
+    i_reply : In, stream of `Formats.patch_vertex`
+        Their vertices.
+    i_remote : In, stream of `PathFormats.remote_request`
+        Requests of other clusters.
+    o_remote : Out, stream of `PathFormats.remote_reply`
+        Replies to them.
+    o_bus : Out, stream of `PathFormats.request`
+        Requests on the local bus.
+    i_bus : In, stream of `PathFormats.bus_reply`
+        Replies. Always ready.
+    fault : Out(ControlFormats.fault)
+        The first fault, until it is cleared.
+    clear : In(1)
+        Clears it.
+    counter : In(COUNTER_BITS)
+        The number of one of `COUNTERS`.
+    count : Out(32)
+        Its value, see `CounterChoice`.
 
     Timing
     ------
@@ -184,17 +210,18 @@ class Cluster(wiring.Component):
         m.submodules.near = near = NearCells(config=self._config)
         wiring.connect(m, load.o_near, near.i_load)
         wiring.connect(m, near.o, traversal.i_near)
-        asked = traversal.i_frustum.payload
+        traversal_frustum = traversal.i_frustum.payload
         m.d.comb += [
             intersection.i_frustum.valid.eq(control.o_intersection.valid), intersection.i_frustum.payload.eq(frustum),
             control.o_intersection.ready.eq(intersection.i_frustum.ready),
             near.i.valid.eq(control.o_near.valid), near.i.payload.eq(load.near_cells),
             control.o_near.ready.eq(near.i.ready),
             traversal.i_frustum.valid.eq(control.o_traversal.valid),
-            control.o_traversal.ready.eq(traversal.i_frustum.ready), asked.traversal.frustum.eq(frustum),
-            *(asked.traversal[name].eq(numbers[name]) for name in ("to_global", "place", "cells")),
-            asked.last_shell.eq(load.last_shell), asked.subshells.first.eq(0),
-            asked.subshells["count"].eq(load.subshells), asked.subshells.patches.eq(self.scene.patches)]
+            control.o_traversal.ready.eq(traversal.i_frustum.ready), traversal_frustum.traversal.frustum.eq(frustum),
+            *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "place", "cells")),
+            traversal_frustum.last_shell.eq(load.last_shell), traversal_frustum.subshells.first.eq(0),
+            traversal_frustum.subshells["count"].eq(load.subshells),
+            traversal_frustum.subshells.patches.eq(self.scene.patches)]
         with m.If(intersection.i_frustum.valid & intersection.i_frustum.ready):
             m.d.sync += [self.sections[0].eq(load.section), self.sections[1].eq(self.sections[0])]
 
@@ -202,13 +229,13 @@ class Cluster(wiring.Component):
         """Cells, patches, the settle map."""
         memory, intersection, traversal = self._memory, self._intersection, self._traversal
         # Registered: no combinational path from the memory system's queue to the traversal.
-        met = traversal.o
+        opened = traversal.o
         m.submodules.cells = cells = SkidBuffer(self._formats.cell)
         wiring.connect(m, cells.o, memory.i_cell)
         m.d.comb += [
-            cells.i.valid.eq(met.valid & ~met.payload.final), cells.i.payload.eq(met.payload.cell),
-            met.ready.eq(cells.i.ready | met.payload.final),
-            control.final.eq(met.valid & met.ready & met.payload.final),
+            cells.i.valid.eq(opened.valid & ~opened.payload.final), cells.i.payload.eq(opened.payload.cell),
+            opened.ready.eq(cells.i.ready | opened.payload.final),
+            control.final.eq(opened.valid & opened.ready & opened.payload.final),
             control.drained.eq(memory.drained & ~cells.o.valid),
             # A patch does not say which stage it is for: all stages wait for all patches.
             traversal.settled.eq(control.idle)]
@@ -236,15 +263,15 @@ class Cluster(wiring.Component):
         wiring.connect(m, load.o_subshell, table.i_load)
         wiring.connect(m, traversal.o_entry, table.i)
         wiring.connect(m, table.o, traversal.i_entry)
-        m.submodules.asked = asked = Arbiter(self.i_remote.payload.shape(), count=2)
+        m.submodules.remote = remote = Arbiter(self.i_remote.payload.shape(), count=2)
         m.submodules.vertices = vertices = Queue(traversal.i_vertex.payload.shape(), depth=VERTICES)
-        others, mine, answer = asked.i[0], asked.i[1], memory.o_remote
+        others, mine, answer = remote.i[0], remote.i[1], memory.o_remote
         wiring.connect(m, wiring.flipped(self.i_remote), others)
         m.d.comb += [
             mine.valid.eq(traversal.o_patch.valid), traversal.o_patch.ready.eq(mine.ready),
             mine.payload.node.eq(self.number), mine.payload.patch.eq(traversal.o_patch.payload),
-            memory.i_remote.valid.eq(asked.o.valid), asked.o.ready.eq(memory.i_remote.ready),
-            memory.i_remote.payload.eq(asked.o.payload.item)]
+            memory.i_remote.valid.eq(remote.o.valid), remote.o.ready.eq(memory.i_remote.ready),
+            memory.i_remote.payload.eq(remote.o.payload.item)]
         # No other cluster requests under this number.
         is_mine = Signal()
         m.d.comb += [

@@ -1,4 +1,4 @@
-"""Engine: clusters, their networks and bus, registers, and the way to main memory."""
+"""Engine: clusters, their networks and bus, registers, and the port of main memory."""
 
 from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
@@ -37,7 +37,7 @@ CLUSTER = "radiosity_cluster"
 
 
 class Engine(wiring.Component):
-    """The machine: casts frusta of scenes that lie in main memory.
+    """The machine: casts frusta of scenes in main memory.
 
     ::
 
@@ -49,19 +49,19 @@ class Engine(wiring.Component):
     Parameters
     ----------
     config
-        The configuration; as many clusters as ``noc`` has nodes.
+        The configuration; a cluster for each node of ``noc``.
     black_boxes
-        Clusters are instances of a module of their own (`hw.package.tops`).
+        Clusters are instances of a separately built module (`hw.package.tops`).
     policies
-        Those of the caches that are built; all by default.
+        Policies of the caches that are built; all by default.
 
     Members
     -------
-    host
-        `AxiLiteSignature`, with the registers of `hw.registers.engine_registers`. Counters are at ``COUNTERS_BASE``:
-        those of `hw.cluster.COUNTERS` as words, 2^``COUNTER_BITS`` of each cluster.
-    axi
-        `AxiSignature`.
+    host : In, `AxiLiteSignature`
+        The registers of `hw.registers.engine_registers`. From ``COUNTERS_BASE`` on the counters of
+        `hw.cluster.COUNTERS` as words, 2^``COUNTER_BITS`` for each cluster.
+    axi : Out, `AxiSignature`
+        Main memory.
 
     Timing
     ------

@@ -38,7 +38,7 @@ POLL = 100
 
 
 class EngineError(Exception):
-    """The machine says that something went wrong.
+    """The machine has reported an error.
 
     Members
     -------
@@ -52,11 +52,11 @@ class EngineError(Exception):
 
 
 class EngineTimeoutError(Exception):
-    """The machine has been busy for longer than it may."""
+    """The machine is busy for too long."""
 
 
 class Port(ABC):
-    """How a host reaches the machine. Addresses are of bytes; registers have 32 bits."""
+    """The connection between host and machine. Addresses are of bytes; registers have 32 bits."""
 
     @abstractmethod
     async def read(self, address: int) -> int:
@@ -76,13 +76,13 @@ class Port(ABC):
 
     @abstractmethod
     async def wait(self, cycles: int) -> None:
-        """Let so many cycles pass, more or less."""
+        """Let about so many cycles pass."""
 
 
 def check_image(image: MemoryImage, config: Config) -> None:
-    """Refuse what the machine has no room for.
+    """Refuse an image that exceeds a capacity of the machine.
 
-    Errors
+    Raises
     ------
     InputError
         Names the table, how long it is, and the parameter.
@@ -95,7 +95,7 @@ def check_image(image: MemoryImage, config: Config) -> None:
         return -(-(clusters[f"end_{axis}"].astype(np.int64) - clusters[f"first_{axis}"]) // side)
 
     grid_rays = int((shells["rows"].astype(np.int64) * shells["columns"]).sum())
-    for what, value, most, knob in (
+    for what, value, most, parameter in (
             ("columns", len(image["columns"]), 1 << icu.side_bits, "icu.side_bits"),
             ("rows", len(image["rows"]), 1 << icu.side_bits, "icu.side_bits"),
             ("patches", len(image["patches"]), 1 << icu.patch_bits, "icu.patch_bits"),
@@ -109,7 +109,7 @@ def check_image(image: MemoryImage, config: Config) -> None:
             ("columns of grid rays", len(image["grid_columns"]), 1 << ctu.grid_column_bits, "ctu.grid_column_bits"),
             ("grid rays", grid_rays, GRID_RAYS, "their numbers")):
         if value > most:
-            raise InputError(f"host: {what.capitalize()} must be at most {most} ({knob}), not {value}")
+            raise InputError(f"host: {what.capitalize()} must be at most {most} ({parameter}), not {value}")
     if len(clusters) != config.noc.nodes:
         raise InputError(f"host: The image must be for {config.noc.nodes} clusters, not {len(clusters)}")
     if (clusters["processor"] != np.arange(len(clusters))).any():
@@ -122,7 +122,7 @@ class Host:
     Parameters
     ----------
     port
-        The way to it.
+        The connection to it.
     config
         Its configuration.
     base
@@ -131,7 +131,7 @@ class Host:
 
     def __init__(self, port: Port, config: Config, *, base: int = 0):
         self._port, self._config, self._base = port, config, base
-        self._places = addresses(ENGINE_REGISTERS)
+        self._addresses = addresses(ENGINE_REGISTERS)
         # Images and where they are: the one whose scene has been loaded, whose frustum has, and those of the present
         # and the earlier frustum.
         self._scene = self._loaded = self._present = self._earlier = None
@@ -140,23 +140,23 @@ class Host:
         """The value of a register."""
         value = 0
         for word in range(register(name).words):
-            value |= await self._port.read(self._places[name] + WORD_BYTES * word) << 8 * WORD_BYTES * word
+            value |= await self._port.read(self._addresses[name] + WORD_BYTES * word) << 8 * WORD_BYTES * word
         return value
 
     async def write(self, name: str, value: int) -> None:
         """Write a register."""
         for word in range(register(name).words):
             part = value >> 8 * WORD_BYTES * word & (1 << 8 * WORD_BYTES) - 1
-            await self._port.write(self._places[name] + WORD_BYTES * word, part)
+            await self._port.write(self._addresses[name] + WORD_BYTES * word, part)
 
     async def status(self) -> dict[str, int]:
         """The fields of the register ``status``."""
         return register("status").unpack(await self.read("status"))
 
     async def identify(self) -> None:
-        """Make sure that there is a machine, and the one that is meant.
+        """Check that the machine is there, and has the configuration.
 
-        Errors
+        Raises
         ------
         InputError
             There is none, or another one.
@@ -179,9 +179,9 @@ class Host:
         policy
             Of the caches, with a scene. Default: that of the configuration.
         check
-            Refuse what the machine has no room for, instead of leaving it to the machine.
+            Check the capacities of the machine first; otherwise the machine reports an error.
 
-        Errors
+        Raises
         ------
         InputError
             See `check_image`.
@@ -232,7 +232,7 @@ class Host:
     async def finish(self, what: str, *, timeout: int) -> None:
         """Wait until one of the busy bits of ``status`` is 0.
 
-        Errors
+        Raises
         ------
         EngineError
             Something went wrong; the error is cleared by then.
@@ -273,7 +273,7 @@ class Host:
         hits, sums, earlier
             See the register ``results``.
         total
-            What the weights of all rays add up to.
+            The sum of the weights of all rays.
 
         Raises
         ------
@@ -309,7 +309,7 @@ class Host:
         return found
 
     async def stop(self, *, timeout: int = 1 << 20) -> None:
-        """End whatever goes on. Everything must be loaded again."""
+        """Reset all units. All regions must be loaded again."""
         await self.command("stop")
         self._scene = self._loaded = self._present = self._earlier = None
         await self.finish("stops", timeout=timeout)

@@ -1,4 +1,4 @@
-"""Block memory: main memory inside the chip."""
+"""Block memory: main memory in the FPGA."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -15,25 +15,26 @@ OKAY, DECERR = 0, 3
 
 
 class BlockMemory(wiring.Component):
-    """An AXI4 subordinate whose bytes lie in block RAM from address 0 on, and begin with what is given.
+    """An AXI4 subordinate with the bytes of block RAM from address 0 on.
 
-    Bursts are answered one after the other, reads beside writes. Beats beyond the end are answered with DECERR; they
-    read as 0, and what is written there is lost. What is read of a beat in the cycle in which it is written
-    means nothing.
+    Bursts are answered one after the other, reads beside writes. Beats beyond the end are answered with DECERR: they
+    read as 0, and writes are lost. A read of a beat in the cycle of its write is undefined.
 
     Parameters
     ----------
     config
         The configuration.
     data
-        What the memory holds at first; as long as this, up to a whole beat.
+        The initial value; its length, up to a whole beat, is that of the memory.
 
     Members
     -------
-    axi
-        `AxiSignature`, of a subordinate.
-    i_peek, o_peek
-        Number of a beat, and the beat: for who reads without AXI, while no burst is being read.
+    axi : In, `AxiSignature`
+        The bus.
+    i_peek : In, stream of the number of a beat
+        Reads without AXI, while no burst is being read.
+    o_peek : Out, stream of a beat
+        The beat.
 
     Timing
     ------
@@ -41,7 +42,7 @@ class BlockMemory(wiring.Component):
     burst's last beat to the answer of a write. One beat per cycle each way, one cycle between bursts; reads stall with
     ``rready`` and ``o_peek``, writes with ``bready``.
 
-    Errors
+    Raises
     ------
     ValueError
         There is no data, or more than addresses.
@@ -75,7 +76,7 @@ class BlockMemory(wiring.Component):
         axi, formats = self.axi, self._formats
         reads, left = Signal(), Signal(8, reset_less=True)
         number, slot = Signal(formats.beat_bits, reset_less=True), Signal(formats.slot_bits, reset_less=True)
-        # The port keeps what it has found until somebody has taken it.
+        # The port holds its data until the transfer.
         free = (~axi.rvalid | axi.rready) & (~self.o_peek.valid | self.o_peek.ready)
         m.d.comb += [
             axi.arready.eq(~reads), self.i_peek.ready.eq(~reads & free), port.en.eq(free),

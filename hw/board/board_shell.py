@@ -16,7 +16,7 @@ __all__ = ["BoardShell"]
 
 
 class BoardShell(wiring.Component):
-    """After reset it casts the frustum that lies in its memory, and sends what came of it.
+    """After reset casts the frustum in its memory, and sends the results.
 
     ::
 
@@ -27,9 +27,9 @@ class BoardShell(wiring.Component):
     Parameters
     ----------
     config
-        The configuration. Of the caches' policies only its own one is built.
+        The configuration. Only its own policy of the caches is built.
     program
-        What is done, and main memory (`hw.board.record`).
+        The sequence, and the contents of main memory (`hw.board.record`).
     divisor
         Cycles of a bit of the serial line.
     black_boxes
@@ -37,16 +37,16 @@ class BoardShell(wiring.Component):
 
     Members
     -------
-    tx
+    tx : Out(1)
         The serial line: frames, see `hw.board.frame`.
-    again
+    again : In(1)
         Cast and send once more.
-    busy, failed
+    busy, failed : Out(1)
         See `Sequencer`.
 
     Timing
     ------
-    See the units. What is sent takes most of the time.
+    See the units. Most of the time goes into sending.
     """
 
     def __init__(self, *, config: Config, program: Program, divisor: int, black_boxes: bool = False):

@@ -13,7 +13,7 @@ HEADER_BYTES, LENGTH_BITS = 8, 24
 
 
 class FrameKind(enum.Enum, shape=8):
-    """Of frames that are not a region of the image; below are the regions, by their place in the memory map."""
+    """Kinds of frames that are no region of the image; smaller kinds are regions, in the order of the memory map."""
 
     CYCLES = 0x80
     ERROR = 0x81
@@ -27,7 +27,7 @@ def region_kind(name: str) -> int:
 def header(kind: int, length: int) -> int:
     """Magic number, kind, and bytes of the payload, as one number of `HEADER_BYTES`.
 
-    Errors
+    Raises
     ------
     ValueError
         The payload is too long.

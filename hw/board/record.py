@@ -1,4 +1,4 @@
-"""From the host's driver to a program: what it does is written down instead of done."""
+"""A program from the host's driver: its accesses are recorded instead of made."""
 
 import asyncio
 from itertools import groupby
@@ -18,7 +18,7 @@ _SENT = ("frustum", "hits", "sums")
 
 
 class _Recorder(Port):
-    """A port behind which there is no machine.
+    """A port without a machine, which records all accesses.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class _Recorder(Port):
     regions
         By address in memory: the region there that may be sent.
     fails
-        What ``status`` says of the machine.
+        The machine's ``status`` has ``failed``.
     """
 
     def __init__(self, config: Config, *, regions: dict[int, str] | None = None, fails: bool = False):
@@ -40,7 +40,7 @@ class _Recorder(Port):
         self.steps.append(Step(operation=operation, **given))
 
     async def read(self, address: int) -> int:
-        """A register: what it must be if that is known, otherwise it is sent."""
+        """A register: its value is expected if it is known, otherwise sent."""
         if address == _PLACES["status"]:
             self._add(Operation.WAIT, address=address)
             return register("status").pack(failed=int(self._fails))
@@ -55,24 +55,24 @@ class _Recorder(Port):
         self._add(Operation.WRITE, address=address, value=value)
 
     async def read_memory(self, address: int, size: int) -> bytes:
-        """A region; it is sent."""
+        """Send a region."""
         self._add(Operation.FRAME, value=header(region_kind(self._regions[address]), size))
         self._add(Operation.BYTES, address=address, value=size)
         self._add(Operation.CHECK)
         return bytes(size)
 
     async def write_memory(self, address: int, data: bytes) -> None:
-        """What memory holds at first; the image, once."""
+        """The initial contents of memory: the image, once."""
         if address or self.memory:
             raise ValueError("Memory must be written once, from address 0 on")
         self.memory = data
 
     async def wait(self, cycles: int) -> None:
-        """Nothing waits for a machine that is never busy."""
+        """Never called: the recorded machine is never busy."""
         raise AssertionError("the recorded machine must not be busy")
 
     def framed(self, kind: FrameKind) -> list[Step]:
-        """The steps to the end, with a frame of that kind around registers that are sent one after the other."""
+        """All steps, with a frame of that kind around consecutive registers that are sent."""
         found = []
         for sent, steps in groupby(self.steps, key=lambda step: step.operation is Operation.WORD):
             steps = list(steps)
@@ -82,19 +82,19 @@ class _Recorder(Port):
 
 
 def record(image: MemoryImage, config: Config, *, total: int = 0) -> Program:
-    """What `hw.host.Host` does to cast the frustum of an image, and to tell of an error.
+    """The accesses of `hw.host.Host` that cast the frustum of an image, or report an error.
 
     Cycles, frustum, hits and sums are sent, or code, cluster and address of an error.
 
     Parameters
     ----------
     total
-        What the weights of all rays add up to.
+        The sum of the weights of all rays.
 
-    Errors
+    Raises
     ------
     InputError
-        The machine has no room for it.
+        The image exceeds a capacity of the machine.
     """
     offsets = image.offsets
     usual = _Recorder(config, regions={offsets[name]: name for name in _SENT})

@@ -1,4 +1,4 @@
-"""Sequencer: a host that goes through a program."""
+"""Sequencer: a host that executes a program."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -22,10 +22,10 @@ UNPRIVILEGED = 0b010
 
 
 class Sequencer(wiring.Component):
-    """Does what a `Program` says, on registers, with main memory, and into a stream of bytes.
+    """Executes a `Program`: accesses to registers and to main memory, and a stream of bytes.
 
-    A register that is answered with an error, or holds another value than is expected, is an error as well; in the
-    part for errors nothing is.
+    A register access that is answered with an error, or reads another value than expected, continues with the program's
+    part for errors; in that part it is ignored.
 
     Parameters
     ----------
@@ -36,22 +36,24 @@ class Sequencer(wiring.Component):
 
     Members
     -------
-    host
-        `AxiLiteSignature`.
-    o_peek, i_peek
-        Number of a beat of main memory, and the beat.
-    o
-        Bytes of frames (`hw.board.frame`).
-    again
-        Begin anew, once the program has come to its end.
-    busy
-        It has not.
-    failed
-        It goes through its part for errors, or has.
+    host : Out, `AxiLiteSignature`
+        The registers.
+    o_peek : Out, stream of the number of a beat
+        Reads of main memory.
+    i_peek : In, stream of a beat
+        The beat.
+    o : Out, stream of bytes
+        Frames (`hw.board.frame`).
+    again : In(1)
+        Restart the program after its end.
+    busy : Out(1)
+        The program runs.
+    failed : Out(1)
+        It runs its part for errors, or has ended there.
 
     Timing
     ------
-    Three cycles for a step, and what it waits for; one access at a time. Bytes stall with ``o``.
+    Three cycles for a step, and the access it waits for; one access at a time. Bytes stall with ``o``.
     """
 
     def __init__(self, *, config: Config, program: Program):
@@ -71,7 +73,7 @@ class Sequencer(wiring.Component):
                 {"operation": step.operation, "address": step.address, "value": step.value} for step in steps])
         port, number = memory.read_port(), Signal(range(len(steps)))
         m.d.comb += [port.addr.eq(number), self.busy.eq(1)]
-        # Bytes to be sent now, and how many of main memory come after them, from which beat on.
+        # Bytes to send now, how many of main memory follow them, and from which beat on.
         bits = Signal(max(self._config.memory.data_bits, 8 * HEADER_BYTES), reset_less=True)
         left, more = Signal(range(len(bits) // 8 + 1)), Signal(LENGTH_BITS)
         beat = Signal(self._formats.beat_bits, reset_less=True)
@@ -83,11 +85,11 @@ class Sequencer(wiring.Component):
             m.d.sync += [bits.eq(what), left.eq(count)]
             m.next = "send"
 
-        def go_on():
+        def advance():
             m.d.sync += number.eq(number + 1)
             m.next = "fetch"
 
-        def go_on_unless(wrong, then=go_on):
+        def advance_unless(wrong, then=advance):
             with m.If(wrong & ~self.failed):
                 m.d.sync += [number.eq(self._program.error), self.failed.eq(1)]
                 m.next = "fetch"
@@ -100,9 +102,9 @@ class Sequencer(wiring.Component):
             with m.State("act"):
                 self._act(m, port.data, check, send, beat, more)
             with m.State("write"), m.If(self.host.bvalid):
-                go_on_unless(self.host.bresp != 0)
+                advance_unless(self.host.bresp != 0)
             with m.State("read"):
-                self._read(m, port.data, send, go_on_unless)
+                self._read(m, port.data, send, advance_unless)
             with m.State("peek"):
                 m.d.comb += self.o_peek.valid.eq(1)
                 with m.If(self.o_peek.ready):
@@ -121,7 +123,7 @@ class Sequencer(wiring.Component):
                     with m.If((left == 1) & (more != 0)):
                         m.next = "peek"
                     with m.Elif(left == 1):
-                        go_on()
+                        advance()
             with m.State("halt"):
                 m.d.comb += self.busy.eq(0)
                 with m.If(self.again):
@@ -151,22 +153,22 @@ class Sequencer(wiring.Component):
             with m.Case(Operation.HALT):
                 m.next = "halt"
 
-    def _read(self, m, step, send, go_on_unless):
-        """A register has been asked for."""
+    def _read(self, m, step, send, advance_unless):
+        """The reply to a register read."""
         host = self.host
         with m.If(host.rvalid), m.Switch(step.operation):
             with m.Case(Operation.EXPECT):
-                go_on_unless((host.rresp != 0) | (host.rdata != step.value))
+                advance_unless((host.rresp != 0) | (host.rdata != step.value))
             with m.Case(Operation.WAIT):
                 with m.If((host.rdata & BUSY) != 0):
                     m.d.sync += host.arvalid.eq(1)
                 with m.Else():
-                    go_on_unless((host.rresp != 0) | ((host.rdata & FAILED) != 0))
+                    advance_unless((host.rresp != 0) | ((host.rdata & FAILED) != 0))
             with m.Case(Operation.WORD):
-                go_on_unless(host.rresp != 0, lambda: send(host.rdata, WORD_BYTES))
+                advance_unless(host.rresp != 0, lambda: send(host.rdata, WORD_BYTES))
 
     def _add_offers(self, m, step):
-        """Pins of AXI that follow from the step; an offer ends when it is taken."""
+        """AXI pins that depend on the step; an offer ends with its transfer."""
         host = self.host
         m.d.comb += [host.awaddr.eq(step.address), host.araddr.eq(step.address), host.wdata.eq(step.value),
                      host.wstrb.eq(-1), host.awprot.eq(UNPRIVILEGED), host.arprot.eq(UNPRIVILEGED), host.bready.eq(1),

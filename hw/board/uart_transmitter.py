@@ -4,6 +4,8 @@ from amaranth.hdl import Cat, Const, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_integer
+
 __all__ = ["UartTransmitter"]
 
 # A start bit, eight of data, the lowest first, and a stop bit.
@@ -11,7 +13,7 @@ FRAME_BITS = 10
 
 
 class UartTransmitter(wiring.Component):
-    """Sends bytes, 8 data bits, no parity, one stop bit.
+    """Sends bytes: 8 data bits, no parity, one stop bit.
 
     Parameters
     ----------
@@ -20,26 +22,27 @@ class UartTransmitter(wiring.Component):
 
     Members
     -------
-    i
+    i : In, stream of bytes
         Bytes.
-    tx
-        The line; 1 while there is nothing to send.
+    tx : Out(1)
+        The line, 1 while idle.
 
     Timing
     ------
-    Latency: ``1`` cycle to the start bit. A byte every ten bits, without a gap; nothing stalls but ``i``.
+    Latency: ``1`` cycle to the start bit. A byte every ten bits, without a gap; stalls ``i`` meanwhile.
 
-    Errors
+    Raises
     ------
+    TypeError
+        The divisor is no integer.
     ValueError
-        Divisor out of range.
+        The divisor is out of range.
     """
 
     latency = 1
 
     def __init__(self, *, divisor: int):
-        if not isinstance(divisor, int) or divisor < 1:
-            raise ValueError(f"Divisor must be at least 1, not {divisor!r}")
+        check_integer("Divisor", divisor, minimum=1)
         self._divisor = divisor
         super().__init__({"i": In(stream.Signature(8)), "tx": Out(1, init=1)})
 

@@ -17,10 +17,9 @@ from hw.synthesis.flow import bitstream
 
 __all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
 
-# The board's oscillator, which clocks everything.
+# The board's oscillator, the only clock.
 CLOCK_HZ = 25_000_000
-# More options of nextpnr. The chip is full and the clock slow: what counts is that wires are short, not that they
-# are fast.
+# More options of nextpnr. The FPGA is full and the clock slow: wirelength counts, timing does not.
 NEXTPNR = ("--placer", "static", "--no-tmdriv", "--router", "router2")
 NAME = "board"
 
@@ -49,7 +48,7 @@ class _Ulx3s(Elaboratable):
 
 def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
           options: tuple[str, ...] = NEXTPNR) -> list[Path]:
-    """Verilog and constraints, and the bitstream with its figures if ``routes``.
+    """Write Verilog and constraints, and with ``routes`` the bitstream and its figures.
 
     Parameters
     ----------
@@ -59,9 +58,9 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
     Returns
     -------
     list
-        What has been written.
+        The written files.
 
-    Errors
+    Raises
     ------
     InputError
         It does not fit.

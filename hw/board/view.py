@@ -1,4 +1,4 @@
-"""What the board casts: the view into a built-in scene."""
+"""The view into a built-in scene that the board casts."""
 
 from dataclasses import dataclass
 
@@ -31,7 +31,7 @@ RATIO = 16
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
-    """A view as the machine is given it, and what it was made from.
+    """A view: the machine's image, and its rays and patches.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     scene, pixels, cell
         Name of a built-in scene, pixels across and down, and cell size as a share of the scene's longest side.
 
-    Errors
+    Raises
     ------
     InputError
         There is no such scene, or the configuration has more than one cluster or no room for the scene.
