@@ -147,7 +147,7 @@ async def all_are_answered(dut):
 
 
 @cocotb.test()
-async def one_that_takes_nothing_stops_nobody(dut):
+async def a_stalled_cluster_blocks_no_other(dut):
     """A cluster that takes no reply answers all the same, and all others get what they have asked for."""
     clusters = Clusters(dut)
     cycles = clusters.patience

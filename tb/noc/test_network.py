@@ -79,7 +79,7 @@ def test_every_flit_of_long_runs_in_its_cycle(network):
 
 
 @pytest.mark.parametrize("router_cycles", [1, 2])
-def test_a_packet_alone_takes_what_the_law_says_and_is_counted(router_cycles):
+def test_a_single_packet_has_the_zero_load_latency(router_cycles):
     routing = route(Topology("mesh", 3, 1), 1)
     network = Network(routing=routing, bits=8, depth=2, router_cycles=router_cycles)
     simulator = Simulator(network)

@@ -137,7 +137,7 @@ def test_packets_are_those_of_golden(changes, slow):
     assert bench.fault == NetworkFault.NONE
 
 
-def test_no_more_requests_than_there_is_room_for():
+def test_no_more_requests_than_reply_buffers():
     bench = Bench(VARIANTS[0], requests=2)
     asks = [{"node": 0, "patch": number} for number in range(6)]
     bench.run(60, requests=asks)
@@ -164,7 +164,7 @@ def broken(flits, how, config):
 @pytest.mark.parametrize(("how", "fault"), [("bit", NetworkFault.CHECK), ("check", NetworkFault.CHECK),
                                             ("short", NetworkFault.ORDER), ("address", NetworkFault.ADDRESS)])
 @pytest.mark.parametrize("changes", VARIANTS[:2])
-def test_what_is_wrong_is_reported_and_stops_nobody(changes, how, fault):
+def test_faults_are_reported_and_block_nothing(changes, how, fault):
     bench = Bench(changes, requests=64)
     config = bench.config
     first, second = patches(config, bench.random, 2)

@@ -11,7 +11,7 @@ from hw.noc.patch_network import PatchNetwork
 from tb.lib.runner import SIMULATORS, simulate
 from tb.lib.timing import documented_latency
 
-TESTS = ("all_are_answered", "one_that_takes_nothing_stops_nobody")
+TESTS = ("all_are_answered", "a_stalled_cluster_blocks_no_other")
 SMALL = {"noc.rows": 1, "noc.buffer_flits": 2, "noc.flit_bits": 72, "noc.check": "parity"}
 NETWORKS = {"two": SMALL | {"noc.columns": 3, "noc.virtual_channels": 1, "noc.networks": "physical"},
             "one": SMALL | {"noc.topology": "ring", "noc.columns": 4, "noc.virtual_channels": 2,
@@ -32,7 +32,7 @@ def run(name, config, tests, *, simulator, requests, progress=True):
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 @pytest.mark.parametrize("name", NETWORKS)
-def test_full_networks_come_to_an_end_and_a_cluster_that_takes_nothing_stops_nobody(name, simulator):
+def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulator):
     run(name, NETWORKS[name], TESTS, simulator=simulator, requests=10)
 
 
