@@ -17,13 +17,13 @@ class Ctu:
         Traversal pipelines of a cluster, each one cell per cycle; 1 to 4, or 0: as many as `traversal_pipelines` gives
         for the number of clusters. Hardware only.
     ray_slots
-        Slots of the memory of the grid rays issued; a power of two, 8 to 2^18. Rays that share a slot may be issued
-        more than once. Hardware only.
+        Slots of the memory of the grid rays issued, which is there with subshell lists; a power of two, 8 to 2^18. Rays
+        that share a slot may be issued more than once. Hardware only.
     run_ahead
         Run-ahead depth: shells that cell traversal may be ahead of intersection; 0 to 15. 0 is a barrier after each
         shell. Hardware only.
     deferred
-        Requests that can wait for a grid ray in flight; a power of two, 4 to 256. Hardware only.
+        Requests of that memory that can wait for a grid ray in flight; a power of two, 4 to 256. Hardware only.
     pyramid_levels
         Levels of the settle pyramid; 1 to 3. A square of the first level is a tile of the settle map, a square of each
         further level 4 x 4 squares of the level below. The survival test skips settled squares. Hardware only.

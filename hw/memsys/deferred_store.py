@@ -46,7 +46,7 @@ class DeferredStore(wiring.Component):
     Latency: ``3`` cycles from ``i_release`` to the first item, if no other chain is being released. One item per cycle
     in and out, also from chain to chain; ``i`` stalls while the store is full.
 
-    Errors
+    Raises
     ------
     ValueError
         Depth out of range.

@@ -69,7 +69,7 @@ class IStructure(wiring.Component):
     ``i_start`` waits and no read does: until those in flight have been made and, every 2^``version_bits`` - 1 versions,
     for a sweep of ``depth`` cycles.
 
-    Errors
+    Raises
     ------
     ValueError
         A size out of range.
@@ -218,7 +218,7 @@ class IStructure(wiring.Component):
         with m.If(~advances):
             m.d.sync += [read.state.present.eq(present), read.state.data.eq(data)]
 
-        # Versions: a new one begins when no read waits, then no write is under way.
+        # Versions: a new one begins when no read waits, then no write is in flight.
         begun, drained, quiet, accepts = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [quiet.eq(drained & ~(write_there | renew_there).any()), self.waiting.eq(store.waiting),
                      generations.i_start.valid.eq(self.i_start.valid & quiet),

@@ -182,7 +182,7 @@ async def one_after_the_other(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of before a reset comes out, whatever was under way: reads, a chain, a sweep."""
+    """Nothing of before a reset comes out, whatever was in flight: reads, a chain, a sweep."""
     await start(dut, cycles=20_000)
     random = np.random.default_rng(options()["seed"])
     for cut in (1, 2, 3, 5, 8, 13, 21, 34):
