@@ -10,7 +10,7 @@ from golden.cast.nearest import Nearest
 from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
-from golden.oracle import Oracle
+from golden.oracle import Oracle, ShearedRays
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
 
@@ -75,20 +75,21 @@ class Grid(RayFrusta):
         return self._cast(rays, any_hit=True)
 
     def _cast(self, rays, *, any_hit):
-        best = Nearest(rays.tmax)
-        sheared = self.oracle.sheared(rays)
         # Components first, so that gathering one component copies no other.
         lines = _Lines(np.ascontiguousarray(rays.origin.T), np.ascontiguousarray(rays.direction.T), rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
+        job = _Job(lines=lines, sheared=self.oracle.sheared(rays), best=Nearest(rays.tmax), tests=tests, steps=steps,
+                   any_hit=any_hit)
         # Each thread has rays of its own, so none writes what another reads.
         parts = np.array_split(np.arange(len(rays)), min(self._jobs, max(1, len(rays) // BLOCK)))
         with ThreadPoolExecutor(len(parts)) as threads:
-            for _ in threads.map(lambda part: self._traverse(lines, sheared, part, best, tests, steps, any_hit), parts):
+            for _ in threads.map(lambda part: self._traverse(job, part), parts):
                 pass
-        return best.hits(self.oracle, sheared, tests=tests, steps=steps)
+        return job.best.hits(self.oracle, job.sheared, tests=tests, steps=steps)
 
-    def _traverse(self, lines, sheared, part, best, tests, steps, any_hit):
+    def _traverse(self, job, part):
         """Traverse the grid with the rays numbered ``part``."""
+        lines, best = job.lines, job.best
         waiting = 0
         live = self._enter(lines, part[:0])
         while len(live.ray) or waiting < len(part):
@@ -101,14 +102,14 @@ class Grid(RayFrusta):
             full = np.flatnonzero(count > 0)
             if len(full):
                 live.tests += np.maximum(count, 0)
-                self._test(lines, sheared, live, full, count[full], exit_[full], best)
+                self._test(job, live, full, count[full], exit_[full])
             done = (count < 0) | (best.t.take(live.ray) <= exit_)
-            if any_hit:
+            if job.any_hit:
                 done |= best.patch.take(live.ray) >= 0
             live.advance(exit_)
             live.stop(np.flatnonzero(done))
             if np.count_nonzero(done) >= IDLE * len(done):
-                tests[live.ray[done]], steps[live.ray[done]] = live.tests[done], live.steps[done]
+                job.tests[live.ray[done]], job.steps[live.ray[done]] = live.tests[done], live.steps[done]
                 live.keep(np.flatnonzero(~done))
 
     def _enter(self, lines, ray):
@@ -136,8 +137,9 @@ class Grid(RayFrusta):
         return _Block(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
                      crossing=crossing, between=between, stride=stride)
 
-    def _test(self, lines, sheared, live, full, count, exit_, best):
+    def _test(self, job, live, full, count, exit_):
         """Test the rays ``full`` of the traversal against the patches of their cells."""
+        lines, best = job.lines, job.best
         ray = live.ray[full]
         direction = [component.take(ray) for component in lines.direction]
         entry = live.entry[full]
@@ -154,7 +156,7 @@ class Grid(RayFrusta):
         crosses = np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
         patch = patch[crosses]
         ray = ray.take(pair[crosses])
-        hit, t = self.oracle.hits(sheared, ray, patch, lines.tmax[ray])
+        hit, t = self.oracle.hits(job.sheared, ray, patch, lines.tmax[ray])
         best.update(ray[hit], patch[hit], t)
 
 
@@ -181,6 +183,17 @@ class _Lines(NamedTuple):
     origin: np.ndarray
     direction: np.ndarray
     tmax: np.ndarray
+
+
+class _Job(NamedTuple):
+    """One casting: its rays, and the arrays of its results, to which each thread writes its own rays' entries."""
+
+    lines: _Lines
+    sheared: ShearedRays
+    best: Nearest
+    tests: np.ndarray
+    steps: np.ndarray
+    any_hit: bool
 
 
 class _Block:

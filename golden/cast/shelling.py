@@ -15,7 +15,6 @@ from golden.cast.cluster_casting import ClusterCasting, Stage
 from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.ctu.sector import Sector
-from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.icu.inverse_distance import inverse_distance
 from golden.icu.patch_setup import Patches, PatchSetup
@@ -24,7 +23,7 @@ from golden.icu.screening import cones
 from golden.icu.section_clip import section_clip
 from golden.icu.window_walk import walk_cycles
 from golden.memsys.cell_table import CellTable
-from golden.scene.cells import FINEST
+from golden.scene.cells import check_cell_size
 from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["Requests", "Shelling", "ShellingCounts", "Tests"]
@@ -116,14 +115,12 @@ class Shelling:
     """
 
     def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float, by_code: bool = False):
-        if not 1 / FINEST <= cell <= 1:
-            raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
+        check_cell_size(cell)
         self.geometry, self._config, self._by_code = geometry, config, by_code
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
-             subshells: tuple = (), references: np.ndarray | None = None,
-             ray_tests: np.ndarray | None = None,
+             subshells: tuple = (), *, references: np.ndarray | None = None, ray_tests: np.ndarray | None = None,
              requests: list | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
@@ -150,7 +147,7 @@ class Shelling:
             The frustum has more rays than ``icu.rays``.
         """
         memory = RayMemory(len(record), self._config)
-        tests = self.tests(record, memory, references, ray_tests)
+        tests = self.tests(record, memory, references=references, ray_tests=ray_tests)
         sectors = sectors or (Sector.whole(record),)
         counts = [self._cluster(record, sector, listed, tests, memory, requests)
                   for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
@@ -176,10 +173,10 @@ class Shelling:
         return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
 
-    def tests(self, record: FrustumRecord, memory: RayMemory, references=None, ray_tests=None) -> "Tests":
+    def tests(self, record: FrustumRecord, memory: RayMemory, *, references=None, ray_tests=None) -> "Tests":
         """The tests of a frustum's rays, see `cast`."""
         patches = PatchSetup(record, self._config).patches(self.geometry)
-        return Tests(patches, record, memory, self._config, references, ray_tests)
+        return Tests(patches, record, memory, self._config, references=references, ray_tests=ray_tests)
 
 
 class Tests:
@@ -191,8 +188,8 @@ class Tests:
         The patches, set up for the frustum.
     """
 
-    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, references=None,
-                 ray_tests=None):
+    def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, *,
+                 references=None, ray_tests=None):
         self.patches, self._record, self._memory, self._config = patches, record, memory, config
         self._references, self._ray_tests = references, ray_tests
         self._directions = record.all_directions()

@@ -22,7 +22,7 @@ FRACTION = 16
 INDEX_FRACTION = 8
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class GridRays:
     """Grid rays of one shell, ``rows`` x ``columns``, in row-major order.
 
@@ -111,9 +111,11 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     first, last = _span(column_position, reach[:, None])
     count = np.clip(last - first + 1, 0, azimuths)
     first = np.where(count == azimuths, 0, first % azimuths)
-    return GridRays(shell, direction, first_row, row_count, first, count, row_position, column_position,
-                    int(_reach(border * per_polar)), _reach(margins.sector_reach(border, polar) * per_azimuth),
-                    down, around, reach)
+    return GridRays(shell=shell, direction=direction, first_row=first_row, row_count=row_count, first_column=first,
+                    column_count=count, row_position=row_position, column_position=column_position,
+                    row_border=int(_reach(border * per_polar)),
+                    column_border=_reach(margins.sector_reach(border, polar) * per_azimuth), row_table=down,
+                    column_table=around, column_reach=reach)
 
 
 @lru_cache(maxsize=1024)
@@ -146,9 +148,12 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
     across = (len(y), len(x))
     direction = np.empty((*across, 3), dtype=np.int64)
     direction[..., 0], direction[..., 1], direction[..., 2] = x, y[:, None], 1 << FRACTION
-    return GridRays(shell, direction, first_row, row_count, np.broadcast_to(first_column, across),
-                    np.broadcast_to(column_count, across), row_position, column_position, row_border,
-                    np.full(len(y), column_border), y[:, None], x[:, None], np.full(len(y), column_reach))
+    return GridRays(shell=shell, direction=direction, first_row=first_row, row_count=row_count,
+                    first_column=np.broadcast_to(first_column, across),
+                    column_count=np.broadcast_to(column_count, across), row_position=row_position,
+                    column_position=column_position, row_border=row_border,
+                    column_border=np.full(len(y), column_border), row_table=y[:, None], column_table=x[:, None],
+                    column_reach=np.full(len(y), column_reach))
 
 
 def _table(values):

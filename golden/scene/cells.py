@@ -5,7 +5,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.scene import Scene
 
-__all__ = ["FINEST", "Cells", "balanced_cell", "patches_by_cell"]
+__all__ = ["FINEST", "Cells", "balanced_cell", "check_cell_size", "patches_by_cell"]
 
 # A patch also belongs to cells that it misses by up to this share of the scene's size, so that rounding in a traversal
 # misses no patch.
@@ -14,6 +14,18 @@ MARGIN_SHARE = 2.0**-30
 FINEST = 256
 # Candidate pairs of patch and cell per block.
 BLOCK = 1 << 20
+
+
+def check_cell_size(cell: float) -> None:
+    """A cell size, as a share of the scene box's longest side, is from 1/`FINEST` to 1.
+
+    Raises
+    ------
+    InputError
+        It is out of range.
+    """
+    if not 1 / FINEST <= cell <= 1:
+        raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
 
 
 class Cells:
@@ -47,8 +59,7 @@ class Cells:
 
     def __init__(self, scene: Scene, cell: float):
         lower, upper = scene.bounds
-        if not 1 / FINEST <= cell <= 1:
-            raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
+        check_cell_size(cell)
         self.margin = MARGIN_SHARE * scene.size
         self.size = cell * scene.size
         # The outermost patches may be exactly on the scene box: the margin keeps them, and rays to them, inside.
