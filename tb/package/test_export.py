@@ -1,5 +1,6 @@
 """Verilog of a component: initial values of memories survive being written as loops."""
 
+import gc
 import re
 
 import cocotb
@@ -132,3 +133,18 @@ async def zeros_until_written(dut):
 def test_zeros(simulator):
     simulate(Zeros(), "tb.package.test_export", ("zeros_until_written",), simulator=simulator,
              name=f"zeros-{simulator}")
+
+
+def test_no_garbage_is_collected_during_an_export():
+    collections = []
+
+    def count(phase, info):
+        collections.append((phase, info))
+
+    gc.callbacks.append(count)
+    try:
+        verilog_of(Rom(), "top")
+    finally:
+        gc.callbacks.remove(count)
+    assert gc.isenabled()
+    assert not collections
