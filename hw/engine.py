@@ -110,7 +110,7 @@ class Engine(wiring.Component):
         return m
 
     def _add_memory(self, m, port, preload, write, interface):
-        """Who reads and who writes; while units are reset what is owed is taken, and what is due is nothing."""
+        """The port's readers and writers; while units are reset, replies are accepted and no bytes are written."""
         formats = MemoryFormats(self._config)
         asked = formats.request(self._tag)
         reads = self._add_submodule("reads", Arbiter(asked, count=2))
@@ -201,7 +201,7 @@ class Engine(wiring.Component):
         m.d.comb += [registers.flits.eq(network.flits), registers.flit_stalls.eq(network.stalls)]
 
     def _add_results(self, m, registers, control, preload, write, result, clusters):
-        """Hits of the cluster whose turn it is; sums of all."""
+        """Hits of the selected cluster; sums of all."""
         formats = ControlFormats(self._config)
         present, before = Signal(formats.results), Signal(formats.results)
         with m.If(control.casting):

@@ -185,7 +185,7 @@ class Timed:
     rates, pipelines
         Of cell traversal.
     at_once
-        Subshells under way. Of those whose next shell may begin, the one goes on that could do so first.
+        Subshells in flight. Of those whose next shell may begin, the one that could do so first continues.
     lead
         Shells of a subshell that begin before the hits of the one before them are known; 0 is a barrier after each.
         Survival sees all hits that are known when a shell begins.
@@ -240,7 +240,7 @@ class Timed:
 
 
 def _overlap(spans) -> int:
-    """Cycles in which spans of two groups or more are under way."""
+    """Cycles in which spans of two groups or more are in flight."""
     events = sorted((time, change, group) for begin, end, group in spans for time, change in ((begin, 1), (end, -1)))
     under_way, total, last = Counter(), 0, 0
     for time, change, group in events:

@@ -27,7 +27,7 @@ class Frame:
 
 
 def frames(data: bytes) -> list[Frame]:
-    """All whole frames among bytes; what does not begin with the magic number, or has a wrong sum, is passed over."""
+    """All whole frames among bytes; what does not begin with the magic number, or has a wrong checksum, is skipped."""
     found, at = [], 0
     while (at := data.find(_MAGIC, at)) >= 0:
         kind, length = data[at + 4:at + 5], int.from_bytes(data[at + 5:at + HEADER_BYTES], "little")
@@ -50,7 +50,7 @@ def encode(frame: Frame) -> bytes:
 def results(given: list[Frame]) -> tuple[int, dict[str, np.ndarray]]:
     """Cycles of the last cast, and the regions that came with it.
 
-    Errors
+    Raises
     ------
     EngineError
         It has ended with one.

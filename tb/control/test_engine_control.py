@@ -60,7 +60,7 @@ class Around:
         return self.begun[before:]
 
     async def finish(self):
-        """Until nothing is under way."""
+        """Until nothing is in flight."""
         while any(self.left.values()) or self.status["stops"]:
             await self.step()
         await self.step()

@@ -1,8 +1,5 @@
-import pytest
-
 from tb.docs.language import forbidden_phrases
 from tb.docs.sentences import sample, sentences
-from tb.docs.test_language import UNCLEAN
 
 SEED = 22
 
@@ -19,7 +16,6 @@ def test_a_draw_is_repeatable():
     assert len(sample(SEED)) == 40
 
 
-@pytest.mark.skipif("docs" in UNCLEAN, reason="pages are not clean yet")
 def test_no_drawn_sentence_has_a_private_word():
     pattern = forbidden_phrases()
     assert not [(page, sentence) for page, sentence in sample(SEED) if pattern.search(sentence)]

@@ -22,7 +22,7 @@ from tb.formal.stream_rules import add_rules
 
 # Cycles from a write to its refusal.
 REFUSAL = 4
-# Room for a sweep and for writes under way.
+# Cycles for a sweep and for writes in flight.
 CLOSING = 6
 
 

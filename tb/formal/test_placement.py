@@ -18,7 +18,7 @@ class PlacementRule(wiring.Component):
     """Answers come in order, one for each request, with the hits and the lines of the rule.
 
     The rule is that of golden, one request after the other, each at once. It is asked when an answer comes: the key
-    goes along as the tag.
+    is the tag.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ DEPTH = 2
 # what came in at one without could never leave.
 NETWORKS = {"end": ("hypercube", 2, 0, 2), "midst": ("mesh", 3, 1, 1)}
 # Cycles without a flit from a queue that has some, with neighbours that give a place back at once. In turn there is a
-# bound where an output has one channel: with two a queue is passed over if its channel has no place just then.
+# bound where an output has one channel: with two a queue is skipped while its channel has no credit.
 IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
 PATIENCE = {("midst", IN_TURN): 6, ("midst", BY_AGE): 7, ("end", BY_AGE): 4}
 

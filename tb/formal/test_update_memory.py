@@ -63,7 +63,7 @@ class Nearest(wiring.Component):
 
 
 def make(kind=UpdateMemory, depth=3):
-    # The operand goes along, so that the new row can be told.
+    # The operand is the tag too, so that the new row is known.
     return kind(2, depth=depth, operand=OPERAND, tag=OPERAND, change=nearest)
 
 

@@ -71,7 +71,7 @@ def check_block(make: Callable, vectors: Callable[[Config], Vectors], *, interva
     items_per_result
         Inputs of one output; the latency counts from the last one.
     more
-        Names in the docstring's formula that are no knobs.
+        Names in the docstring's formula that are no parameters of the configuration.
     """
     for changes in variants:
         config = config_of(changes)
@@ -257,7 +257,7 @@ async def every_pair_of_stalls(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of what was under way comes out after a reset, and what comes then is right."""
+    """Nothing that was in flight comes out after a reset, and what comes then is right."""
     given, *_ = cases = _cases()
     await start(dut, cycles=_cycles(cases, 2))
     bench = _Bench(dut, given)

@@ -133,7 +133,7 @@ async def every_pair_of_stalls(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of what was under way comes out after a reset, and what comes then is right."""
+    """Nothing that was in flight comes out after a reset, and what comes then is right."""
     await start(dut, cycles=100_000)
     bench = _Bench(dut)
     await bench.prepare()

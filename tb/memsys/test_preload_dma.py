@@ -182,7 +182,7 @@ def broken_images(data):
     return [
         ("magic", with_value(0, 1), "cells", Fault.IMAGE, None),
         ("version", with_value(4, 7), "cells", Fault.IMAGE, None),
-        ("crooked", with_value(entry("cells", "offset"), offsets["cells"] + 8, "<u8"), "cells", Fault.REGION, None),
+        ("misaligned", with_value(entry("cells", "offset"), offsets["cells"] + 8, "<u8"), "cells", Fault.REGION, None),
         ("beyond", with_value(entry("rows", "offset"), len(data), "<u8"), "cells", Fault.REGION, None),
         ("far beyond", with_value(entry("rows", "offset"), 1 << 60, "<u8"), "cells", Fault.REGION, None),
         ("long", with_value(entry("shells", "count"), 1 << 20, "<u8"), "cells", Fault.REGION, None),
@@ -280,7 +280,7 @@ async def reset_in_flight(dut):
 async def a_word_per_cycle(dut):
     """Within a region, and with sixteen patches.
 
-    A burst goes on when all of it has come. A region that begins in the midst of a burst's stretch has a short one
+    A burst goes on when all of it has come. A region that begins within a burst's stretch has a short one
     first, after which the next, longer one may be awaited.
     """
     await start(dut, cycles=50_000)

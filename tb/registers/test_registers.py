@@ -141,7 +141,7 @@ async def everything_at_random(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """What was under way is gone, and registers hold what they did at first."""
+    """What was in flight is gone, and registers hold what they did at first."""
     dut.said.value = dut.wide.value = 0
     await start(dut, cycles=20_000)
     bench = Bench(dut, seed=options()["seed"])

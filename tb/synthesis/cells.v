@@ -245,7 +245,7 @@ module DP16KD(
     DOB1, DOB0} = DATA_WIDTH_B == 36 ? given_b[35:18] : given_b[17:0];
 endmodule
 
-// What is given to it, in the network of clocks.
+// What is given to it, on the global network.
 module DCCA(input CLKI, output CLKO);
     assign CLKO = CLKI;
 endmodule

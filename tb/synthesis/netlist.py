@@ -31,7 +31,7 @@ def netlist_header(netlist: Path, folder: Path) -> dict[str, dict]:
     dict
         The ports by name, as the netlist has them.
 
-    Errors
+    Raises
     ------
     ValueError
         There is a cell of another kind, or one is set in another way than the models know.
