@@ -171,43 +171,49 @@ def wrong(frusta, *, parts=1):
     return sum(frustum.differing(sectors=halves(frustum.record, parts)) > 0 for frustum in frusta)
 
 
-HEMISPHERES = [speckled_frustum(seed) for seed in range(1, 48, 2)]
-SCREENS = [speckled_frustum(seed) for seed in range(0, 48, 2)]
+@pytest.fixture(scope="module")
+def hemispheres():
+    return [speckled_frustum(seed) for seed in range(1, 48, 2)]
 
 
-def test_without_the_angle_hits_of_hemispheres_are_lost(margin):
+@pytest.fixture(scope="module")
+def screens():
+    return [speckled_frustum(seed) for seed in range(0, 48, 2)]
+
+
+def test_without_the_angle_hits_of_hemispheres_are_lost(margin, hemispheres):
     margin(angle=lambda shell: 0.0)
-    assert wrong(HEMISPHERES[:6])
+    assert wrong(hemispheres[:6])
 
 
-def test_without_the_rows_below_the_horizon_hits_are_lost(margin):
+def test_without_the_rows_below_the_horizon_hits_are_lost(margin, hemispheres):
     margin(horizon=lambda shell: 0.0)
-    assert wrong(HEMISPHERES)
+    assert wrong(hemispheres)
 
 
-def test_without_the_rays_past_a_sector_border_hits_are_lost(margin):
+def test_without_the_rays_past_a_sector_border_hits_are_lost(margin, hemispheres):
     margin(sector_angle=lambda shell: 0.0)
-    assert wrong(HEMISPHERES, parts=4)
+    assert wrong(hemispheres, parts=4)
 
 
-def test_without_the_rays_past_a_screen_sector_border_hits_are_lost(margin):
+def test_without_the_rays_past_a_screen_sector_border_hits_are_lost(margin, screens):
     margin(screen_sector_reach=lambda shell, half, step, slope_scale: 0.0)
-    assert wrong(SCREENS, parts=4)
+    assert wrong(screens, parts=4)
 
 
-def test_without_the_rays_past_a_screen_border_hits_are_lost(margin):
+def test_without_the_rays_past_a_screen_border_hits_are_lost(margin, screens):
     margin(screen_border=lambda shell, half, slope_scale: 0.0)
-    assert wrong(SCREENS)
+    assert wrong(screens)
 
 
-def test_without_the_reach_around_pixels_hits_are_lost(margin):
+def test_without_the_reach_around_pixels_hits_are_lost(margin, screens):
     margin(screen_reach=lambda shell, half, step, slope_scale: step / 2)
-    assert wrong(SCREENS)
+    assert wrong(screens)
 
 
-def test_without_the_depth_hits_of_screens_are_lost(margin):
+def test_without_the_depth_hits_of_screens_are_lost(margin, screens):
     margin(depth=lambda shell: 0.0)
-    assert wrong(SCREENS)
+    assert wrong(screens)
 
 
 def directed(seeds, rows, count):
