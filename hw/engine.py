@@ -1,5 +1,8 @@
 """Engine: clusters, their networks and bus, registers, and the port of main memory."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -34,6 +37,25 @@ __all__ = ["CLUSTER", "Engine"]
 
 # The module of a cluster where clusters are black boxes.
 CLUSTER = "radiosity_cluster"
+# Of reads of main memory; the last one is the preload DMA's.
+TAGS = READERS + 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Blocks:
+    """The blocks of an engine; ``add`` adds one more that a stop resets."""
+
+    registers: Registers
+    control: EngineControl
+    port: MainMemoryPort
+    preload: PreloadDma
+    write: WriteDma
+    load: LoadControl
+    result: ResultControl
+    bus: LocalBus
+    interface: SystemBusInterface
+    clusters: list[Cluster | BlackBox]
+    add: Callable
 
 
 class Engine(wiring.Component):
@@ -79,77 +101,78 @@ class Engine(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config, nodes = self._config, self._config.noc.nodes
-        # The last tag is the preload DMA's.
-        tag = range(READERS + 1)
         m.submodules.registers = registers = Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)
         m.submodules.control = control = EngineControl(config=config)
-        m.submodules.port = port = MainMemoryPort(config=config, tag=tag)
-        self._stops, self._tag = control.stops, tag
+        m.submodules.port = port = MainMemoryPort(config=config, tag=range(TAGS))
 
         def add(name, component):
             m.submodules[name] = ResetInserter(control.stops)(component)
             return component
 
-        self._add_submodule = add
-        preload, write = add("preload", PreloadDma(config=config)), add("write", WriteDma(config=config))
-        load, result = add("load", LoadControl(config=config)), add("result", ResultControl(config=config))
-        bus = add("bus", LocalBus(config=config, clusters=nodes))
-        interface = add("interface", SystemBusInterface(config=config, policies=self._policies))
-        clusters = []
-        for number in range(nodes):
-            cluster = (BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
-                       else Cluster(config=config))
+        blocks = _Blocks(
+            registers=registers, control=control, port=port, add=add, preload=add("preload", PreloadDma(config=config)),
+            write=add("write", WriteDma(config=config)), load=add("load", LoadControl(config=config)),
+            result=add("result", ResultControl(config=config)), bus=add("bus", LocalBus(config=config, clusters=nodes)),
+            interface=add("interface", SystemBusInterface(config=config, policies=self._policies)),
+            clusters=[BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
+                      else Cluster(config=config) for _ in range(nodes)])
+        for number, cluster in enumerate(blocks.clusters):
             m.submodules[f"cluster_{number}"] = cluster
             m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops)]
-            clusters.append(cluster)
-        self._add_memory(m, port, preload, write, interface)
-        self._add_load(m, registers, control, preload, load, interface, clusters)
-        self._add_cast(m, registers, control, clusters, bus, interface)
-        self._add_results(m, registers, control, preload, write, result, clusters)
-        self._add_registers(m, registers, control, port, load, result, interface, clusters)
+        self._add_reads(m, blocks)
+        self._add_writes(m, blocks)
+        self._add_load(m, blocks)
+        self._add_cast(m, blocks)
+        self._add_results(m, blocks)
+        self._add_registers(m, blocks)
+        self._add_counters(m, blocks)
         return m
 
-    def _add_memory(self, m, port, preload, write, interface):
-        """The port's readers and writers; while units are reset, replies are accepted and no bytes are written."""
-        formats = MemoryFormats(self._config)
-        asked = formats.request(self._tag)
-        reads = self._add_submodule("reads", Arbiter(asked, count=2))
-        for request, tag, given in ((interface.o_request, interface.o_request.payload.tag, reads.i[0]),
-                                    (preload.o_request, READERS, reads.i[1])):
+    def _add_reads(self, m, blocks):
+        """Reads of the caches and of the preload DMA; during a stop replies are discarded."""
+        port, preload, interface, stops = blocks.port, blocks.preload, blocks.interface, blocks.control.stops
+        reads = blocks.add("reads", Arbiter(MemoryFormats(self._config).request(range(TAGS)), count=2))
+        for request, tag, merged in ((interface.o_request, interface.o_request.payload.tag, reads.i[0]),
+                                     (preload.o_request, READERS, reads.i[1])):
             m.d.comb += [
-                given.valid.eq(request.valid), request.ready.eq(given.ready), given.payload.tag.eq(tag),
-                *(given.payload[name].eq(request.payload[name]) for name in ("address", "length"))]
-        m.d.comb += [port.i_read.valid.eq(reads.o.valid & ~self._stops), reads.o.ready.eq(port.i_read.ready),
+                merged.valid.eq(request.valid), request.ready.eq(merged.ready), merged.payload.tag.eq(tag),
+                *(merged.payload[name].eq(request.payload[name]) for name in ("address", "length"))]
+        m.d.comb += [port.i_read.valid.eq(reads.o.valid & ~stops), reads.o.ready.eq(port.i_read.ready),
                      port.i_read.payload.eq(reads.o.payload.item)]
-        came, is_preload = port.o_read, Signal()
-        m.d.comb += [is_preload.eq(came.payload.tag == READERS),
-                     came.ready.eq(Mux(is_preload, preload.i_reply.ready, interface.i_reply.ready) | self._stops)]
+        beat, is_preload = port.o_read, Signal()
+        m.d.comb += [is_preload.eq(beat.payload.tag == READERS),
+                     beat.ready.eq(Mux(is_preload, preload.i_reply.ready, interface.i_reply.ready) | stops),
+                     interface.i_reply.payload.tag.eq(beat.payload.tag)]
         for reply, mine in (preload.i_reply, is_preload), (interface.i_reply, ~is_preload):
-            m.d.comb += [reply.valid.eq(came.valid & mine & ~self._stops),
-                         *(reply.payload[name].eq(came.payload[name]) for name in ("data", "last", "error"))]
-        m.d.comb += interface.i_reply.payload.tag.eq(came.payload.tag)
-        m.d.comb += [
-            port.i_write.valid.eq(write.o_request.valid & ~self._stops), write.o_request.ready.eq(port.i_write.ready),
-            *(port.i_write.payload[name].eq(write.o_request.payload[name]) for name in ("address", "length")),
-            port.i_write_data.valid.eq(write.o_data.valid | self._stops),
-            write.o_data.ready.eq(port.i_write_data.ready),
-            port.i_write_data.payload.data.eq(write.o_data.payload.data),
-            port.i_write_data.payload.strobe.eq(Mux(self._stops, 0, write.o_data.payload.strobe)),
-            write.i_written.valid.eq(port.o_written.valid & ~self._stops),
-            port.o_written.ready.eq(write.i_written.ready | self._stops),
-            write.i_written.payload.error.eq(port.o_written.payload.error)]
+            m.d.comb += [reply.valid.eq(beat.valid & mine & ~stops),
+                         *(reply.payload[name].eq(beat.payload[name]) for name in ("data", "last", "error"))]
         wiring.connect(m, port.axi, wiring.flipped(self.axi))
 
-    def _add_load(self, m, registers, control, preload, load, interface, clusters):
-        """Words to the clusters; what the scene is, and where."""
+    def _add_writes(self, m, blocks):
+        """Writes of the write DMA; during a stop outstanding beats are sent without any byte enabled."""
+        port, write, stops = blocks.port, blocks.write, blocks.control.stops
+        m.d.comb += [
+            port.i_write.valid.eq(write.o_request.valid & ~stops), write.o_request.ready.eq(port.i_write.ready),
+            *(port.i_write.payload[name].eq(write.o_request.payload[name]) for name in ("address", "length")),
+            port.i_write_data.valid.eq(write.o_data.valid | stops), write.o_data.ready.eq(port.i_write_data.ready),
+            port.i_write_data.payload.data.eq(write.o_data.payload.data),
+            port.i_write_data.payload.strobe.eq(Mux(stops, 0, write.o_data.payload.strobe)),
+            write.i_written.valid.eq(port.o_written.valid & ~stops),
+            port.o_written.ready.eq(write.i_written.ready | stops),
+            write.i_written.payload.error.eq(port.o_written.payload.error)]
+
+    def _add_load(self, m, blocks):
+        """Words to the clusters; numbers and addresses of the scene."""
+        registers, control, preload = blocks.registers, blocks.control, blocks.preload
+        load, interface, clusters = blocks.load, blocks.interface, blocks.clusters
         wiring.connect(m, load.o_command, preload.i)
         wiring.connect(m, preload.o_done, load.i_done)
         wiring.connect(m, preload.o, load.i_word)
-        words = self._add_submodule("words", Fork(load.o_word.payload.shape(), count=len(clusters)))
-        held = self._add_submodule("held", SkidBuffer(load.o_word.payload.shape()))
+        words = blocks.add("words", Fork(load.o_word.payload.shape(), count=len(clusters)))
+        held = blocks.add("held", SkidBuffer(load.o_word.payload.shape()))
         wiring.connect(m, load.o_word, held.i)
         wiring.connect(m, held.o, words.i)
-        # Registers, as clusters are far away. A word is in one of the terms in each cycle until all have stored it.
+        # Registered: the clusters are far away. Until all have stored it a word keeps one of the terms at 1.
         was_held, was_loading = Signal(), Signal()
         m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(sum(cluster.loads for cluster in clusters).any())]
         m.d.comb += [
@@ -157,21 +180,21 @@ class Engine(wiring.Component):
             load.i.valid.eq(control.loading), load.i.payload.image.eq(registers.image),
             load.i.payload.regions.eq(registers.regions), control.loads.eq(load.busy)]
         scene, takes = interface.scene, Signal()
-        places = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
+        tables = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
         with m.If(control.loading):
             m.d.sync += takes.eq(registers.regions[RegionNumber.CELLS.value])
         kept_scene, kept_bases = Signal.like(scene), Signal.like(interface.bases)
-        # Known from the header on, and the same until the next load of cells.
+        # Known after the header, and stable until the next load of cells.
         with m.If(load.busy & takes):
             m.d.sync += [
-                *(kept_scene[name].eq(place["count"]) for name, place in places.items()),
-                *(kept_bases[name].eq(place.address) for name, place in places.items())]
+                *(kept_scene[name].eq(table["count"]) for name, table in tables.items()),
+                *(kept_bases[name].eq(table.address) for name, table in tables.items())]
         m.d.comb += [scene.eq(kept_scene), interface.bases.eq(kept_bases)]
-        # The caches are emptied after each load of cells; nobody asks them before.
+        # The caches are emptied after each load of cells; there is no request before.
         empties = Signal()
         with m.If(load.o_over.valid & takes):
             m.d.sync += empties.eq(1)
-        with m.Elif(interface.i_invalidate.ready | self._stops):
+        with m.Elif(interface.i_invalidate.ready | control.stops):
             m.d.sync += empties.eq(0)
         m.d.comb += [interface.i_invalidate.valid.eq(empties),
                      interface.i_invalidate.payload.eq(CachePolicy(registers.policy))]
@@ -179,8 +202,10 @@ class Engine(wiring.Component):
             wiring.connect(m, word, cluster.i_word)
             m.d.comb += cluster.scene.eq(kept_scene)
 
-    def _add_cast(self, m, registers, control, clusters, bus, interface):
+    def _add_cast(self, m, blocks):
         """Clusters, bus and network."""
+        registers, control = blocks.registers, blocks.control
+        bus, interface, clusters = blocks.bus, blocks.interface, blocks.clusters
         wiring.connect(m, bus.o_request, interface.i_request)
         for kind in range(2):
             wiring.connect(m, interface.o_reply[kind], bus.i_reply[kind])
@@ -189,9 +214,9 @@ class Engine(wiring.Component):
             wiring.connect(m, bus.o_reply[number], cluster.i_bus)
             m.d.comb += [cluster.i_cast.valid.eq(control.casting), cluster.clear.eq(control.clear)]
         if len(clusters) == 1:
-            # There is nobody to ask, and nobody who asks.
+            # There is no other cluster.
             return
-        network = self._add_submodule("network", PatchNetwork(config=self._config))
+        network = blocks.add("network", PatchNetwork(config=self._config))
         for number, cluster in enumerate(clusters):
             wiring.connect(m, cluster.o_request, network.i_request[number])
             wiring.connect(m, network.o_reply[number], cluster.i_reply)
@@ -200,8 +225,10 @@ class Engine(wiring.Component):
             m.d.comb += control.networks[number].eq(network.fault[number])
         m.d.comb += [registers.flits.eq(network.flits), registers.flit_stalls.eq(network.stalls)]
 
-    def _add_results(self, m, registers, control, preload, write, result, clusters):
-        """Hits of the selected cluster; sums of all."""
+    def _add_results(self, m, blocks):
+        """Hits of one cluster after the other; sums of all."""
+        registers, control, preload = blocks.registers, blocks.control, blocks.preload
+        write, result, clusters = blocks.write, blocks.result, blocks.clusters
         formats = ControlFormats(self._config)
         present, before = Signal(formats.results), Signal(formats.results)
         with m.If(control.casting):
@@ -215,13 +242,13 @@ class Engine(wiring.Component):
             result.total.eq(registers.total), result.results.eq(Mux(is_earlier, before, present))]
         with m.If(control.writing):
             m.d.sync += is_earlier.eq(earlier)
-        hits = self._add_submodule("hits", SkidBuffer(write.i_hit.payload.shape()))
-        asks = self._add_submodule("asks", Fork(result.o_sums.payload.shape(), count=len(clusters)))
-        sums = self._add_submodule("sums", SumMerge(config=self._config, count=len(clusters)))
-        wiring.connect(m, result.o_sums, asks.i)
+        hits = blocks.add("hits", SkidBuffer(write.i_hit.payload.shape()))
+        requests = blocks.add("asks", Fork(result.o_sums.payload.shape(), count=len(clusters)))
+        sums = blocks.add("sums", SumMerge(config=self._config, count=len(clusters)))
+        wiring.connect(m, result.o_sums, requests.i)
         wiring.connect(m, sums.o, write.i_sum)
         for number, cluster in enumerate(clusters):
-            wiring.connect(m, asks.o[number], cluster.i_sums)
+            wiring.connect(m, requests.o[number], cluster.i_sums)
             wiring.connect(m, cluster.o_sum, sums.i[number])
             m.d.comb += [result.sections[number].eq(Mux(is_earlier, cluster.sections[1], cluster.sections[0])),
                          cluster.i_read_out.payload.eq(result.o_read_out.payload)]
@@ -242,8 +269,10 @@ class Engine(wiring.Component):
             *(command[name].eq(result.o_command.payload[name]) for name in command.shape().members)]
         wiring.connect(m, write.o_done, result.i_done)
 
-    def _add_registers(self, m, registers, control, port, load, result, interface, clusters):
-        """What the host says and reads."""
+    def _add_registers(self, m, blocks):
+        """Commands and numbers of the host, and what it reads."""
+        registers, control, port = blocks.registers, blocks.control, blocks.port
+        load, result, interface, clusters = blocks.load, blocks.result, blocks.interface, blocks.clusters
         wiring.connect(m, wiring.flipped(self.host), registers.host)
         m.d.comb += [
             control.i_command.valid.eq(registers.command.valid),
@@ -268,11 +297,13 @@ class Engine(wiring.Component):
         with m.Elif(control.casts):
             m.d.sync += registers.cycles.eq(registers.cycles + 1)
 
-        # Counters: asked of all clusters, the one that is meant answers.
-        place, waits = Signal.like(registers.o_window.payload), Signal(range(CounterChoice.latency + 2))
-        number = place[COUNTER_BITS:]
+    def _add_counters(self, m, blocks):
+        """Counters: all clusters look up the number, one of them replies."""
+        registers, clusters = blocks.registers, blocks.clusters
+        counter, waits = Signal.like(registers.o_window.payload), Signal(range(CounterChoice.latency + 2))
+        number = counter[COUNTER_BITS:]
         for cluster in clusters:
-            m.d.comb += cluster.counter.eq(place[:COUNTER_BITS])
+            m.d.comb += cluster.counter.eq(counter[:COUNTER_BITS])
         m.d.comb += [
             registers.o_window.ready.eq(waits == 0), registers.i_window.valid.eq(waits == 1),
             registers.i_window.payload.eq(Array([
@@ -282,4 +313,4 @@ class Engine(wiring.Component):
         with m.Elif((waits == 1) & registers.i_window.ready):
             m.d.sync += waits.eq(0)
         with m.If(registers.o_window.valid & registers.o_window.ready):
-            m.d.sync += [place.eq(registers.o_window.payload), waits.eq(CounterChoice.latency + 1)]
+            m.d.sync += [counter.eq(registers.o_window.payload), waits.eq(CounterChoice.latency + 1)]
