@@ -1,1 +1,1 @@
-"""What joins the units: loading, casting, writing, and what goes wrong."""
+"""Control between the units: loads, casts, results, and errors."""

@@ -1,1 +1,1 @@
-"""The memory unit of a cluster: what is written once and waited for, what has been asked for already."""
+"""The memory system of a cluster, its caches, and the port of main memory."""

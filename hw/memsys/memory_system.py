@@ -110,13 +110,13 @@ class MemorySystem(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, PathFormats(config)
         formats, icu = self._formats, Formats(config)
-        self._icu, asked = icu, stream.Signature(formats.remote_request)
+        self._icu, request = icu, stream.Signature(formats.remote_request)
         super().__init__({
             **{f"i_load_{name}": In(stream.Signature(getattr(formats, load), always_ready=True))
                for name, load in LOADS.items()},
             "scene": In(formats.scene), "cluster": In(formats.cluster), "i_start": In(stream.Signature(0)),
             "i_cell": In(stream.Signature(icu.cell)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
-            "o_request": Out(asked), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_remote": In(asked),
+            "o_request": Out(request), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_remote": In(request),
             "o_remote": Out(stream.Signature(formats.remote_reply)),
             "o_bus": Out(stream.Signature(formats.request)),
             "i_bus": In(stream.Signature(formats.bus_reply, always_ready=True)),

@@ -64,14 +64,14 @@ class VertexMerge(wiring.Component):
         m = Module()
         m.submodules.turns = turns = LongestWaiting(count=self._count)
         busy, chosen, index = Signal(), Signal(range(self._count)), Signal(range(VERTICES))
-        moves, ends, asks, free = Signal(), Signal(), Signal(self._count), Signal()
+        moves, ends, eligible, free = Signal(), Signal(), Signal(self._count), Signal()
         m.d.comb += [moves.eq(self.o.valid & self.o.ready), ends.eq(moves & (index == VERTICES - 1)),
-                     free.eq(~busy | ends), turns.request.eq(asks), turns.eligible.eq(asks),
-                     turns.accept.eq(free & asks.any())]
+                     free.eq(~busy | ends), turns.request.eq(eligible), turns.eligible.eq(eligible),
+                     turns.accept.eq(free & eligible.any())]
         with m.If(moves):
             m.d.sync += index.eq(index + 1)
         with m.If(free):
-            m.d.sync += busy.eq(asks.any())
+            m.d.sync += busy.eq(eligible.any())
         queues = []
         for k, source in enumerate(self.i):
             m.submodules[f"queue_{k}"] = queue = Queue(self._vertex, depth=VERTICES * self._patches)
@@ -79,13 +79,13 @@ class VertexMerge(wiring.Component):
             wiring.connect(m, wiring.flipped(source), queue.i)
             # Patches that have arrived in full and have not been granted.
             place, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
-            enters, goes = Signal(), Signal()
-            m.d.comb += [enters.eq(source.valid & source.ready), goes.eq(free & turns.grant[k]),
-                         asks[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
+            enters, granted = Signal(), Signal()
+            m.d.comb += [enters.eq(source.valid & source.ready), granted.eq(free & turns.grant[k]),
+                         eligible[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
             with m.If(enters):
                 m.d.sync += place.eq(place + 1)
-            m.d.sync += whole.eq(whole + (enters & (place == VERTICES - 1)) - goes)
-            with m.If(goes):
+            m.d.sync += whole.eq(whole + (enters & (place == VERTICES - 1)) - granted)
+            with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):
             for k, queue in enumerate(queues):

@@ -1,1 +1,1 @@
-"""The registers: what the host says to the machine and the machine to the host."""
+"""The registers of the machine, and their table."""
