@@ -99,38 +99,11 @@ class SquareScan(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         bits, side = square_bits(self._config, self._level), 1 << SIDE_BITS
-        lanes, code = side * side, self._formats.settle
-        m.submodules.memory = memory = Memory(shape=ArrayLayout(code, lanes), init=[],
-                                              depth=words(self._config, self._level))
-
-        def word(value):
-            """Of a column or a row of rays."""
-            return Cat(value, Const(0, 16))[bits + SIDE_BITS:][:self._place]
+        lanes, word = side * side, self._word
+        read, address = self._add_squares(m)
 
         def lane(value):
             return Cat(value, Const(0, 16))[bits:bits + SIDE_BITS]
-
-        # Words of a row of words, rounded up to a power of two.
-        last_word, shift = Signal(self._place), Signal(range(self._place + 1))
-        m.d.sync += last_word.eq(word((self.columns - 1)[:len(self.columns)]))
-        with m.If(last_word == 0):
-            m.d.sync += shift.eq(0)
-        for bit in range(self._place):
-            with m.If(last_word[bit] & ~last_word[bit + 1:].any()):
-                m.d.sync += shift.eq(bit + 1)
-
-        def address(column, row):
-            return ((row << shift) | column)[:len(read.addr)]
-
-        read, write = memory.read_port(), memory.write_port(granularity=1)
-        given, writes = self.i_square.payload, Signal()
-        m.d.sync += [
-            writes.eq(self.i_square.valid),
-            write.addr.eq(address(given.column[SIDE_BITS:], given.row[SIDE_BITS:])),
-            write.data.eq(Cat(given.code for _ in range(lanes)))]
-        chosen = Signal(range(lanes))
-        m.d.sync += chosen.eq(Cat(given.column[:SIDE_BITS], given.row[:SIDE_BITS]))
-        m.d.comb += write.en.eq(Mux(writes, 1 << chosen, 0))
 
         moves, ends, done = Signal(), Signal(), Signal()
         valid = [Signal(name=f"valid_{stage}") for stage in range(STAGES)]
@@ -198,3 +171,33 @@ class SquareScan(wiring.Component):
                 m.d.sync += [held.column.eq(word(fetched.extent.column_first)), held.second.eq(0),
                              held.row.eq(fetched.row + 1)]
         return m
+
+    def _word(self, value):
+        """The word of a column or a row of rays."""
+        return Cat(value, Const(0, 16))[square_bits(self._config, self._level) + SIDE_BITS:][:self._place]
+
+    def _add_squares(self, m):
+        """The memory of the codes: its read port, and the address of a word."""
+        lanes = 1 << 2 * SIDE_BITS
+        m.submodules.memory = memory = Memory(shape=ArrayLayout(self._formats.settle, lanes), init=[],
+                                              depth=words(self._config, self._level))
+        # Words of a row of words, rounded up to a power of two.
+        last_word, shift = Signal(self._place), Signal(range(self._place + 1))
+        m.d.sync += last_word.eq(self._word((self.columns - 1)[:len(self.columns)]))
+        with m.If(last_word == 0):
+            m.d.sync += shift.eq(0)
+        for bit in range(self._place):
+            with m.If(last_word[bit] & ~last_word[bit + 1:].any()):
+                m.d.sync += shift.eq(bit + 1)
+        read, write = memory.read_port(), memory.write_port(granularity=1)
+
+        def address(column, row):
+            return ((row << shift) | column)[:len(read.addr)]
+
+        given, writes, chosen = self.i_square.payload, Signal(), Signal(range(lanes))
+        m.d.sync += [
+            writes.eq(self.i_square.valid), chosen.eq(Cat(given.column[:SIDE_BITS], given.row[:SIDE_BITS])),
+            write.addr.eq(address(given.column[SIDE_BITS:], given.row[SIDE_BITS:])),
+            write.data.eq(Cat(given.code for _ in range(lanes)))]
+        m.d.comb += write.en.eq(Mux(writes, 1 << chosen, 0))
+        return read, address
