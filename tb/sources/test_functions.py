@@ -5,14 +5,9 @@ from tb.sources.source_trees import functions, source_trees
 MOST = 100
 ONE_LIST = "one pipeline, stage by stage; cut into methods it would pass its signals through attributes"
 REASONS = {
-    "hw/ctu/ray_memory.py: RayMemory.elaborate": ONE_LIST,
-    "hw/ctu/ray_traversal.py: RayTraversal.elaborate": "one netlist: submodules, then the streams between them",
     "hw/ctu/row_pieces.py: RowPieces.elaborate": ONE_LIST,
     "hw/ctu/square_scan.py: SquareScan.elaborate": ONE_LIST,
-    "hw/ctu/stage_rows.py: StageRows.elaborate": ONE_LIST,
     "hw/icu/intersection_unit.py: IntersectionUnit.elaborate": "one netlist: submodules, then the streams between them",
-    "hw/icu/patch_setup.py: PatchSetup.elaborate": "one netlist: submodules, then the streams between them",
-    "hw/icu/sbb.py: Sbb.__init__": ONE_LIST,
     "hw/memsys/istructure.py: IStructure.elaborate": ONE_LIST,
     "hw/memsys/preload_dma.py: PreloadDma.elaborate": ONE_LIST,
 }
