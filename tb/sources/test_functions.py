@@ -6,7 +6,6 @@ MOST = 100
 ONE_LIST = "one pipeline, stage by stage; cut into methods it would pass its signals through attributes"
 REASONS = {
     "hw/ctu/row_pieces.py: RowPieces.elaborate": ONE_LIST,
-    "hw/ctu/square_scan.py: SquareScan.elaborate": ONE_LIST,
     "hw/icu/intersection_unit.py: IntersectionUnit.elaborate": "one netlist: submodules, then the streams between them",
     "hw/memsys/istructure.py: IStructure.elaborate": ONE_LIST,
     "hw/memsys/preload_dma.py: PreloadDma.elaborate": ONE_LIST,
