@@ -300,5 +300,5 @@ async def a_group_per_cycle(dut):
 
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
-    simulate(make(CONFIG), MODULE, ("every_pair_of_pauses", "reset_in_flight", "a_group_per_cycle"),
+    simulate(make(CONFIG), MODULE, ("every_pair_of_stalls", "reset_in_flight", "a_group_per_cycle"),
              simulator=simulator, name=f"ct-ray-generator-{simulator}")
