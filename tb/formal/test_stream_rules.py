@@ -8,7 +8,6 @@ from hw.icu.window_walk import WindowWalk
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
 from hw.lib.fork import Fork
-from hw.lib.join import Join
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from tb.formal.negative_control import NegativeControl
@@ -19,7 +18,6 @@ SMALL = {
     "queue": lambda: Queue(2, depth=3),
     "skid_buffer": lambda: SkidBuffer(2),
     "fork": lambda: Fork(2, count=3),
-    "join": lambda: Join({"a": 2, "b": 2}),
     "round_robin": lambda: Arbiter(2, count=3),
     "longest_waiting": lambda: Arbiter(2, count=3, policy=ArbiterPolicy.LONGEST_WAITING),
 }

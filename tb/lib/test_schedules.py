@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
 from hw.lib.fork import Fork
-from hw.lib.join import Join
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from tb.formal.negative_control import NegativeControl
@@ -57,24 +56,6 @@ def test_fork():
     @given(schedules({"i": payloads(SHAPE)}, outputs))
     def run(schedule):
         assert bench.run(schedule) == dict.fromkeys(outputs, schedule.values("i"))
-
-    run()
-
-
-def test_join():
-    bench = ScheduleBench(Join({"a": SHAPE, "b": 3}), ["i_a", "i_b"], ["o"])
-
-    @SETTINGS
-    @given(schedules({"i_a": st.tuples(payloads(SHAPE), payloads(3))}, ["o"]),
-           st.lists(st.integers(0, 9), max_size=20))
-    def run(drawn, gaps):
-        """As many items of both inputs, with gaps of their own."""
-        pairs = drawn.values("i_a")
-        gaps = [*gaps, *[0] * len(pairs)]
-        schedule = Schedule(stalls=drawn.stalls, items={
-            "i_a": [(idle, a) for idle, (a, _) in drawn.items["i_a"]],
-            "i_b": [(idle, b) for idle, (_, b) in zip(gaps, pairs, strict=False)]})
-        assert bench.run(schedule) == {"o": [{"a": a, "b": b} for a, b in pairs]}
 
     run()
 

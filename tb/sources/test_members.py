@@ -20,7 +20,7 @@ UNFINISHED = {"hw/memsys/deferred_store.py", "hw/memsys/istructure.py"}
 # Its members are those of the component that it stands for.
 GENERIC = {"hw/lib/black_box.py"}
 # Components that no preset makes.
-UNUSED = {"hw.lib.join.Join", "hw.synthesis.scan_harness.ScanHarness"}
+UNUSED = {"hw.synthesis.scan_harness.ScanHarness"}
 
 
 def sections(cls):
