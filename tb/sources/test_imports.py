@@ -25,6 +25,11 @@ TABLES = {
     "golden.noc.routing": {"Routing", "check_deadlock_free", "route"},
     "golden.noc.topology": {"Topology"},
 }
+# Packages of golden that only drivers, the simulated machine and the commands of hw need.
+WHOLE_MODEL = {"golden.cast", "golden.commands", "golden.light", "golden.scene", "golden.schedule"}
+DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board/")
+# Blocks whose components import golden's numbers through one file, the list of what hardware and model must agree on.
+BLOCK_TABLES = {"icu": {"hw/icu/icu_tables.py"}, "lib": {"hw/lib/cordic.py"}, "noc": {"hw/noc/noc_tables.py"}}
 
 
 def component_files():
@@ -54,3 +59,16 @@ def test_components_take_configuration_and_constants_from_golden():
 
 def test_the_check_sees_components():
     assert len(list(component_files())) > 80
+
+
+def test_hardware_needs_no_caster_scene_or_scheduler():
+    wrong = [f"{path}: {module}" for path, tree in source_trees("hw").items() if not path.startswith(DRIVERS)
+             for module, name in imports(tree) if {".".join(module.split(".")[:2]), f"{module}.{name}"} & WHOLE_MODEL]
+    assert not wrong
+
+
+@pytest.mark.parametrize("block", BLOCK_TABLES)
+def test_components_import_golden_numbers_through_tables(block):
+    found = {path for path, tree in source_trees(f"hw/{block}").items() for module, _ in imports(tree)
+             if module.startswith("golden.") and not module.startswith("golden.config")}
+    assert found <= BLOCK_TABLES[block]
