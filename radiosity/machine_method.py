@@ -20,16 +20,15 @@ _MEMORY = (
     click.option("--topology", type=click.Choice(TOPOLOGIES), default="mesh", help="The machine's network."),
     click.option("--policy", type=click.Choice(POLICIES), help="The policy of the machine's caches.  [default: the "
                  "preset's]"),
-    click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Cycles from the machine to its main "
-                 "memory."),
-    click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add up to so many cycles to a read of "
-                 "the machine, at random, and return replies in any order."),
+    click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="The latency of main memory in cycles."),
+    click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add a random delay of at most so many "
+                 "cycles to each read of main memory, and return replies in any order."),
     click.option("--memory-seed", type=click.IntRange(0, 1 << 32), default=1, help="The seed of --spread."))
 _CLUSTERS = click.option("--clusters", type=int, default=1, help="The machine's clusters, a power of two up to "
                          f"{_MOST_CLUSTERS}.")
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
 _WORK = (
-    click.option("--ratio", type=int, default=64, help="Cast one ray to schedule so many of the machine's."),
+    click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
     click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Repeat the cast on the machine: from the "
                  "third one on caches and cleared memories are the same."),
     click.option("--timeline", type=FILE, help="Write a chart of the machine's utilization in the last cast to this "

@@ -38,7 +38,7 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
     @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
     @method_option(RECORD_METHODS, methods, default="shelling",
-                   about="Choose the casting method; the hits are the same by all.")
+                   about="Choose the casting method; all give the same hits.")
     @CELL
     @click.option("--clusters", type=int, default=1, help="The clusters that share the frustum, a power of two.")
     @click.option("--compare", type=References(), default=(), show_default=False,

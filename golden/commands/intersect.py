@@ -16,7 +16,7 @@ __all__ = ["intersect"]
 @click.option("-o", "--output", type=FILE, required=True,
               help="Write the hits to this .npz: patch (-1: none), t, u, v.")
 @click.option("--method", type=click.Choice(RAY_METHODS), default="grid",
-              help="Choose the casting method; the hits are the same by all.")
+              help="Choose the casting method; all give the same hits.")
 def intersect(scene, rays, output, method):
     """Cast RAYS (.npz with origin and direction, R x 3) into SCENE.
 

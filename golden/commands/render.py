@@ -33,7 +33,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   help="The radiance from outside the scene.  [default: the scene's]")
     @click.option("--spp", "samples", type=int, default=4, help="The primary rays per pixel: 1, 4, 9, 16 ... 1024.")
     @click.option("--light-samples", type=int, default=16, help="The shadow rays to area lights per point.")
-    @click.option("--depth", type=int, default=6, help="The most mirror and glass surfaces that a ray meets.")
+    @click.option("--depth", type=int, default=6, help="The maximum number of mirrors and glass surfaces on a path.")
     @click.option("--rays", type=AZIMUTHS, help="The rays of a radiosity hemisphere, powers of two.  [default: by the "
                   "number of elements]")
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",

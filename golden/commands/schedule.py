@@ -13,13 +13,15 @@ __all__ = ["schedule_command"]
 @click.command("schedule", cls=Task, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)
 @SCENE
 @click.option("--clusters", type=int, default=8, help="The number of clusters, a power of two.")
-@click.option("--ratio", type=int, default=64, help="Cast one ray to prepare the schedule for so many of a casting.")
+@click.option("--ratio", type=int, default=64, help="Predict the work by a sparse casting: one ray of so many.")
 @click.option("--origin", type=Triple(), help="The reference point.  [default: the first of 16 on the ceiling]")
 @click.option("--normal", type=Triple(), help="The direction of the middle of its hemisphere.")
 @click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
 @CELL
-@click.option("--room", type=click.IntRange(min=1), help="The rays that a cluster holds.  [default: any number]")
-@click.option("--capacity", type=click.IntRange(min=0), help="The patches that a cluster holds.  [default: any number]")
+@click.option("--ray-capacity", "--room", type=click.IntRange(min=1), help="The maximum number of rays of a cluster.  "
+              "[default: no limit]")
+@click.option("--capacity", type=click.IntRange(min=0), help="The maximum number of patches in a cluster's "
+              "resident set.  [default: no limit]")
 @click.option("--topology", type=click.Choice(TOPOLOGIES), help="Assign clusters with heavy traffic to near processors "
               "of this network.  [default: cluster i is processor i]")
 @PRESET

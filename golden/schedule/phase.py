@@ -67,13 +67,14 @@ def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: Cell
 
     Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty.
     """
-    made = schedule(record, geometry, table, config, clusters=config.noc.nodes, ratio=ratio, room=config.icu.rays,
-                    capacity=config.memsys.own_patches, fill=config.memsys.resident_set == "filled")
+    made = schedule(record, geometry, table, config, clusters=config.noc.nodes, ratio=ratio,
+                    ray_capacity=config.icu.rays, capacity=config.memsys.own_patches,
+                    fill=config.memsys.resident_set == "filled")
     return made if config.ctu.subshells else made.without_subshells()
 
 
 def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *, clusters: int,
-             ratio: int, room: int | None = None, capacity: int | None = None, fill: bool = False,
+             ratio: int, ray_capacity: int | None = None, capacity: int | None = None, fill: bool = False,
              topology: str | None = None) -> Schedule:
     """Schedule a phase.
 
@@ -89,8 +90,8 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
         Number of clusters, a power of two.
     ratio
         Dense rays per sparse ray.
-    room, capacity
-        Most rays and patches of a cluster. No limits by default.
+    ray_capacity, capacity
+        The maximum numbers of rays and of patches of a cluster. No limits by default.
     fill
         Fill the rest of the capacity with all other patches: first with those found that exceeded a capacity, then
         with those in the cells of the sparse rays that none of these rays meets (dense rays meet some of them), then
@@ -108,7 +109,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     if fill and capacity is None:
         raise InputError("schedule: Capacity must be given where sets are filled, not None")
     found = low_density(record, geometry, table, config, ratio=ratio)
-    partition = cut_sections(found.frusta.share(found.tests), clusters=clusters, room=room)
+    partition = cut_sections(found.frusta.share(found.tests), clusters=clusters, ray_capacity=ray_capacity)
     cluster = classify(partition, found.window)
     sets = resident_sets(found.patches, cluster, found.frequency[found.patches], clusters=clusters, capacity=capacity)
     subshells = subshell_lists(found, sets, partition)

@@ -50,7 +50,7 @@ class Partition:
                            minlength=len(self.sections))
 
 
-def cut_sections(workload, *, clusters: int, room: int | None = None) -> Partition:
+def cut_sections(workload, *, clusters: int, ray_capacity: int | None = None) -> Partition:
     """Cut a frustum into sections of about equal work.
 
     Each of log2 ``clusters`` levels cuts every part at the border between rays that is nearest to its median of work,
@@ -63,14 +63,14 @@ def cut_sections(workload, *, clusters: int, room: int | None = None) -> Partiti
         rows x columns float64, at least 0: the expected work of each ray.
     clusters
         A power of two, at most as many as cuts of columns and of rows can make.
-    room
-        Most rays of a section. No limit by default.
+    ray_capacity
+        The maximum number of rays of a section. No limit by default.
 
     Raises
     ------
     InputError
         The number of clusters is no power of two or too large, work is negative or not finite, or even equal cuts leave
-        sections with more rays than ``room``.
+        sections with more rays than ``ray_capacity``.
     TypeError
         The number of clusters is no int.
 
@@ -89,15 +89,15 @@ def cut_sections(workload, *, clusters: int, room: int | None = None) -> Partiti
     if columns < 1 << cuts[0][0] or rows < 1 << cuts[0][1]:
         raise InputError(f"schedule: {columns} x {rows} rays cannot be cut for {clusters} clusters")
     largest = _largest(columns, rows, cuts[0])
-    room = columns * rows if room is None else room
-    if largest > room:
+    ray_capacity = columns * rows if ray_capacity is None else ray_capacity
+    if largest > ray_capacity:
         raise InputError(f"schedule: {columns} x {rows} rays on {clusters} clusters are sections of at least {largest} "
-                         f"rays, and there is room for {room}")
+                         f"rays, and the capacity is {ray_capacity}")
     total = np.zeros((rows + 1, columns + 1))
     np.cumsum(np.cumsum(workload, axis=0), axis=1, out=total[1:, 1:])
     parts = [np.array([[0, columns, 0, rows]], dtype=np.int64)]
     for level in range(levels):
-        sides = [side for part in parts[-1] for side in _cut(total, part, level % 2, cuts[level + 1], room)]
+        sides = [side for part in parts[-1] for side in _cut(total, part, level % 2, cuts[level + 1], ray_capacity)]
         parts.append(np.array(sides, dtype=np.int64))
     return Partition(columns, rows, tuple(parts))
 
@@ -107,8 +107,8 @@ def _largest(columns, rows, cuts):
     return (-columns >> cuts[0]) * (-rows >> cuts[1])
 
 
-def _cut(total, part, axis, cuts, room):
-    """The two sides of a part, each wide enough for the cuts to come and with at most ``room`` rays per section."""
+def _cut(total, part, axis, cuts, ray_capacity):
+    """The two sides of a part, wide enough for the cuts to come, with at most ``ray_capacity`` rays per section."""
     across, along = part[_AXES[1 - axis]], part[_AXES[axis]]
     first, end = along
     sums = total if axis == 0 else total.T
@@ -119,7 +119,7 @@ def _cut(total, part, axis, cuts, room):
     larger = np.maximum(border - first, end - border)
     width = across[1] - across[0]
     size = (larger, width) if axis == 0 else (width, larger)
-    border, larger = (value[_largest(*size, cuts) <= room] for value in (border, larger))
+    border, larger = (value[_largest(*size, cuts) <= ray_capacity] for value in (border, larger))
     off = np.abs(done[border - first] - done[-1] / 2)
     at = border[np.lexsort((border, larger, off))[0]]
     low, high = part.copy(), part.copy()

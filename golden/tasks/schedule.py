@@ -27,7 +27,7 @@ PICTURE_WIDTH = 1024
 
 
 def schedule_phase(scene: str, config: Config, *, rays: tuple[int, int], cell: float, origin=None, normal=None,
-                   clusters: int = 8, ratio: int = 64, room: int | None = None, capacity: int | None = None,
+                   clusters: int = 8, ratio: int = 64, ray_capacity: int | None = None, capacity: int | None = None,
                    topology: str | None = None, output: Path | None = None,
                    picture: Path | None = None) -> tuple[dict, str]:
     """Schedule a phase of castings from a sparse casting, and cast to see how well it fits.
@@ -42,7 +42,7 @@ def schedule_phase(scene: str, config: Config, *, rays: tuple[int, int], cell: f
         Azimuths and polars of a hemisphere, and cell size as a share of the scene's longest side.
     origin, normal
         The reference point and the middle of its hemisphere. Default: the first of `ceiling_points`.
-    clusters, ratio, room, capacity, topology
+    clusters, ratio, ray_capacity, capacity, topology
         See `golden.schedule.phase.schedule`.
     output, picture
         Files for a memory image (.bin) and for a picture of the sections (.png).
@@ -66,8 +66,8 @@ def schedule_phase(scene: str, config: Config, *, rays: tuple[int, int], cell: f
     shelling = Shelling(geometry, config, cell=cell)
     records = {number: hemisphere_record(hemisphere, geometry.coordinates, points[number - 1], normal)
                for number in (1, *served)}
-    plan = schedule(records[1], geometry, shelling.table, config, clusters=clusters, ratio=ratio, room=room,
-                    capacity=capacity, topology=topology)
+    plan = schedule(records[1], geometry, shelling.table, config, clusters=clusters, ratio=ratio,
+                    ray_capacity=ray_capacity, capacity=capacity, topology=topology)
     report = _report(plan, shelling, records, len(geometry), topology)
     if output:
         image = machine_image(records[1], geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)

@@ -68,7 +68,7 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     geometry = PatchGeometry.of(opened, config.numbers, [camera.eye])
     table = Shelling(geometry, config, cell=cell, by_code=True).table
     record = screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates)
-    plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, room=config.icu.rays,
+    plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, ray_capacity=config.icu.rays,
                     capacity=config.memsys.own_patches)
     if not config.ctu.subshells:
         plan = plan.without_subshells()

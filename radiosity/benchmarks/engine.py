@@ -1,7 +1,7 @@
-"""What frusta take on the machine.
+"""Cycles of frusta on the machine, beside lower bounds.
 
 ``radiosity bench engine`` casts hemispheres from each scene's ceiling on the RTL, cold and warm, and writes
-out/bench/engine.md: cycles beside what they cannot be below, and where the others went. Hits and sums must be golden's.
+out/bench/engine.md: cycles beside lower bounds, and the reasons of stalls. Hits and sums must be golden's.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
-"""Shelling against the naive algorithm, and fixed point against the oracle, on all built-in scenes.
+"""Shelling against brute force, and fixed point against the oracle, on all built-in scenes.
 
-``radiosity bench exactness`` writes out/bench/exactness.md; a difference that must not be makes it fail. Scene and
-seed say all that is needed to cast a row again.
+``radiosity bench exactness`` writes out/bench/exactness.md; an unexplained difference makes it fail. Scene and
+seed suffice to repeat a row.
 """
 
 from collections import Counter
@@ -43,7 +43,7 @@ def shuffled(table: PatchTable, count: np.ndarray, seed: int) -> PatchTable:
 
 
 def order_differences(shelling: Shelling, records, expected, seed: int) -> int:
-    """Rays that differ from the naive algorithm's, over `ORDERS` orders and all of `CLUSTERS`."""
+    """Rays that differ from those of brute force, over `ORDERS` orders and all of `CLUSTERS`."""
     straight, wrong = shelling.table.patches, 0
     for order in range(ORDERS):
         shelling.table.patches = shuffled(straight, shelling.table.count, seed + order)
@@ -113,7 +113,7 @@ def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
         f"Each scene from {ORIGINS} origins (on patches, at vertices, next to edges, anywhere), from each of them a "
         f"hemisphere of {RAYS[0]} x {RAYS[1]} rays and a screen of {PIXELS[0]} x {PIXELS[1]} with a field of view of "
         "20, 60 or 100 degrees, and the scene's own view.", "",
-        "* *cell*: rays of which any field (patch, 1/t, u, v) of shelling differs from the naive algorithm in the same "
+        "* *cell*: rays of which any field (patch, 1/t, u, v) of shelling differs from brute force in the same "
         "integers. Must be 0.",
         f"* *orders*: the same with the finest cells, the patches of each cell in {ORDERS} random orders on "
         f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be 0.",

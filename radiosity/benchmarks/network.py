@@ -1,4 +1,4 @@
-"""How many links the requests for patches pass, in the networks that the thesis compared.
+"""Links that requests for patches cross, in the networks that the thesis compares.
 
 ``radiosity bench network`` schedules a phase at ceiling point 1 of each scene for 2 to 64 clusters, casts from
 points of the whole ceiling with it, sends every patch that a cluster asked for and another holds over the network, and

@@ -1,4 +1,4 @@
-"""The scheduler's measurements of the thesis beside ours, and the balance of work.
+"""Resident sets beside tables 6.5 and 6.6 of the thesis, and the balance of work between clusters.
 
 ``radiosity bench schedule`` schedules a phase at ceiling point 1 of each scene, casts from other points with it, and
 writes out/bench/schedule.md: the thesis' tables 6.5 and 6.6, and the balance over 2 to 16 clusters.
@@ -28,8 +28,8 @@ POINTS = (4, 7, 10, 13)
 RATIOS = (16, 64, 256)
 CLUSTERS = (2, 4, 8, 16)
 SCENES = ("lobby", "room1627", "cubes", "man", "phone")
-# Room for the worst section over the mean, as design and memories have it.
-ROOM = 1.4
+# The capacity of a section over the mean number of rays.
+CAPACITY = 1.4
 # Shen 1993, tables 6.5 and 6.6: N', and the share of the references at the points.
 THESIS = {
     "lobby": {16: (142, (0.8934, 0.9281, 0.913, 0.9105)), 64: (97, (0.7919, 0.836, 0.8574, 0.7985)),
@@ -89,16 +89,16 @@ def usage(name: str, bench: Bench) -> list[str]:
     return [*lines, ""]
 
 
-def balance(name: str, bench: Bench, room: float | None) -> list[str]:
+def balance(name: str, bench: Bench, factor: float | None) -> list[str]:
     """Largest over mean: tests estimated and true, rays, cell steps, by clusters; and with equal sections."""
     rows = []
     for clusters in CLUSTERS:
         mean = len(HEMISPHERE) // clusters
         equal = _tests(bench, schedule(bench.record(1), bench.geometry, bench.shelling.table, CONFIG, clusters=clusters,
-                                       ratio=RATIOS[1], room=mean))[0]
+                                       ratio=RATIOS[1], ray_capacity=mean))[0]
         for ratio in RATIOS:
             plan = schedule(bench.record(1), bench.geometry, bench.shelling.table, CONFIG, clusters=clusters,
-                            ratio=ratio, room=room and int(room * mean))
+                            ratio=ratio, ray_capacity=factor and int(factor * mean))
             tests, rays, steps = _tests(bench, plan)
             others = [_tests(bench, plan, point)[0] for point in POINTS]
             rows.append(f"| {name} | {clusters} | {ratio} | {_over(plan.estimated):.2f} | {_over(tests):.2f} "
@@ -129,12 +129,13 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         if name in THESIS:
             lines += usage(name, bench)
             console().note("\n".join(lines[-18:]))
-    for room, title in ((None, "any number of rays in a section"), (ROOM, f"at most {ROOM} x mean rays in a section")):
+    for factor, title in ((None, "any number of rays in a section"),
+                          (CAPACITY, f"at most {CAPACITY} x mean rays in a section")):
         lines += [f"## Balance, largest : mean, {title}", "",
                   "| scene | clusters | ratio | tests, estimated | tests | tests, mean of points 4, 7, 10, 13 "
                   "| tests, equal sections | rays | cell steps | most tests | most cell steps |", "|---" * 11 + "|"]
         for name, bench in benches.items():
-            rows = balance(name, bench, room)
+            rows = balance(name, bench, factor)
             lines += rows
             console().note("\n".join(rows))
         lines.append("")

@@ -1,7 +1,7 @@
-"""The work and the speed of shelling.
+"""Tests, cell steps and time of shelling, beside brute force.
 
-``radiosity bench shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, what sectors
-cost with more and more clusters, and the time that shelling takes beside the naive algorithm in the same integers.
+``radiosity bench shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, the cost
+of sectors by number of clusters, and the time of shelling beside brute force in the same integers.
 """
 
 import time
@@ -90,7 +90,7 @@ def seconds(cast, record) -> tuple[float, object]:
 
 
 def speed(name: str) -> list[str]:
-    """Shelling beside the naive algorithm."""
+    """Shelling beside brute force."""
     scene = open_scene(name)
     points, down = ceiling_points(scene)
     geometry = PatchGeometry.of(scene, CONFIG.numbers, points[FAST_POINT])
@@ -100,7 +100,7 @@ def speed(name: str) -> list[str]:
     for cell in FAST_CELLS:
         fast, (hits, (counts,)) = seconds(Shelling(geometry, CONFIG, cell=cell).cast, record)
         if len(hits.differences(expected)):
-            raise SystemExit(f"error: {name}: shelling and the naive algorithm disagree")
+            raise SystemExit(f"error: {name}: shelling and brute force disagree")
         tests = counts.tests / counts.rays
         rows.append(f"| {name} | shelling | {cell} | {1e3 * fast:.0f} | {len(record) / fast / 1e6:.2f} | {tests:.2f} "
                     f"| {slow / fast:.1f} | {len(scene) / tests:.0f} |")

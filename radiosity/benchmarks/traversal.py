@@ -1,4 +1,4 @@
-"""Cell traversal in golden's cycles, before and beside the RTL.
+"""Cycles of cell traversal by the golden model's counts, without the RTL.
 
 ``radiosity bench traversal`` writes out/bench/traversal.md: what survival by settle codes costs, the busiest
 cluster's cell traversal beside the busiest cluster's intersection, and stages that overlap beside a barrier after each.

@@ -78,7 +78,7 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
         sparse, *records = (hemisphere_record(hemisphere, geometry.coordinates, places[point], down)
                             for point in (0, *points))
     plan = schedule(sparse, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO,
-                    room=config.icu.rays, capacity=config.memsys.own_patches)
+                    ray_capacity=config.icu.rays, capacity=config.memsys.own_patches)
     if not config.ctu.subshells:
         plan = plan.without_subshells()
     return [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),

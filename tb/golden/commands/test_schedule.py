@@ -37,7 +37,7 @@ def test_the_text_says_the_same_as_the_json():
 
 
 def test_limits_hold():
-    printed = report(*SCENE, "--room", 300, "--capacity", 5)
+    printed = report(*SCENE, "--ray-capacity", 300, "--capacity", 5)
     assert max(cluster["rays"] for cluster in printed["clusters"]) <= 300
     assert max(cluster["resident"] for cluster in printed["clusters"]) <= 5
     assert printed["resident"] < printed["found"]
@@ -67,7 +67,7 @@ def test_image_and_picture_are_written_and_the_same_every_time(tmp_path):
     (("--clusters", 3), "Clusters must be a power of two, not 3"),
     (("--ratio", 5), "Ratio must be a power of two, not 5"),
     (("--ratio", 4096), "Ratio must leave a ray of 64 x 16"),
-    (("--room", 100), "there is room for 100"),
+    (("--ray-capacity", 100), "the capacity is 100"),
     (("--origin", "1,1,1"), "--origin and --normal must be given together"),
     (("-o", "image.png"), "Name must end in .bin"),
     (("--picture", "map.bin"), "Name must end in .png"),

@@ -88,7 +88,7 @@ def test_the_estimate_balances_the_true_work_better_than_equal_sections(scene):
 
     plan = made(scene)
     assert plan.estimated.max() / plan.estimated.mean() < 1.1
-    equal = made(scene, room=len(scene.record) // 8)
+    equal = made(scene, ray_capacity=len(scene.record) // 8)
     assert balance(plan.partition.sections) < balance(equal.partition.sections)
 
 

@@ -73,14 +73,14 @@ def test_no_section_has_more_rays_than_there_is_room_for(seed, rows, columns):
     for clusters in 2, 4, 8, 16:
         cuts = clusters.bit_length() - 1
         smallest = -(-rows // (1 << cuts // 2)) * -(-columns // (1 << (cuts + 1) // 2))
-        for room in smallest, max(smallest, int(1.4 * rows * columns / clusters)):
-            partition = cut_sections(workload(seed, rows, columns), clusters=clusters, room=room)
-            assert partition.sums(np.ones((rows, columns))).max() <= room
+        for ray_capacity in smallest, max(smallest, int(1.4 * rows * columns / clusters)):
+            partition = cut_sections(workload(seed, rows, columns), clusters=clusters, ray_capacity=ray_capacity)
+            assert partition.sums(np.ones((rows, columns))).max() <= ray_capacity
 
 
 def test_room_that_even_equal_sections_exceed_is_refused():
-    with pytest.raises(InputError, match=r"64 x 16 rays on 4 clusters are sections of at least 256 rays.*room for 255"):
-        cut_sections(np.ones((16, 64)), clusters=4, room=255)
+    with pytest.raises(InputError, match=r"64 x 16 rays on 4 clusters .* at least 256 rays.*capacity is 255"):
+        cut_sections(np.ones((16, 64)), clusters=4, ray_capacity=255)
 
 
 def test_input_that_makes_no_sections_is_refused_by_name():
