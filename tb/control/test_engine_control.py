@@ -264,3 +264,36 @@ def test_a_watchdog_of_0_is_off():
         assert around.error[0] is ErrorCode.NONE
 
     run(bench)
+
+
+@pytest.mark.parametrize("second", ["load", "cast", "write"])
+def test_a_command_in_the_cycle_in_which_another_begins_is_refused(second):
+    async def bench(around):
+        await around.command("load")
+        await around.finish()
+        await around.command("cast")
+        await around.finish()
+        before = len(around.begun)
+        await around.step("load")
+        await around.step(second)
+        for _ in range(3):
+            await around.step()
+        assert around.begun[before:] == ["loads"]
+        assert around.error[0] is ErrorCode.COMMAND
+
+    run(bench)
+
+
+def test_the_watchdog_does_not_count_while_nothing_is_in_flight():
+    async def bench(around):
+        around.ctx.set(around.dut.watchdog, 50)
+        await around.command("load")
+        await around.finish()
+        for _ in range(200):
+            await around.step()
+        assert await around.command("cast") == ["casts"]
+        await around.finish()
+        assert around.error[0] is ErrorCode.NONE
+        assert around.status["loaded"]
+
+    run(bench)
