@@ -95,6 +95,19 @@ def test_sums_that_are_too_large_are_flagged(count):
     assert [came[k][1]["sum"] for k in (0, 3)] == [largest, largest]
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 8])
+def test_a_sum_that_has_overflowed_in_any_cluster_is_flagged(count):
+    """Patch k has overflowed in cluster k, the last patch in none."""
+    dut = SumMerge(config=CONFIG, count=count)
+    shape = dut.o.payload.shape()
+    sources = {k: (dut.i[k], [pack(shape, {"patch": patch, "sum": 1, "overflow": int(patch == k),
+                                           "last": patch == count}) for patch in range(count + 1)])
+               for k in range(count)}
+    came = simulate(dut, sources, {"o": (dut.o, count + 1)}, share=0, seed=count)["o"]
+    assert [one["overflow"] for _, one in came] == [1] * count + [0]
+    assert {one["sum"] for _, one in came} == {count}
+
+
 @pytest.mark.parametrize(("count", "error"), [(0, ValueError), (-1, ValueError), (1.0, TypeError)])
 def test_a_number_of_clusters_that_cannot_be(count, error):
     with pytest.raises(error, match="Count must be at least 1, not"):
