@@ -53,6 +53,14 @@ def test_what_cannot_be_is_refused_with_the_reason(assignment, message):
         Config().with_parameters([assignment])
 
 
+def test_a_settle_code_has_no_more_fraction_bits_than_a_hit():
+    changes = {"icu.settle_bits": 12, "icu.settle_fraction": 9, "numbers.fraction_bits": 8}
+    with pytest.raises(InputError, match=r"^configuration: Settle fraction \(icu\.settle_fraction\) must be at most "
+                                         r"numbers\.fraction_bits \(8\), not 9$"):
+        Config().replace(changes)
+    assert Config().replace({**changes, "icu.settle_fraction": 8}).icu.settle_fraction == 8
+
+
 def test_an_unknown_parameter_is_answered_with_the_known_ones():
     with pytest.raises(InputError, match=r"no parameter 'icu\.ray'; there are numbers\.scene_bits, .*icu\.rays"):
         Config().with_parameters(["icu.ray=64"])
