@@ -140,7 +140,7 @@ class Routers:
         self._head, self._level = (np.zeros(count, dtype=np.int64) for _ in range(2))
         self._credits = np.full(count, buffer_flits, dtype=np.int64)
         self._holder = np.full(count, _FREE, dtype=np.int64)
-        self._in_turn = arbitration == "round-robin"
+        self._round_robin = arbitration == "round-robin"
         self._last_granted = np.full(self.nodes * ports, self._queues_of_node - 1, dtype=np.int64)
         # Age of each queue's first flit: cycles since it became the first.
         self._waited = np.zeros(count, dtype=np.int64)
@@ -208,7 +208,7 @@ class Routers:
         queue, port = busy[eligible], requested[eligible]
         index = self._index[queue]
         # The lowest priority number is granted.
-        if self._in_turn:
+        if self._round_robin:
             priority = (index - self._last_granted[port] - 1) % self._queues_of_node
         else:
             priority = index - self._queues_of_node * self._waited[queue]

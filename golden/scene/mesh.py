@@ -101,7 +101,7 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(patches)[order], faces[order]
 
 
-def _without_twins(patches: np.ndarray, *columns: np.ndarray, one_sided: np.ndarray):
+def _without_duplicates(patches: np.ndarray, *columns: np.ndarray, one_sided: np.ndarray):
     """Drops patches with the corners of an earlier one; a sheet of two opposite patches becomes two-sided."""
     corners = np.sort(corner_numbers(patches), axis=1)
     _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
@@ -141,7 +141,7 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     _check(mesh, where)
     patches, face = _cut(mesh, where)
     material = mesh.material[face]
-    patches, material, one_sided = _without_twins(patches, material, one_sided=mesh.one_sided[material])
+    patches, material, one_sided = _without_duplicates(patches, material, one_sided=mesh.one_sided[material])
     if (mesh.counts == 3).all():
         patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided)
         material, one_sided = material[parent], one_sided[parent]

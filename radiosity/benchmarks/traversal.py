@@ -161,13 +161,13 @@ def balance(name: str, place: Place) -> list[str]:
         parts = [worst(lambda one: one.scanned), worst(lambda one: 2 * one.grid_rays), -(-turns // pipelines), turns]
         designs = [worst(lambda one, rates=rates, lanes=lanes: rates.cycles(one, lanes)) for rates, lanes in (
             (SLOW_BLIND, pipelines), (SLOW, pipelines), (FAST, pipelines), (FASTER, pipelines), (FASTER, 1))]
-        sent, owned_turns = (np.mean([one.max() for one in each]) for each in zip(
+        sent, owned_passes = (np.mean([one.max() for one in each]) for each in zip(
             *(owned(place, place.record(point), plan.partition.sections) for point in POINTS), strict=True))
         told = np.mean([shared(place, place.record(point), plan.partition.sections) for point in POINTS])
         rows.append(f"| {name} | {clusters} | {pipelines} | {icu.mean():.0f} "
                     f"| {' | '.join(f'{part.mean():.0f}' for part in parts)} "
                     f"| {' | '.join(_ratio(design, icu) for design in designs)} "
-                    f"| {2 * sent:.0f} | {owned_turns / pipelines:.0f} | {told:.0f} |")
+                    f"| {2 * sent:.0f} | {owned_passes / pipelines:.0f} | {told:.0f} |")
     return rows
 
 
@@ -186,14 +186,14 @@ class Timed:
         Of cell traversal.
     at_once
         Subshells in flight. Of those whose next shell may begin, the one that could do so first continues.
-    lead
+    run_ahead
         Shells of a subshell that begin before the hits of the one before them are known; 0 is a barrier after each.
         Survival sees all hits that are known when a shell begins.
     """
 
-    def __init__(self, place: Place, record, *, rates: Rates, pipelines: int, at_once: int, lead: int):
+    def __init__(self, place: Place, record, *, rates: Rates, pipelines: int, at_once: int, run_ahead: int):
         self._place, self._record, self._rates, self._lanes = place, record, rates, pipelines
-        self._at_once, self._lead = at_once, lead
+        self._at_once, self._run_ahead = at_once, run_ahead
         self.memory = RayMemory(len(record), CONFIG)
         self._tests = place.shelling.tests(record, self.memory)
         self.overlap = 0
@@ -209,7 +209,7 @@ class Timed:
         opened = tested = 0
 
         def behind(group):
-            return over[group][:len(over[group]) - self._lead][-1:]
+            return over[group][:len(over[group]) - self._run_ahead][-1:]
 
         def ready(group):
             return max([opened, gate[group], *behind(group), *(over[0][:1] if group else ())])
@@ -242,10 +242,10 @@ class Timed:
 def _overlap(spans) -> int:
     """Cycles in which spans of two groups or more are in flight."""
     events = sorted((time, change, group) for begin, end, group in spans for time, change in ((begin, 1), (end, -1)))
-    under_way, total, last = Counter(), 0, 0
+    in_flight, total, last = Counter(), 0, 0
     for time, change, group in events:
-        total += (time - last) * (sum(count > 0 for count in under_way.values()) > 1)
-        under_way[group] += change
+        total += (time - last) * (sum(count > 0 for count in in_flight.values()) > 1)
+        in_flight[group] += change
         last = time
     return total
 
@@ -257,8 +257,8 @@ def overlap(name: str, place: Place) -> list[str]:
         plan, pipelines = place.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
         for listed, subshells, ways in (("last only", [None] * clusters, WAYS[:3]), ("lists", plan.subshells, WAYS)):
             record, results = place.record(POINTS[0]), []
-            for at_once, lead in ways:
-                timed = Timed(place, record, rates=FAST, pipelines=pipelines, at_once=at_once, lead=lead)
+            for at_once, run_ahead in ways:
+                timed = Timed(place, record, rates=FAST, pipelines=pipelines, at_once=at_once, run_ahead=run_ahead)
                 took = [timed.cycles(sector, one) for sector, one in zip(plan.partition.sections, subshells,
                                                                         strict=True)]
                 results.append((max(took), timed.overlap // clusters, timed.memory.inverse))

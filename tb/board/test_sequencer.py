@@ -160,7 +160,7 @@ def test_a_recorded_program_is_what_the_driver_does(view):
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.nightly)])
-def test_a_program_runs_as_often_as_somebody_wants(view, seed):
+def test_a_program_runs_any_number_of_times(view, seed):
     program, image = record(view.image, BOARD), view.image
     machine = Machine(Sequencer(config=BOARD, program=program), values={PLACES["cycles"]: 0x12345678},
                       memory=program.memory, seed=seed)
@@ -173,7 +173,7 @@ def test_a_program_runs_as_often_as_somebody_wants(view, seed):
     assert len(machine.sent) == 2 * sum(len(frame.payload) + 12 for frame in expected)
 
 
-def test_an_error_is_told_and_cleared(view):
+def test_an_error_is_reported_and_cleared(view):
     program = record(view.image, BOARD)
     told = {PLACES["error"]: ErrorCode.WATCHDOG.value, PLACES["error_cluster"]: 3,
             PLACES["error_address"]: WHERE & 0xFFFFFFFF, PLACES["error_address"] + 4: WHERE >> 32}

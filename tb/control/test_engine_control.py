@@ -205,7 +205,7 @@ def test_a_network_fault_stops():
     run(bench)
 
 
-def test_what_takes_too_long_is_stopped_when_memory_owes_nothing():
+def test_the_watchdog_stops_when_no_memory_reply_is_outstanding():
     async def bench(around):
         ctx, dut = around.ctx, around.dut
         ctx.set(dut.watchdog, 50)

@@ -76,14 +76,14 @@ def load(regions, faults=(), *, image=64, seed=1):
     return commands, words, overs
 
 
-def test_everybodys_tables_come_before_each_clusters_own():
+def test_shared_tables_come_before_each_clusters_own():
     commands, words, overs = load(ALL)
     assert commands == [(64, 0, ALL & ~OWN), *((64, k, ALL & OWN) for k in range(CLUSTERS))]
     assert words == [(0 if k < 4 else k // 4 - 1, int(k < 4), k) for k in range(4 * (CLUSTERS + 1))]
     assert overs == [Fault.NONE]
 
 
-def test_only_what_is_asked_for():
+def test_only_requested_results_are_written():
     commands, words, overs = load(ALL & ~OWN, seed=2)
     assert (len(commands), overs) == (1, [Fault.NONE])
     assert {is_all for _, is_all, _ in words} == {1}
@@ -170,7 +170,7 @@ def test_sums_alone():
     assert write({"hits": 0, "sums": 0, "earlier": 0}) == (dropped, [Fault.NONE])
 
 
-def test_all_clusters_are_read_out_after_a_fault_and_the_first_one_is_told():
+def test_all_clusters_are_read_out_after_a_fault_and_the_first_one_is_reported():
     faults = {1: Fault.WRITE_REPLY, 3: Fault.PLACE}
     assert write({"hits": 1, "sums": 1, "earlier": 0}, faults) == ([*hits(0), *SUMS], [Fault.WRITE_REPLY])
 

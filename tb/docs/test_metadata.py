@@ -17,7 +17,7 @@ def test_the_citation_has_the_package_s_version_and_licence():
     assert citation["cff-version"] == "1.2.0"
 
 
-def test_the_container_has_what_the_readme_asks_for():
+def test_the_container_has_what_the_readme_requires():
     container = json.loads((ROOT / ".devcontainer" / "devcontainer.json").read_text())
     readme = (ROOT / "README.md").read_text()
     assert container["postCreateCommand"] == "make setup"

@@ -46,7 +46,7 @@ def edges(component_class, make, **arguments):
 @pytest.mark.parametrize(("way", "more"), [
     ("changed", {("first", "second")}), ("offered", {("first", "second"), (SELF, "second")}), ("accepted", set()),
     ("none", set())])
-def test_streams_are_found_where_items_or_offers_go(way, more):
+def test_streams_connect_where_items_or_offers_flow(way, more):
     assert edges(Toy, lambda: Toy(way=way)) == {(SELF, "first"), ("second", SELF)} | more
 
 

@@ -53,7 +53,7 @@ class ArbiterFair(wiring.Component):
         if self._policy is ArbiterPolicy.LONGEST_WAITING:
             self._first_come(m, requests, grants)
         else:
-            self._in_turn(m, requests, grants)
+            self._round_robin(m, requests, grants)
         return m
 
     def _first_come(self, m, requests, grants):
@@ -72,7 +72,7 @@ class ArbiterFair(wiring.Component):
             with m.If(grants[b] & requests[a]):
                 m.d.comb += Assert(~earlier)
 
-    def _in_turn(self, m, requests, grants):
+    def _round_robin(self, m, requests, grants):
         last, known = Signal(range(COUNT)), Signal()
         for k in range(COUNT):
             with m.If(grants[k]):

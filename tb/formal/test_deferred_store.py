@@ -46,15 +46,15 @@ class ReleasedOnce(wiring.Component):
         m.d.comb += [Assert(inside == dut.waiting + dut.o.valid), Assert(dut.i.ready == (dut.waiting != self._depth))]
 
         # The item: it is due when its chain is released.
-        out, due, owner, owed = Signal(), Signal(), Signal(range(self._owners)), Signal()
+        out, due, owner, expected = Signal(), Signal(), Signal(range(self._owners)), Signal()
         mine, freed = takes & dut.i.payload.tag, dut.i_release.valid & (self.frees == owner)
         m.d.comb += Assume(~mine | ~out)
         with m.If(mine):
             m.d.sync += [out.eq(1), owner.eq(self.adds)]
         with m.If(out & ~due & freed):
-            m.d.sync += [due.eq(1), owed.eq(released.data)]
+            m.d.sync += [due.eq(1), expected.eq(released.data)]
         with m.If(dut.o.valid & dut.o.payload.tag):
-            m.d.comb += [Assert(out), Assert(due), Assert(dut.o.payload.data == owed)]
+            m.d.comb += [Assert(out), Assert(due), Assert(dut.o.payload.data == expected)]
         with m.If(gives & dut.o.payload.tag):
             m.d.sync += [out.eq(0), due.eq(0)]
 

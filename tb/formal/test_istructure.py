@@ -78,31 +78,31 @@ class WrittenOnce(wiring.Component):
 
         # The read: it is due when its location is written, and then it comes once, with the data.
         mine = reads & asked.tag
-        out, due, owed = Signal(), Signal(), Signal()
+        out, due, expected = Signal(), Signal(), Signal()
         m.d.comb += Assume(~mine | (~out & (asked.address == place)))
         with m.If(mine):
             m.d.sync += out.eq(1)
         with m.If((out | mine) & ~due & (written | here)):
-            m.d.sync += [due.eq(1), owed.eq(data)]
+            m.d.sync += [due.eq(1), expected.eq(data)]
             with m.If(~written):
-                m.d.sync += owed.eq(dut.i_write.payload.data)
+                m.d.sync += expected.eq(dut.i_write.payload.data)
         with m.If(dut.o_read.valid & answer.tag):
-            m.d.comb += [Assert(out), Assert(due), Assert(answer.data == owed)]
+            m.d.comb += [Assert(out), Assert(due), Assert(answer.data == expected)]
         with m.If(gives & answer.tag):
             m.d.sync += [out.eq(0), due.eq(0)]
         with m.If(starts):
             m.d.comb += Assert(~out | due)
-        self._cover(m, starts, here, gives & answer.tag, owed)
+        self._cover(m, starts, here, gives & answer.tag, expected)
         if self._deferred is not None:
             self._bound(m, out, due, starts, reads, gives, begun)
         return m
 
-    def _cover(self, m, starts, here, answered, owed):
+    def _cover(self, m, starts, here, answered, expected):
         """Answers with 1: of a read that waited, in the second version, and where the store was full."""
         waited, again = Signal(), Signal()
         m.d.sync += [waited.eq(waited | (self._dut.waiting == (self._deferred or 1))),
                      again.eq(again | (starts & waited))]
-        m.d.comb += [Cover(answered & owed & waited), Cover(answered & owed & again)]
+        m.d.comb += [Cover(answered & expected & waited), Cover(answered & expected & again)]
 
     def _bound(self, m, out, due, starts, reads, gives, begun):
         """Bounds, in cycles in which answers can leave: of a read that is due while there is room for those before it
@@ -197,7 +197,7 @@ class AbstractStore(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         room, other_leaves, last_leaves, leaves, stamp = self.moods
-        others, waits, due, owed, moves = Signal(), Signal(), Signal(), Signal(), Signal()
+        others, waits, due, expected, moves = Signal(), Signal(), Signal(), Signal(), Signal()
         lives, last = self.lives, Signal()
         mine, takes = self.i.payload.tag, self.i.valid & self.i.ready
         m.d.comb += [self.i.ready.eq(room), self.longer.some.eq(1), self.longer.stamp.eq(stamp),
@@ -205,11 +205,11 @@ class AbstractStore(wiring.Component):
         with m.If(takes & mine):
             m.d.sync += waits.eq(1)
         with m.If(self.frees & waits):
-            m.d.sync += [waits.eq(0), due.eq(1), owed.eq(self.i_release.payload.data)]
+            m.d.sync += [waits.eq(0), due.eq(1), expected.eq(self.i_release.payload.data)]
         with m.If(moves):
             m.d.sync += [self.o.valid.eq(others & other_leaves), self.o.payload.tag.eq(0)]
             with m.If(due & leaves):
-                m.d.sync += [due.eq(0), self.o.valid.eq(1), self.o.payload.tag.eq(1), self.o.payload.data.eq(owed)]
+                m.d.sync += [due.eq(0), self.o.valid.eq(1), self.o.payload.tag.eq(1), self.o.payload.data.eq(expected)]
             with m.Elif(other_leaves & last_leaves):
                 m.d.sync += others.eq(0)
         with m.If(takes & ~mine):
@@ -301,11 +301,11 @@ PAIRS = [*FIRST, ("read_4", "write_3")] + [
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("depth", "version_bits"), [(2, 1), (4, 1), (2, 2)])
-def test_one_place_among_others(monkeypatch, depth, version_bits):
+def test_one_location_among_others(monkeypatch, depth, version_bits):
     assert prove(make_place(monkeypatch, depth=depth, version_bits=version_bits))
 
 
-def test_one_place_in_the_first_cycles(monkeypatch):
+def test_one_location_in_the_first_cycles(monkeypatch):
     assert prove(make_place(monkeypatch, depth=4, version_bits=2), mode="bmc", depth=14, engine="abc bmc3")
 
 

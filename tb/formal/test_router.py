@@ -18,11 +18,11 @@ from tb.formal.prove import prove
 DEPTH = 2
 # A node with one link, and one between two others: topology, nodes, which one, kinds of messages. All ports have links:
 # what came in at one without could never leave.
-NETWORKS = {"end": ("hypercube", 2, 0, 2), "midst": ("mesh", 3, 1, 1)}
+NETWORKS = {"end": ("hypercube", 2, 0, 2), "interior": ("mesh", 3, 1, 1)}
 # Cycles without a flit from a queue that has some, with neighbours that give a place back at once. In turn there is a
 # bound where an output has one channel: with two a queue is skipped while its channel has no credit.
-IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
-PATIENCE = {("midst", IN_TURN): 6, ("midst", BY_AGE): 7, ("end", BY_AGE): 4}
+ROUND_ROBIN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
+PATIENCE = {("interior", ROUND_ROBIN): 6, ("interior", BY_AGE): 7, ("end", BY_AGE): 4}
 
 
 def make(where, depth=DEPTH, cls=Router, **options):
@@ -128,62 +128,62 @@ def bounded(bench, depth):
 
 
 @pytest.mark.parametrize(("router_cycles", "depth"), [(1, 8), (2, 10)])
-def test_no_place_is_lost_and_none_is_used_twice(router_cycles, depth):
-    assert bounded(RouterCredits(make("midst", router_cycles=router_cycles), router_cycles=router_cycles), depth)
+def test_no_entry_is_lost_or_used_twice(router_cycles, depth):
+    assert bounded(RouterCredits(make("interior", router_cycles=router_cycles), router_cycles=router_cycles), depth)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("router_cycles", [1, 2])
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
 @pytest.mark.parametrize("where", NETWORKS)
-def test_no_place_is_lost_and_none_is_used_twice_for_longer(where, policy, router_cycles):
+def test_no_entry_is_lost_or_used_twice_in_longer_runs(where, policy, router_cycles):
     router = make(where, policy=policy, router_cycles=router_cycles)
     assert bounded(RouterCredits(router, router_cycles=router_cycles), 14 if router_cycles == 2 else 12)
 
 
 def test_reaches_full_queues():
-    assert prove(RouterCredits(make("midst")), mode="cover", depth=12)
+    assert prove(RouterCredits(make("interior")), mode="cover", depth=12)
 
 
 @pytest.mark.parametrize("policy", list(ArbiterPolicy))
-def test_every_flit_goes_on(policy):
-    assert bounded(RouterProgress(make("midst", policy=policy), PATIENCE["midst", policy]), 16)
+def test_every_flit_advances(policy):
+    assert bounded(RouterProgress(make("interior", policy=policy), PATIENCE["interior", policy]), 16)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("router_cycles", [1, 2])
 @pytest.mark.parametrize(("where", "policy"), PATIENCE)
-def test_every_flit_goes_on_for_longer(where, policy, router_cycles):
+def test_every_flit_advances_in_longer_runs(where, policy, router_cycles):
     router = make(where, policy=policy, router_cycles=router_cycles)
     assert bounded(RouterProgress(router, PATIENCE[where, policy], router_cycles), 16)
 
 
-@pytest.mark.parametrize(("where", "policy"), [("midst", IN_TURN), ("end", BY_AGE)])
+@pytest.mark.parametrize(("where", "policy"), [("interior", ROUND_ROBIN), ("end", BY_AGE)])
 def test_the_bound_is_reached(where, policy):
     assert not bounded(RouterProgress(make(where, policy=policy), PATIENCE[where, policy] - 1), 16)
 
 
 @pytest.mark.nightly
-def test_in_turn_two_channels_wait_for_longer():
+def test_round_robin_over_two_channels_waits_longer():
     assert not bounded(RouterProgress(make("end"), 2 * PATIENCE["end", BY_AGE]), 16)
 
 
-def test_places_too_many():
-    assert not bounded(RouterCredits(make("midst", depth=2 * DEPTH)), 12)
+def test_too_many_entries():
+    assert not bounded(RouterCredits(make("interior", depth=2 * DEPTH)), 12)
 
 
 @pytest.mark.parametrize("fault", [
     {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}, {"o_credit__1": lambda dut: dut.o_credit[1][0:0]},
     {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[0].payload.flit.first}])
-def test_a_flit_or_a_place_that_is_lost(fault):
-    assert not bounded(RouterCredits(NegativeControl(make("midst"), fault)), 12)
+def test_a_lost_flit_or_entry(fault):
+    assert not bounded(RouterCredits(NegativeControl(make("interior"), fault)), 12)
 
 
 def test_packets_in_each_other(monkeypatch):
     monkeypatch.setattr(module, "InputQueue", _LastAlways)
-    assert not bounded(RouterCredits(make("midst")), 12)
+    assert not bounded(RouterCredits(make("interior")), 12)
 
 
-def test_an_input_that_is_never_its_turn(monkeypatch):
+def test_an_input_that_is_never_granted(monkeypatch):
     monkeypatch.setattr(ArbiterPolicy, "rule", _LowestFirst)
-    assert not bounded(RouterProgress(make("midst"), PATIENCE["midst", IN_TURN]), 12)
+    assert not bounded(RouterProgress(make("interior"), PATIENCE["interior", ROUND_ROBIN]), 12)

@@ -41,7 +41,7 @@ def test_empty_exactly_when_all_have_left(enters, leaves, most):
 
 
 @pytest.mark.nightly
-def test_reaches_the_last_place():
+def test_reaches_the_last_entry():
     assert prove(ExactCount(WorkCount(enters=2, leaves=2, most=5), 5), mode="cover", depth=10)
 
 

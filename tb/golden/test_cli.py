@@ -273,7 +273,7 @@ def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
         np.testing.assert_allclose(stored["area"], 0.25)
 
 
-def test_form_factors_by_shelling_are_the_naive_algorithms_in_the_same_integers(folder):
+def test_form_factors_by_shelling_are_those_of_brute_force_in_the_same_integers(folder):
     for method in ("shelling", "naive-fixed"):
         succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--method", method)
     with np.load(folder / "shelling.npz") as ours, np.load(folder / "naive-fixed.npz") as naive:
@@ -288,7 +288,7 @@ def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder
         np.testing.assert_allclose(stored["area"], 0.25)
 
 
-def test_render_writes_everything_asked_for(folder):
+def test_render_writes_all_requested_files(folder):
     text = succeed("render", "furnace:2", "-o", "a.png", "-o", "a.exr", "--stats", "a.json", "--heatmap", "a", *FAST)
     assert {path.name for path in folder.iterdir()} == {"a.png", "a.exr", "a.json", "a-tests.png", "a-steps.png"}
     with Image.open(folder / "a.png") as image:

@@ -4,7 +4,7 @@ import pytest
 from golden.config import Icu
 from golden.cordic import circular, circular_error, gain, linear, linear_error, normalise
 
-KNOBS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
+SETTINGS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
 
 
 def pairs(bits, count=40000):
@@ -26,7 +26,7 @@ def worst_angle(icu, x, y):
 
 
 @pytest.mark.parametrize("bits", [10, 17])
-@pytest.mark.parametrize("icu", KNOBS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=str)
 def test_angles_are_within_their_bound(icu, bits):
     x, y = pairs(bits)
     assert worst_angle(icu, x, y) <= circular_error(icu, bits)
@@ -38,7 +38,7 @@ def test_the_default_bounds_are_worth_having():
     assert linear_error(Icu(), 17) == 2
 
 
-@pytest.mark.parametrize("icu", KNOBS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=str)
 def test_lengths_are_gained_lengths(icu):
     x, y = pairs(17)
     _, length = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
@@ -49,7 +49,7 @@ def test_lengths_are_gained_lengths(icu):
 
 
 @pytest.mark.parametrize("bits", [10, 17])
-@pytest.mark.parametrize("icu", KNOBS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=str)
 def test_quotients_are_within_their_bound(icu, bits):
     x, y = pairs(bits)
     x, y = np.maximum(np.abs(x), np.abs(y)), np.where(np.abs(x) < np.abs(y), x, y)

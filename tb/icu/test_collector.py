@@ -169,9 +169,9 @@ async def reset_in_flight(dut):
         bench = Bench(dut, sums="alternating")
         await bench.write_weights()
         await bench.hit.send(items(patch, row))
-        under_way = cocotb.start_soon(bench.hit.send(items(patch, row)) if number % 2 else bench.read.send([PATCHES]))
+        in_flight = cocotb.start_soon(bench.hit.send(items(patch, row)) if number % 2 else bench.read.send([PATCHES]))
         await ClockCycles(dut.clk, cut)
-        under_way.cancel()
+        in_flight.cancel()
         dut.i__valid.value = dut.i_read__valid.value = 0
         bench.sum.stop()
         await reset(dut)

@@ -8,7 +8,7 @@ from hw.lib.cordic import accumulator_bits, cordic
 from tb.lib.operator_bench import run_operator
 
 BITS = 17
-KNOBS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
+SETTINGS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
 
 
 def pairs():
@@ -27,7 +27,7 @@ def run(icu, x, y, *, is_linear, shape, interval=1):
         [x << icu.cordic_guard, y << icu.cordic_guard], interval=interval)
 
 
-@pytest.mark.parametrize("icu", KNOBS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=str)
 def test_angles_and_lengths(icu):
     x, y = pairs()
     (angle, length), latency = run(icu, x, y, is_linear=0, shape=unsigned(icu.angle_bits))
@@ -37,7 +37,7 @@ def test_angles_and_lengths(icu):
     assert latency == icu.cordic_stages + 2
 
 
-@pytest.mark.parametrize("icu", KNOBS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=str)
 def test_quotients(icu):
     x, y = pairs()
     x, y = np.maximum(np.abs(x), np.abs(y)), np.where(np.abs(x) < np.abs(y), x, y)

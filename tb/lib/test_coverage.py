@@ -28,7 +28,7 @@ def test_arrays_count_as_often_as_they_are_true():
     assert not coverage.has(["odd", "large"])
 
 
-def test_a_case_that_nobody_named():
+def test_an_unnamed_case():
     with pytest.raises(KeyError, match="there is no case 'ful'; there are full, empty"):
         Coverage(["full", "empty"]).hit("ful")
 

@@ -93,7 +93,7 @@ def test_keep_and_before():
     assert came == [7, 2, 25, 3]
 
 
-def test_latency_is_what_the_longest_way_takes():
+def test_latency_is_that_of_the_longest_path():
     assert Mixed(stalls=True).latency == 3
 
 
@@ -202,7 +202,7 @@ class Powers(wiring.Component):
 
 @pytest.mark.parametrize("registers", [1, 2, 3])
 @pytest.mark.parametrize(("interval", "multipliers"), [(1, 0), (2, 3), (5, 2), (12, 1)])
-def test_items_far_apart_share_multipliers(interval, multipliers, registers):
+def test_items_far_apart_share_dsp_blocks(interval, multipliers, registers):
     powers, came, times = Powers(interval=interval, registers=registers), [], []
     assert powers.multipliers <= multipliers
     items = [(k * 37 % 256 - 128, k * 91 % 256) for k in range(30)]

@@ -26,7 +26,7 @@ ARBITERS = {policy.name: Arbiter(SHAPE, count=COUNT, policy=policy) for policy i
 
 
 @pytest.mark.parametrize("name", ONE_TO_ONE)
-def test_what_goes_in_comes_out(name):
+def test_every_input_item_comes_out(name):
     bench = ScheduleBench(ONE_TO_ONE[name], ["i"], ["o"])
 
     @SETTINGS
@@ -130,7 +130,7 @@ def broken_queue(**faults):
     # Inside it takes the same item for ever.
     (broken_queue(i__ready=lambda dut: 0), "the watchdog waited 3000 cycles for everything to stand still"),
     (Refuses(), r"items were never accepted: \{'i': 2\}")], ids=["withdrawn", "changed", "endless", "refused"])
-def test_what_goes_wrong_is_said(component, said):
+def test_faults_are_named(component, said):
     bench = ScheduleBench(component, ["i"], ["o"])
     schedule = Schedule(items={"i": [(0, ZERO), (2, ZERO)]}, stalls={"o": [8]})
     with pytest.raises(AssertionError, match=f"^{said}"):

@@ -110,7 +110,7 @@ def wait(cycles, items):
 
 @FEW
 @given(st.lists(GAP, max_size=30), st.lists(GAP, max_size=12), st.lists(GAP, max_size=30))
-def test_the_interface_asks_in_parts_and_gives_what_comes(requests, listed, vertices):
+def test_the_interface_requests_parts_and_forwards_replies(requests, listed, vertices):
     """Cell 4 has three entries, in two parts; cell 9 has none; the reply of patch 6 is an error."""
     replies = [*wait(70, [cell_beat(11), cell_beat(12, more=1, last=1), *patch_beats(5)]),
                *wait(0, [cell_beat(0, is_id=0, last=1), *patch_beats(6, error=1)]),
@@ -128,7 +128,7 @@ def test_the_interface_asks_in_parts_and_gives_what_comes(requests, listed, vert
     assert came["o_vertex"] == patch(5)
 
 
-def test_no_more_requests_than_there_is_room_for():
+def test_no_more_requests_than_reserved_entries():
     items = {"i_cell": [(0, number) for number in range(2)], "i_patch": [(0, number) for number in range(2)]}
     INTERFACE_BENCH.run(Schedule(items=items, stalls={}))
     assert len(INTERFACE_BENCH.cycles["o_request"]) == 4

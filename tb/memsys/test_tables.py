@@ -61,7 +61,7 @@ def test_cell_table(simulator):
         simulator=simulator)
 
 
-def test_cells_without_a_record_are_asked_for():
+def test_cells_without_a_record_are_requested():
     dut, came = CellTable(config=CONFIG), []
 
     async def drive(ctx):

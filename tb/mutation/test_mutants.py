@@ -36,7 +36,7 @@ async def looks_at_nothing(dut):
 
 
 @pytest.mark.sim
-def test_mutants_that_nobody_looks_for_survive():
+def test_mutants_survive_without_checks():
     text = verilog_of(Rom(), "top")
     nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
     with mock.patch.object(score, "bench_of", return_value=nothing):
@@ -49,5 +49,5 @@ def test_mutants_that_nobody_looks_for_survive():
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("block", "part"), [(block, part) for block, parts in BLOCKS.items() for part in parts])
-def test_every_part_has_a_bench(block, part):
+def test_every_part_has_a_testbench(block, part):
     assert "module top(" in bench_of(block, part).text

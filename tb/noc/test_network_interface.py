@@ -182,7 +182,7 @@ def test_faults_are_reported_and_block_nothing(changes, how, fault):
 
 
 @pytest.mark.parametrize("method", ["parity", "crc"])
-def test_check_bits_tell_every_single_bit(method):
+def test_check_bits_detect_every_single_bit_error(method):
     generator = random.Random(3)
     value = generator.getrandbits(74)
     known = check(method, value, 74)

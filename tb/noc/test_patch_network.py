@@ -48,7 +48,7 @@ class _TooManyCredits(CreditGate):
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
-def test_requests_without_room_for_their_replies_stop_others(monkeypatch, simulator):
+def test_requests_without_reserved_entries_block_others(monkeypatch, simulator):
     monkeypatch.setattr(network_interface, "CreditGate", _TooManyCredits)
     run("greedy", NETWORKS["two"], TESTS[1:], simulator=simulator, requests=30, progress=False)
 

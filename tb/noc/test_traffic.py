@@ -46,7 +46,7 @@ def test_a_torus_bears_twice_what_a_mesh_does():
     assert bound(route(topology, 2), pattern("uniform", topology)) == pytest.approx(1)
 
 
-def test_packets_are_made_at_the_load_and_go_where_the_pattern_says():
+def test_packets_follow_the_offered_load_and_the_pattern():
     topology = Topology("mesh", 4, 4)
     packets = bernoulli(pattern("hotspot", topology), load=0.6, length=5, cycles=20_000, seed=3)
     assert packets.length.sum() / 20_000 / 16 == pytest.approx(0.6, rel=0.02)

@@ -185,7 +185,7 @@ def test_waveforms(folder, clusters):
 
 
 @pytest.mark.sim
-def test_a_difference_is_told(folder, monkeypatch):
+def test_a_difference_is_reported(folder, monkeypatch):
     expected = golden.memory_map.MemoryImage.with_results
 
     def another(image, hits):

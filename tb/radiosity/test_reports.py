@@ -106,7 +106,7 @@ def test_a_failing_step_ends_the_pictures_with_its_code(folder, monkeypatch):
     assert result.exit_code == 3
 
 
-def test_pictures_tell_their_files(folder, monkeypatch):
+def test_pictures_report_their_files(folder, monkeypatch):
     commands = []
 
     def record(words, **_):

@@ -48,7 +48,7 @@ def test_cells_are_counted_in_units():
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_cell_that_nobody_counts_is_an_error(family):
+def test_an_unknown_cell_is_an_error(family):
     with pytest.raises(InputError, match=r"nothing says what a cell NEW takes"):
         FAMILIES[family].area({"NEW": 1})
 

@@ -41,7 +41,7 @@ def test_what_is_read_is_the_same(read, write, gone):
         assert list(run(module, seed)) == list(run(memory(read, write, seed), seed))
 
 
-def test_first_values_that_stay_where_they_were_would_be_noticed():
+def test_unmoved_initial_values_are_detected():
     module = memory([0, 1, 2, "0"], [4, 5, 6, "0"], 1)
     before = module["cells"]["memory"]["parameters"]["INITVAL"]
     copy_addresses(module)

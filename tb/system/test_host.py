@@ -100,7 +100,7 @@ def test_another_machine_is_refused(port, name, message):
         asyncio.run(Host(port, CONFIG).identify())
 
 
-def test_errors_are_told_and_forgotten(port, frustum):
+def test_errors_are_reported_and_cleared(port, frustum):
     host = Host(port, CONFIG)
     for name, value in ("error", ErrorCode.PATH_BUS.value), ("error_cluster", 1), ("error_address", 99):
         port.set(name, value)
@@ -111,7 +111,7 @@ def test_errors_are_told_and_forgotten(port, frustum):
     assert port.commands[-1]["clear"]
 
 
-def test_what_never_ends_is_given_up(port, frustum):
+def test_an_endless_command_times_out(port, frustum):
     host = Host(port, CONFIG)
     port.looks = 1000
     with pytest.raises(EngineTimeoutError, match="loads after 5000 cycles still"):
@@ -123,7 +123,7 @@ def test_what_never_ends_is_given_up(port, frustum):
     ({"icu.rays": 64}, r"Tiles of a section must be at most 4 \(icu.rays\), not"),
     ({"ctu.shell_bits": 3, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 6},
      r"Columns of grid rays must be at most 64 \(ctu.grid_column_bits\), not")])
-def test_what_there_is_no_room_for_is_refused(frustum, changes, message):
+def test_images_beyond_the_capacity_are_refused(frustum, changes, message):
     check_image(frustum.image, CONFIG)
     with pytest.raises(InputError, match=message):
         check_image(frustum.image, CONFIG.replace(changes))

@@ -43,14 +43,14 @@ def test_built_in_scenes_hit_what_naive_hits(name):
 
 def test_equally_near_patches_give_the_smaller_number():
     scene = soup(0)
-    twins = {number: twin for number in range(len(scene)) for twin in range(number)
-             if np.array_equal(scene.vertices[number], scene.vertices[twin])}
-    assert len(twins) >= 2
-    targets = scene.vertices[list(twins)].mean(axis=1)
-    origin = targets + 1e-3 * scene.normals[list(twins)]
+    duplicates = {number: duplicate for number in range(len(scene)) for duplicate in range(number)
+             if np.array_equal(scene.vertices[number], scene.vertices[duplicate])}
+    assert len(duplicates) >= 2
+    targets = scene.vertices[list(duplicates)].mean(axis=1)
+    origin = targets + 1e-3 * scene.normals[list(duplicates)]
     for caster in (Naive(scene), Grid(scene)):
         hits = caster.nearest(Rays(origin, targets - origin))
-        assert not set(hits.patch.tolist()) & set(twins)
+        assert not set(hits.patch.tolist()) & set(duplicates)
 
 
 @pytest.mark.parametrize("name", ["lobby", "balls:1"])

@@ -85,8 +85,8 @@ def test_what_cannot_be_cast_is_one_line(arguments, says):
     assert says in result.stderr
 
 
-@pytest.mark.parametrize("judge", ["naive", "oracle"])
-def test_a_wrong_hit_is_told_by_the_exit_code(monkeypatch, judge):
+@pytest.mark.parametrize("reference", ["naive", "oracle"])
+def test_the_exit_code_reports_a_wrong_hit(monkeypatch, reference):
     right = golden.tasks.cast.Shelling.cast
 
     def wrong(*arguments):
@@ -95,4 +95,4 @@ def test_a_wrong_hit_is_told_by_the_exit_code(monkeypatch, judge):
         return hits, counts
 
     monkeypatch.setattr(golden.tasks.cast.Shelling, "cast", wrong)
-    assert run(*FRUSTUM, "--compare", judge).exit_code == 1
+    assert run(*FRUSTUM, "--compare", reference).exit_code == 1

@@ -43,7 +43,7 @@ def test_limits_hold():
     assert printed["resident"] < printed["found"]
 
 
-def test_a_point_of_ones_own_serves_itself_only():
+def test_a_given_point_serves_itself_only():
     printed = report(*SCENE, "--origin", "3,3,2", "--normal", "1,0,0", "--topology", "ring")
     assert list(printed["cuf"]) == ["1"]
     assert printed["mean_hops"] >= 1

@@ -17,7 +17,7 @@ CONFIG = Config()
 SHELLS = [2, 3, 4, 7, 13, 30]
 AZIMUTHS, POLARS = 64, 16
 SCREEN = {"pixels": (50, 31), "bits": (6, 5), "half_angles": (0.9, 0.45)}
-STRETCH = 1.125
+SCALE = 1.125
 
 
 def angles_between(first, second):
@@ -41,15 +41,15 @@ def test_every_centre_in_a_shell_is_within_half_a_cell_of_a_grid_ray_at_its_own_
 @pytest.mark.parametrize("shell", SHELLS)
 def test_every_centre_in_a_slab_is_within_half_a_cell_of_a_grid_ray_at_its_own_depth(shell):
     random = np.random.default_rng(shell)
-    rays = screen_rays(shell, **SCREEN).direction.reshape(-1, 3)[:, :2] / 2.0**FRACTION * STRETCH
+    rays = screen_rays(shell, **SCREEN).direction.reshape(-1, 3)[:, :2] / 2.0**FRACTION * SCALE
     half = np.array(SCREEN["half_angles"]) * SCREEN["pixels"] / 2.0**np.array(SCREEN["bits"])
-    edge = half + margins.screen_border(shell, half, STRETCH)
+    edge = half + margins.screen_border(shell, half, SCALE)
     centre = random.uniform(-edge, edge, (1000, 2))
     distance = np.linalg.norm(centre[:, None] - rays[None], axis=2).min(axis=1)
     assert (shell * distance).max() < margins.RADIUS
 
 
-def test_no_more_grid_rays_than_the_density_asks_for():
+def test_no_more_grid_rays_than_the_density_requires():
     for shell in SHELLS:
         azimuth, polar = steps(shell)
         rays = hemisphere_rays(shell, AZIMUTHS, POLARS)
@@ -80,9 +80,9 @@ def test_a_grid_ray_of_a_screen_survives_while_a_near_pixel_may_change(shell):
     columns, rows = SCREEN["pixels"]
     pitch = 2 * np.array(SCREEN["half_angles"]) / 2.0**np.array(SCREEN["bits"])
     half = pitch * SCREEN["pixels"] / 2
-    slope = rays.direction[..., :2] / 2.0**FRACTION * STRETCH
-    step = 2 * (margins.RADIUS - margins.slack(shell, STRETCH)) / (np.sqrt(2) * shell)
-    reach = np.array([margins.screen_reach(shell, h, step, STRETCH) for h in half])
+    slope = rays.direction[..., :2] / 2.0**FRACTION * SCALE
+    step = 2 * (margins.RADIUS - margins.slack(shell, SCALE)) / (np.sqrt(2) * shell)
+    reach = np.array([margins.screen_reach(shell, h, step, SCALE) for h in half])
     random = np.random.default_rng(shell)
     for _ in range(5):
         pixel = random.integers((columns, rows))

@@ -12,7 +12,7 @@ def test_sums_of_a_closed_scene_are_one_exactly():
     assert sums[3] == sum(hemisphere.weights[patch == 3].tolist())
 
 
-def test_rays_without_a_hit_count_for_nobody():
+def test_rays_without_a_hit_count_for_no_patch():
     assert collect(np.array([-1, 1, -1, 1]), np.array([8, 4, 2, 1]), 3).tolist() == [0, 5, 0]
 
 

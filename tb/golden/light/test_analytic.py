@@ -91,7 +91,7 @@ def test_a_closed_room_is_seen_whole_from_any_element_in_any_attitude():
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), rotation(7), rotation(8)], ids=["straight", "turned", "turned too"])
-def test_elements_on_the_walls_see_all_else_and_not_their_own_plane(turn):
+def test_elements_on_the_walls_see_all_but_their_own_plane(turn):
     scene = cube(4)
     points = scene.vertices.mean(axis=1) @ turn
     seen = point_to_polygon(points, scene.normals @ turn, scene.vertices @ turn)

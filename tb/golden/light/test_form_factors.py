@@ -109,7 +109,7 @@ def test_reciprocity_and_row_sums_of_the_cube():
     np.testing.assert_allclose(exchange, exchange.T, rtol=0, atol=result.area[0] / 128)
 
 
-def test_what_stands_between_hides():
+def test_a_patch_between_hides():
     scene = build(PLATE, lifted(PLATE, 1), PLATE * 20 + np.array((-10, -10, 0.5)))
     factors = patch_form_factors(scene, Naive(scene), rays=(64, 16), samples=2).F
     assert factors[0, 1] == factors[1, 0] == 0

@@ -77,7 +77,7 @@ def test_the_image_is_that_of_grid_through_the_same_points(cornell, monkeypatch)
     np.testing.assert_allclose(shelling[same], grid[same], rtol=2e-3, atol=1e-4 * grid.mean())
 
 
-def test_every_hit_is_that_of_the_naive_algorithm_in_the_same_integers(cornell):
+def test_every_hit_is_that_of_brute_force_in_the_same_integers(cornell):
     points, surfaces = cornell.vertices[:6].mean(axis=1), cornell.surface[:6]
     for cast in (lambda caster: primary(caster, cornell.camera),
                  lambda caster: hemisphere_hits(caster, points, cornell.normals[:6], surfaces)):

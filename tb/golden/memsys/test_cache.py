@@ -80,7 +80,7 @@ def test_sizes_that_cannot_be(policy, lines):
         Cache(policy, lines=lines)
 
 
-def test_clusters_ask_in_turn_and_begin_a_frustum_together():
+def test_clusters_request_in_round_robin_order_and_begin_a_frustum_together():
     frusta = ((np.array([1, 2, 3]), np.array([4])), (np.array([5]), np.array([6, 7])))
     np.testing.assert_array_equal(interleaved(frusta), [1, 4, 2, 3, 5, 6, 7])
     resident = np.isin(np.arange(8), [2, 6])

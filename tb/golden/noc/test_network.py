@@ -83,7 +83,7 @@ def test_a_million_flits_arrive(name, load):
 
 
 @pytest.mark.parametrize("router_cycles", [1, 2])
-def test_so_many_places_are_enough_for_a_flit_in_every_cycle(router_cycles):
+def test_so_many_entries_sustain_a_flit_per_cycle(router_cycles):
     routing = route(Topology("mesh", 4, 1), 1)
     given = Packets(source=np.array([0]), destination=np.array([3]), length=np.array([100]), made=np.array([0]),
                     message=np.array([0]))
@@ -107,7 +107,7 @@ def test_kinds_of_messages_have_channels_of_their_own():
     assert set(arrivals.channel[given.message[arrivals.packet] == 1]) == {1}
 
 
-def test_copies_of_a_network_know_nothing_of_each_other():
+def test_copies_of_a_network_are_independent():
     routing = route(Topology("torus", 3, 3), 2)
     one = packets(np.random.default_rng(4), routing.topology, "uniform", flits=300, load=0.6)
     both = Packets(source=np.concatenate([one.source, one.source + 9]),
@@ -117,7 +117,7 @@ def test_copies_of_a_network_know_nothing_of_each_other():
     assert np.array_equal(together.left, np.tile(alone.left, 2))
 
 
-def test_age_goes_before_turn():
+def test_age_precedes_round_robin_order():
     """Both arbitrations transfer the same flits, in another order."""
     routing = route(Topology("mesh", 4, 4), 1)
     given = packets(np.random.default_rng(5), routing.topology, "hotspot", flits=2000, load=0.7, longest=1)

@@ -30,7 +30,7 @@ def check(topology, virtual_channels):
 
 
 @pytest.mark.parametrize(("name", "columns", "rows"), SHARE)
-def test_no_network_can_deadlock_and_all_ways_are_shortest(name, columns, rows):
+def test_no_network_can_deadlock_and_all_routes_are_shortest(name, columns, rows):
     topology = Topology(name, columns, rows)
     check(topology, classes_needed(topology))
     check(topology, 4)
@@ -51,7 +51,7 @@ def test_packets_of_a_mesh_go_along_x_then_y():
     assert [cube.topology.ports[output] for _, output, _ in cube.path(5, 14)] == ["bit_0", "bit_1", "bit_3"]
 
 
-def test_both_ways_around_a_ring_are_taken_equally_often():
+def test_both_directions_around_a_ring_are_taken_equally_often():
     steps = displacement(Topology("torus", 8, 4))
     for place, half in enumerate((4, 2)):
         assert (steps[..., place] == half).sum() == (steps[..., place] == -half).sum() > 0
@@ -66,13 +66,13 @@ def test_long_rings_need_two_classes(name, nodes, classes):
 
 @pytest.mark.parametrize(("name", "columns", "rows"), [("torus", 4, 4), ("torus", 8, 8), ("ring", 8, 1),
                                                        ("illiac", 4, 4)])
-def test_a_ring_with_one_channel_is_refused_with_the_circle(name, columns, rows):
+def test_a_ring_with_one_channel_is_refused_with_the_cycle(name, columns, rows):
     topology = Topology(name, columns, rows)
     with pytest.raises(InputError, match="with Virtual channels 1 can deadlock: ") as refused:
         route(topology, 1)
-    circle = str(refused.value).partition("deadlock: ")[2].split(" -> ")
-    assert circle[0] == circle[-1]
-    nodes, ports = zip(*(step.split()[:2] for step in circle), strict=True)
+    cycle = str(refused.value).partition("deadlock: ")[2].split(" -> ")
+    assert cycle[0] == cycle[-1]
+    nodes, ports = zip(*(step.split()[:2] for step in cycle), strict=True)
     for node, port, after in zip(nodes, ports, nodes[1:], strict=False):
         assert topology.neighbour[int(node), topology.ports.index(port)] == int(after)
     route(topology, 2)
@@ -97,7 +97,7 @@ def mesh_with(port):
                    entry=np.zeros((4, 4), dtype=int))
 
 
-def test_a_routing_that_turns_in_a_circle_is_refused():
+def test_a_cyclic_routing_is_refused():
     # Clockwise around a square (0 1 / 2 3): to the node opposite over the next one.
     east, west, south, north = 1, 2, 3, 4
     with pytest.raises(InputError, match=r"mesh 2 x 2 with Virtual channels 1 can deadlock: 0 east channel 0 -> 1 "

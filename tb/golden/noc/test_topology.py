@@ -45,7 +45,7 @@ def test_illiac_of_eight_is_no_longer_than_a_ring():
 
 @pytest.mark.parametrize("topology", TOPOLOGIES)
 @pytest.mark.parametrize("nodes", SIZES)
-def test_every_link_has_its_way_back_through_the_same_ports(topology, nodes):
+def test_every_link_returns_through_the_same_ports(topology, nodes):
     powers_of_two_only(topology, nodes)
     network = Topology.of(topology, nodes)
     links = {(link.source, link.output, link.target, link.input) for link in network.links}

@@ -482,7 +482,7 @@ def test_an_up_that_is_none_is_refused(tmp_path, up):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_a_fault_of_our_own_is_not_blamed_on_the_file(tmp_path, monkeypatch, name):
+def test_an_internal_error_is_not_reported_as_one_of_the_file(tmp_path, monkeypatch, name):
     """It must reach the developer as it is: only parsers of other projects may raise anything for a bad file."""
     path = write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS))
 

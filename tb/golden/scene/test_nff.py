@@ -170,7 +170,7 @@ def test_camera_is_optional():
     ("f 1 1 1 0 0 0 1 0.5\ns 0 0 0 1",
      "bad.nff:1: material 'fill 1': Refraction index must be a finite value of at least 1, not 0.5"),
 ])
-def test_bad_file_is_one_line_with_its_place(text, message):
+def test_bad_file_is_one_line_with_its_position(text, message):
     with pytest.raises(InputError) as caught:
         read_nff(text, "bad.nff")
     assert str(caught.value) == message

@@ -35,7 +35,7 @@ def test_patches_are_found_once_and_shell_by_shell(scene):
     assert np.array_equal(np.sort(found.patches), np.flatnonzero(found.frequency))
 
 
-def test_all_other_patches_fill_the_room_that_is_left(scene):
+def test_all_other_patches_fill_the_free_entries(scene):
     plain, filled = made(scene, capacity=ROOM), made(scene, capacity=ROOM, fill=True)
     found, passed = plain.found.patches, filled.found.passed
     assert not np.intersect1d(found, passed).size

@@ -18,7 +18,7 @@ def test_each_cluster_holds_its_patches_in_the_order_of_discovery():
     assert sets.chosen.tolist() == [4, 3, 9, 7, 1]
 
 
-def test_the_most_used_patches_stay_when_there_is_no_room_for_all():
+def test_the_most_used_patches_stay_when_the_capacity_is_exceeded():
     sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=2)
     assert [held.tolist() for held in sets.patches] == [[4, 3], [9, 7]]
     assert len(resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=0)) == 0
@@ -35,7 +35,7 @@ def test_negative_capacity_is_refused():
         resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=-1)
 
 
-def test_room_that_is_left_is_filled_behind_what_is_held():
+def test_free_entries_are_filled_after_the_patches_found():
     sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=4)
     more = fill_up(sets, np.array([2, 8, 5, 0, 6]), np.array([0, 0, 1, 1, 0]), capacity=4)
     assert [held.tolist() for held in more.patches] == [[4, 3, 2, 8], [9, 7, 1, 5]]
@@ -44,7 +44,7 @@ def test_room_that_is_left_is_filled_behind_what_is_held():
         [4, 3], [9, 7, 1]]
 
 
-def test_what_has_no_room_at_home_goes_where_most_is_left():
+def test_patches_beyond_the_home_capacity_go_where_most_entries_are_free():
     sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=5)
     more = fill_up(sets, np.array([2, 8, 5, 0, 6, 10]), np.array([1, 1, 1, -1, 0, 1]), capacity=5)
     # 2 and 8 fill cluster 1, 6 fits at home, and 5 and 0 take the rest; no capacity is left for 10.

@@ -45,7 +45,7 @@ def test_no_border_is_nearer_to_the_median_than_the_one_cut_at():
         assert off[low[3] - 1] == min(off)
 
 
-def test_cuts_go_by_turns_through_azimuth_and_polar_angle():
+def test_cuts_alternate_between_azimuth_and_polar_angle():
     levels = cut_sections(workload(3), clusters=16).levels
     for level in range(4):
         for part, (low, high) in zip(levels[level], levels[level + 1].reshape(-1, 2, 4), strict=True):
@@ -69,7 +69,7 @@ def test_all_work_in_one_ray_still_leaves_every_cluster_rays():
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize(("rows", "columns"), [(16, 64), (31, 50), (13, 29)])
-def test_no_section_has_more_rays_than_there_is_room_for(seed, rows, columns):
+def test_no_section_exceeds_the_ray_capacity(seed, rows, columns):
     for clusters in 2, 4, 8, 16:
         cuts = clusters.bit_length() - 1
         smallest = -(-rows // (1 << cuts // 2)) * -(-columns // (1 << (cuts + 1) // 2))
@@ -78,7 +78,7 @@ def test_no_section_has_more_rays_than_there_is_room_for(seed, rows, columns):
             assert partition.sums(np.ones((rows, columns))).max() <= ray_capacity
 
 
-def test_room_that_even_equal_sections_exceed_is_refused():
+def test_a_capacity_below_equal_sections_is_refused():
     with pytest.raises(InputError, match=r"64 x 16 rays on 4 clusters .* at least 256 rays.*capacity is 255"):
         cut_sections(np.ones((16, 64)), clusters=4, ray_capacity=255)
 

@@ -23,7 +23,7 @@ def test_shooting_by_reciprocity_finds_the_same_solution(name):
     np.testing.assert_allclose(solution.radiosity[:, 0], DUCT_RADIOSITY, rtol=0, atol=6e-9)
 
 
-def test_shooting_asks_once_for_the_rows_that_shoot_and_for_no_others():
+def test_shooting_requests_each_shooting_row_once_and_no_others():
     provider = Rows(DUCT_FACTORS)
     SOLVERS["progressive"](duct(provider), max_steps=2)
     assert provider.requested == [0]
@@ -31,7 +31,7 @@ def test_shooting_asks_once_for_the_rows_that_shoot_and_for_no_others():
     assert sorted(provider.requested[1:]) == [0, 1, 2]
 
 
-def test_gathering_asks_for_all_rows_once():
+def test_gathering_requests_all_rows_once():
     provider = Rows(DUCT_FACTORS)
     solution = SOLVERS["gauss-jacobi"](duct(provider), tolerance=1e-9)
     assert provider.requested == [0, 1, 2]
