@@ -41,6 +41,11 @@ class RayMemory(wiring.Component):
     the order of the chain: the first one for another version leaves, and those behind it are deferred again. Until then
     the slot is held for them: a request that comes meanwhile is deferred too, behind them.
 
+    First come, first served: the rays of a slot leave in the order of its requests. A deferred request has a ticket,
+    and the row says whose turn it is; another one that is tried is deferred again. The chains alone do not keep the
+    order: a ray may come back while the last requests of the chain are still to be tried, and the first ones wait
+    again.
+
     Several rays may share a slot, each is a version of it. A ray that left before another ray of its slot leaves again
     if it is requested again: that costs cycles, and nothing is lost.
 
@@ -95,6 +100,9 @@ class RayMemory(wiring.Component):
         self._slots, self._version_bits, self._deferred = slots, version_bits, deferred
         self._generation_bits = generation_bits
         request = self._request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})
+        # A deferred request. Tickets of those that wait for a slot differ.
+        self._ticket = deferred.bit_length()
+        self._waiter = StructLayout({"ticket": self._ticket, "request": request})
         super().__init__({
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "i_return": In(stream.Signature(range(slots), always_ready=True)), "o": Out(stream.Signature(request)),
@@ -104,19 +112,20 @@ class RayMemory(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         m.submodules.generations = generations = Generations(bits=self._generation_bits, depth=self._slots)
-        # ``held``: the ray is back for the requests that wait, which are ``waiters``.
+        # ``held``: the ray is back for the requests that wait, which are ``waiters``; ``turn``: the first one's ticket.
+        ticket = self._ticket
         row = StructLayout({"generation": self._generation_bits, "version": self._version_bits, "away": 1, "held": 1,
-                            "waiters": range(self._deferred + 1)})
-        access = StructLayout({"kind": _Kind, "version": self._version_bits})
+                            "waiters": range(self._deferred + 1), "turn": ticket})
+        access = StructLayout({"kind": _Kind, "ticket": ticket, "version": self._version_bits})
 
         def decide(old, access):
             """The state of a slot in this frustum, and whether an access leaves or is deferred."""
             now, retries = old.generation == generations.generation, access.kind == _Kind.RETRY
             state = {"version": Mux(now, old.version, 0), "away": now & old.away, "held": now & old.held,
-                     "waiters": Mux(now, old.waiters, 0)}
-            other = access.version != state["version"]
-            leaves = other & Mux(retries, state["held"], (access.kind == _Kind.REQUEST) & ~state["away"])
-            defers = Mux(retries, ~state["held"], (access.kind == _Kind.REQUEST) & other & state["away"])
+                     "waiters": Mux(now, old.waiters, 0), "turn": Mux(now, old.turn, 0)}
+            other, served = access.version != state["version"], state["held"] & (access.ticket == state["turn"])
+            leaves = other & Mux(retries, served, (access.kind == _Kind.REQUEST) & ~state["away"])
+            defers = Mux(retries, ~served, (access.kind == _Kind.REQUEST) & other & state["away"])
             return state, leaves, defers
 
         def change(old, access):
@@ -127,18 +136,22 @@ class RayMemory(wiring.Component):
             held = Mux(returns, state["waiters"] != 0, state["held"] & ~leaves & ~(ends & (waiters == 0)))
             new = {"generation": Mux(clears, 0, generations.generation),
                    "version": Mux(leaves, access.version, state["version"]),
-                   "away": leaves | Mux(returns | ends, held, state["away"]), "held": held, "waiters": waiters}
+                   "away": leaves | Mux(returns | ends, held, state["away"]), "held": held, "waiters": waiters,
+                   "turn": (state["turn"] + ends)[:ticket]}
             return View(row, Cat(new.values())), returns | clears | leaves | defers | ends
 
         m.submodules.rows = rows = UpdateMemory(
-            row, depth=self._slots, operand=access, tag=StructLayout({"kind": _Kind, "request": self._request}),
-            change=change)
+            row, depth=self._slots, operand=access, change=change,
+            tag=StructLayout({"kind": _Kind, **self._waiter.members}))
         # What an access comes to.
         made, done = Signal.like(rows.o.payload.tag, reset_less=True), Signal()
         came = rows.o.payload
-        _, leaves_now, defers_now = decide(came.old, View(access, Cat(came.tag.kind, came.tag.request.version)))
+        state, leaves_now, defers_now = decide(
+            came.old, View(access, Cat(came.tag.kind, came.tag.ticket, came.tag.request.version)))
         leaves, defers = Signal(reset_less=True), Signal(reset_less=True)
         m.d.sync += [done.eq(rows.o.valid), made.eq(came.tag), leaves.eq(leaves_now), defers.eq(defers_now)]
+        with m.If(came.tag.kind == _Kind.REQUEST):
+            m.d.sync += made.ticket.eq(state["turn"] + state["waiters"])
         requested, retried, returned = (Signal(name=name) for name in ("requested", "retried", "returned"))
         m.d.comb += [flag.eq(done & (made.kind == kind)) for flag, kind in (
             (requested, _Kind.REQUEST), (retried, _Kind.RETRY), (returned, _Kind.RETURN))]
@@ -150,7 +163,7 @@ class RayMemory(wiring.Component):
             leaving.i.valid.eq(departs), leaving.i.payload.eq(made.request),
             self.o_passed.valid.eq(resolved & ~leaves), self.o_passed.payload.eq(made.request.tag)]
 
-        retry, restart = self._add_deferral(m, made.request, requested=requested, retried=retried, returned=returned,
+        retry, restart = self._add_deferral(m, made, requested=requested, retried=retried, returned=returned,
                                             departs=departs, defers=defers)
         enters = self._add_accesses(m, rows.i, retry, generations, resolved=resolved, stays=decided & ~leaves)
         m.d.sync += self.waiting.eq(self.waiting + (requested & defers) - (retried & ~defers))
@@ -166,13 +179,14 @@ class RayMemory(wiring.Component):
             m.d.comb += [start.valid.eq(output.valid), output.ready.eq(start.ready)]
         return m
 
-    def _add_deferral(self, m, request, *, requested, retried, returned, departs, defers):
+    def _add_deferral(self, m, made, *, requested, retried, returned, departs, defers):
         """The I-structure: its answers are deferred requests that are tried again; and its start."""
         m.submodules.absent = absent = IStructure(
-            0, depth=self._slots, version_bits=self._generation_bits, deferred=self._deferred, tag=self._request,
+            0, depth=self._slots, version_bits=self._generation_bits, deferred=self._deferred, tag=self._waiter,
             renews=True)
+        waiter = Cat(made.ticket, made.request)
         # None of them is ever full: at most ``deferred`` requests are in flight.
-        first, again = (Queue(self._request, depth=self._deferred) for _ in range(2))
+        first, again = (Queue(self._waiter, depth=self._deferred) for _ in range(2))
         m.submodules.first, m.submodules.again = first, again
         # First come, first served: a request that is deferred for the first time is read when those that waited longer
         # are in chains again. ``trying``: requests that are decided again or read again.
@@ -180,17 +194,17 @@ class RayMemory(wiring.Component):
         tries = absent.o_read.valid & absent.o_read.ready
         m.d.sync += trying.eq(trying + tries - (retried & ~defers) - (again.o.valid & again.o.ready))
         m.d.comb += [
-            first.i.valid.eq(requested & defers), first.i.payload.eq(request),
-            again.i.valid.eq(retried & defers), again.i.payload.eq(request),
+            first.i.valid.eq(requested & defers), first.i.payload.eq(waiter),
+            again.i.valid.eq(retried & defers), again.i.payload.eq(waiter),
             # Only when it is accepted, so that no offer is withdrawn.
             may_read.eq((trying == 0) & ~absent.releases & read.ready),
             read.valid.eq(again.o.valid | (first.o.valid & may_read)), again.o.ready.eq(read.ready),
             first.o.ready.eq(may_read & ~again.o.valid),
             read.payload.tag.eq(Mux(again.o.valid, again.o.payload.as_value(), first.o.payload.as_value())),
-            read.payload.address.eq(Mux(again.o.valid, again.o.payload.slot, first.o.payload.slot)),
+            read.payload.address.eq(Mux(again.o.valid, again.o.payload.request.slot, first.o.payload.request.slot)),
             # Both are always ready: no version ends while accesses are in flight.
-            absent.i_renew.valid.eq(departs), absent.i_renew.payload.eq(request.slot),
-            absent.i_write.valid.eq(returned), absent.i_write.payload.address.eq(request.slot)]
+            absent.i_renew.valid.eq(departs), absent.i_renew.payload.eq(made.request.slot),
+            absent.i_write.valid.eq(returned), absent.i_write.payload.address.eq(made.request.slot)]
         return absent.o_read, absent.i_start
 
     def _add_accesses(self, m, rows, retry, generations, *, resolved, stays):
@@ -210,9 +224,11 @@ class RayMemory(wiring.Component):
         entry, enters = Signal(rows.payload.tag.shape(), reset_less=True), Signal()
         m.d.comb += [
             rows.valid.eq(enters), rows.payload.tag.eq(entry), rows.payload.address.eq(entry.request.slot),
-            rows.payload.operand.kind.eq(entry.kind), rows.payload.operand.version.eq(entry.request.version)]
+            *(rows.payload.operand[name].eq(entry[name]) for name in ("kind", "ticket")),
+            rows.payload.operand.version.eq(entry.request.version)]
         m.d.sync += [enters.eq(self.i_return.valid | retries | accepts | generations.sweeps),
-                     entry.kind.eq(_Kind.RETRY), entry.request.eq(retry.payload.tag)]
+                     entry.kind.eq(_Kind.RETRY),
+                     *(entry[name].eq(retry.payload.tag[name]) for name in ("ticket", "request"))]
         with m.If(accepts):
             m.d.sync += [entry.kind.eq(_Kind.REQUEST), entry.request.eq(self.i.payload)]
         for happens, kind, slot in ((self.i_return.valid, _Kind.RETURN, self.i_return.payload),

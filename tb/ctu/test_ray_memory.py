@@ -56,7 +56,7 @@ class Bench:
 
     def __init__(self, dut, *, requests="none", sink="none", seed=0, returns=True, slots=SLOTS, shape=SHAPE,
                  passed=("o_passed",), away=None):
-        self.dut, self._edge, self._random = dut, RisingEdge(dut.clk), np.random.default_rng([seed, options()["seed"]])
+        self.dut, self.edge, self._random = dut, RisingEdge(dut.clk), np.random.default_rng([seed, options()["seed"]])
         self.start, self.back = Source(dut, "i_start"), Source(dut, "i_return")
         self.request = Source(dut, "i", stalls=STALLS[requests](options()["seed"]))
         self.taken, self._passed = Monitor(dut, "i"), [Monitor(dut, name) for name in passed]
@@ -76,7 +76,7 @@ class Bench:
     async def _follow(self):
         seen = 0
         while True:
-            await self._edge
+            await self.edge
             for item in self.sink.items[seen:]:
                 ray = unpack(self._shape, item)
                 assert ray["slot"] not in self.away, "two copies of a ray must never be in flight"
@@ -94,13 +94,13 @@ class Bench:
                 slot = int(self._random.choice(back))
                 del self.away[slot]
                 self.dut.i_return__payload.value = slot
-            await self._edge
+            await self.edge
 
     async def settled(self):
         """Until no ray is away and nothing waits."""
         quiet = 0
         while quiet < 2 * AGAIN:
-            await self._edge
+            await self.edge
             busy = self.away or int(self.dut.waiting.value) or int(self.dut.o__valid.value)
             quiet = 0 if busy else quiet + 1
 
@@ -117,6 +117,9 @@ class Bench:
         assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
         assert {ray[:2] for ray in left} == set(asked), "no request may be lost"
         assert all(asked[tag] == (slot, shell) for slot, shell, tag in left)
+        for slot in {ray[0] for ray in left}:
+            served = [tag for other, _, tag in left if other == slot]
+            assert served == sorted(served), "requests for a slot must be served in their order"
         tags = sorted([tag for *_, tag in left] + [
             tag for monitor, seen in zip(self._passed, passed, strict=True) for tag in monitor.items[seen:]])
         assert tags == list(range(len(asked))), "each request must leave or be dropped, once"
@@ -276,8 +279,37 @@ async def a_return_to_one_request(dut):
     assert stuck.done()
 
 
+@cocotb.test()
+async def returns_block_retries(dut):
+    """First come, first served: also if the ray is back while returns block those behind the one that it left for."""
+    await start(dut, cycles=100_000)
+    others = SLOTS - 1
+    for begin in range(AGAIN + 2):
+        for until in range(begin + 2, AGAIN + 14, 4):
+            bench = Bench(dut, returns=False)
+            await bench.start.send([0])
+            await bench.request.send([request(0, 1), *(request(1 + k, 1) for k in range(others)),
+                                      *(request(0, 2 + k, k) for k in range(DEFERRED))])
+            await ClockCycles(dut.clk, AGAIN)
+            assert int(dut.waiting.value) == DEFERRED
+            seen, left = len(bench.sink.items), []
+            idle, cycle = 0, -1
+            while idle < 2 * AGAIN:
+                # The hot slot's ray comes back at once; a return of another slot's ray does not change its slot.
+                came = [unpack(SHAPE, item) for item in bench.sink.items[seen:]]
+                seen += len(came)
+                left += [ray["tag"] for ray in came]
+                back = cycle < 0 or bool(came)
+                dut.i_return__valid.value = back or begin <= cycle < until
+                dut.i_return__payload.value = 0 if back else 1 + cycle % others
+                cycle, idle = cycle + 1, 0 if back or cycle < until else idle + 1
+                await bench.edge
+            assert left == list(range(DEFERRED)), (begin, until)
+            bench.stop()
+
+
 ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "one_access_per_cycle",
-       "a_return_to_one_request")
+       "a_return_to_one_request", "returns_block_retries")
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
