@@ -1,7 +1,7 @@
 from itertools import pairwise
 
 from amaranth.hdl import Module, Signal
-from amaranth.lib import wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,12 +16,13 @@ PERIOD = 8
 
 
 class Shuttered(wiring.Component):
-    """A gate that is open in the cycles of a repeated pattern; ``late``: patches that began while it was closed."""
+    """A gate that is open in the cycles of a repeated pattern; ``begun``: whether a patch that begins may begin."""
 
     def __init__(self):
         self._gate = VertexGate(config=CONFIG)
         members = self._gate.signature.members
-        super().__init__({"i": members["i"], "o": members["o"], "pattern": In(PERIOD), "late": Out(8)})
+        super().__init__({"i": members["i"], "o": members["o"], "pattern": In(PERIOD),
+                          "begun": Out(stream.Signature(1, always_ready=True))})
         self.latency = self._gate.latency
 
     def elaborate(self, platform):
@@ -30,14 +31,14 @@ class Shuttered(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), gate.i)
         wiring.connect(m, gate.o, wiring.flipped(self.o))
         cycle, was_offered = Signal(range(PERIOD)), Signal()
-        m.d.comb += gate.is_open.eq(self.pattern.bit_select(cycle, 1))
-        m.d.sync += [cycle.eq(cycle + 1), was_offered.eq(gate.o.valid & ~gate.o.ready),
-                     self.late.eq(self.late + (gate.begins & ~gate.is_open & ~was_offered))]
+        m.d.comb += [gate.is_open.eq(self.pattern.bit_select(cycle, 1)), self.begun.valid.eq(gate.begins),
+                     self.begun.payload.eq(gate.is_open | was_offered)]
+        m.d.sync += [cycle.eq(cycle + 1), was_offered.eq(gate.o.valid & ~gate.o.ready)]
         return m
 
 
 COMPONENT = Shuttered()
-BENCH = ScheduleBench(COMPONENT, ["i"], ["o"], patience=4 * PERIOD)
+BENCH = ScheduleBench(COMPONENT, ["i"], ["o", "begun"], patience=4 * PERIOD)
 
 
 def vertices(stalls):
@@ -50,10 +51,11 @@ def vertices(stalls):
                                                            max_size=VERTICES * patches)),
        st.lists(st.integers(0, 9), max_size=12), st.integers(1, (1 << PERIOD) - 1))
 def test_offers_stay_and_all_vertices_pass(idle, stalls, pattern):
-    """Whenever the gate closes: the bench fails if an offer is withdrawn."""
+    """Whenever the gate closes: the bench fails if an offer is withdrawn. Each patch begins once, with its vertex."""
     given_items = vertices(idle)
     came = BENCH.run(Schedule(items={"i": given_items}, stalls={"o": stalls}), pattern=pattern)
-    assert came == {"o": [item for _, item in given_items]}
+    assert came == {"o": [item for _, item in given_items], "begun": [1] * (len(given_items) // VERTICES)}
+    assert BENCH.cycles["begun"] == BENCH.cycles["o"][::VERTICES]
 
 
 def test_an_offer_is_not_withdrawn_when_the_gate_closes():
