@@ -32,6 +32,7 @@ def check_image(image: Mapping[str, np.ndarray]):
     _require((grid["shape"] < 1 << GRID_SHAPE_BITS).all(),
              f"cell_grid.shape must be below {1 << GRID_SHAPE_BITS}, not {grid['shape'].tolist()}")
     _within(image["cells"]["pointer"], image["cells"]["count"], len(image["patch_lists"]), "cells", "patch_lists")
+    _require((image["patches"]["id"] < patches).all(), f"patches.id must be below {patches}")
     for region in "patch_lists", "subshells", "residents":
         _require((image[region]["patch"] < patches).all(), f"{region}.patch must be below {patches}")
     _require((image["near_cells"]["cell"] < cells).all(), f"near_cells.cell must be below {cells}")

@@ -176,6 +176,7 @@ def test_regions_are_aligned_and_apart(image):
         assert offsets[region.name] >= end
         end = offsets[region.name] + image[region.name].nbytes
     assert end <= image.size == len(image.to_bytes())
+    assert image.size % ALIGNMENT == 0, "an image ends with a beat of any width"
 
 
 def test_offsets_are_those_of_the_region_table_and_need_no_bytes(image, monkeypatch):
@@ -219,6 +220,7 @@ def broken(image, region, field, value, row=0):
     ("cells", "pointer", 1 << 31, "cells must point into the .* records of patch_lists"),
     ("cells", "count", 1 << 31, "cells must point into"),
     ("patch_lists", "patch", 1297, r"patch_lists.patch must be below 1297"),
+    ("patches", "id", 1297, r"patches.id must be below 1297"),
     ("subshells", "patch", 0xFFFFFFFF, "subshells.patch must be below"),
     ("residents", "patch", 5000, "residents.patch must be below"),
     ("near_cells", "cell", 1 << 30, "near_cells.cell must be below"),

@@ -199,6 +199,9 @@ def broken_images(data):
          Fault.POINTER, "patch_lists"),
         ("residents", with_value(field("residents", int(cluster["first_resident"]), "patch"), 1 << 20), "patches",
          Fault.POINTER, "residents"),
+        # In the first of several groups of patches.
+        ("patches.id", with_value(field("patches", int(image.residents(0)[3]), "id"), len(image["patches"])), "patches",
+         Fault.POINTER, "patches"),
         ("subshells", with_value(field("subshells", int(cluster["first_subshell"]), "patch"), 1 << 20), "subshells",
          Fault.POINTER, "subshells"),
         ("near_cells", with_value(field("near_cells", 2, "cell"), last + 1), "near_cells", Fault.POINTER, "near_cells"),
