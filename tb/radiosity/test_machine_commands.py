@@ -4,6 +4,8 @@
 import csv
 import json
 import re
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +14,15 @@ from click.testing import CliRunner
 import golden.cli
 import golden.memory_map
 import radiosity.cli
+from golden.cast.rays import Rays
 from golden.config import PRESETS
+from golden.frustum import Hemisphere
+from golden.scene.open import open_scene
+from hw.memsys.cache_policy import CachePolicy
 from hw.simulator.cast_result import CastResult
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
+from hw.simulator.simulation_config import simulation_config
 from hw.simulator.utilization import utilization
 from radiosity.machine_cast import write_counters
 from tb.system.test_engine import SMALL
@@ -90,6 +97,49 @@ def test_the_machines_errors_are_lines_too(folder, monkeypatch):
                  "1", *ON)
     assert result.exit_code == 2
     assert result.stderr == "error: machine: verilator fails\n"
+
+
+OPTIONS = ("--clusters", "4", "--topology", "ring", "--policy", "direct", "--latency", "7", "--spread", "3",
+           "--memory-seed", "5", "--preset", "small", "-P", "icu.rays=2048", "-P", "noc.requests=2")
+
+
+@pytest.mark.parametrize("command", [
+    ("cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", "--ratio", "1", "--waves", "a.vcd"),
+    ("formfactors", "cornell", "-o", "a.npz", "--rays", "16x4", "--cell", "0.5"),
+    ("render", "cornell", "-o", "a.png", "--size", "6x4", "--cell", "0.5", *COARSE)], ids=lambda words: words[0])
+def test_options_reach_the_machine(folder, monkeypatch, command):
+    machines = []
+
+    def keep(_, config, **given):
+        machines.append((config, given))
+        raise RuntimeError("enough")
+
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", keep)
+    assert run(radiosity.cli.main, *command, *ON, *OPTIONS).stderr == "error: machine: enough\n"
+    ((config, given),) = machines
+    assert (config.noc.nodes, config.noc.topology, config.noc.requests, config.icu.rays) == (4, "ring", 2, 2048)
+    assert config.icu.side_bits == PRESETS["small"].icu.side_bits
+    assert {name: given[name] for name in ("policy", "latency", "spread", "shuffles", "seed", "traced")} == {
+        "policy": CachePolicy.DIRECT, "latency": 7, "spread": 3, "shuffles": True, "seed": 5,
+        "traced": command[0] == "cast"}
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_sums_that_are_not_those_of_the_hits_are_refused(right):
+    """A machine without hits, whose sums say so or say nothing."""
+    hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
+    config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+
+    def cast(image, **_):
+        written = image.with_results(image.hits()) if right else image
+        return CastResult(image=written, cycles=1, load_cycles=0, result_cycles=0, shared={},
+                          counters=[{"intersection_tested": 0, "traversal_steps": 0}])
+
+    caster = MachineCaster(scene, SimpleNamespace(config=config, cast=cast), cell=0.5)
+    point, frames = scene.vertices.mean(axis=(0, 1))[None], np.eye(3)[None]
+    found, first = caster.hemispheres(hemisphere, point, frames, np.array([-1])), np.zeros(1, dtype=np.int64)
+    with nullcontext() if right else pytest.raises(RuntimeError, match="sums are not those of its hits"):
+        assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
 
 
 def test_utilization_of_a_timeline():
