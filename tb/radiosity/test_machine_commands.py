@@ -59,7 +59,7 @@ BAD = {
     "cell": (("cast", "cornell", "--patch", "0", *ON, "--cell", "2"), "Cell size must be"),
     "patch": (("cast", "cornell", "--patch", "999", *ON), "Patch must be 0 to"),
     "parameter": (("cast", "cornell", "--patch", "0", *ON, "-P", "icu.speed=1"), "no parameter 'icu.speed'"),
-    "room": (("cast", "cornell", "--patch", "0", *ON, "--rays", "256x128"), "there is room for 16384"),
+    "room": (("cast", "cornell", "--patch", "0", *ON, "--rays", "256x128"), "the capacity is 16384"),
     "timeline": (("cast", "cornell", "--patch", "0", *ON, "--timeline", "a.png"), "must end in .svg"),
     "waves": (("cast", "cornell", "--patch", "0", *ON, "--waves", "a.fst"), "must end in .vcd"),
     "counters": (("cast", "cornell", "--patch", "0", *ON, "--csv", "a.json"), "must end in .csv"),
