@@ -22,19 +22,19 @@ MAIN = {
     "registers": ("Registers",),
     "noc": ("Router-72-2",),
 }
-# A table stands between two comments, of which the first says what it has: the README's units, a block's, some of a
-# block's, or those of other families.
+# A table is between two comments. The first one names its content: the README's units, a block's, some of a block's,
+# or those of other families.
 _PLACE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
 
 
 def pages() -> list[Path]:
-    """README.md and docs/, as far as they have such tables."""
+    """README.md and the pages of docs/ that have such tables."""
     return [path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
             if _PLACE.search(path.read_text())]
 
 
 def with_tables(text: str, history: list[Record]) -> str:
-    """A page with the tables of its places."""
+    """A page with its tables filled in."""
     last = last_records(history)
 
     def of(units, family="ecp5"):
@@ -60,7 +60,7 @@ def with_tables(text: str, history: list[Record]) -> str:
 
 
 def write_tables() -> list[Path]:
-    """Write all anew; which have changed."""
+    """Write all tables; returns the pages that have changed."""
     history, changed = read_history(), []
     for path in pages():
         text = path.read_text()

@@ -14,8 +14,8 @@ from golden.schedule.phase import schedule
 
 __all__ = ["BOARD", "View", "board_view"]
 
-# One cluster with room for a small scene, as little of everything as serves it, and narrow numbers: those of the preset
-# take more registers than nextpnr's usual placer finds places for.
+# One cluster for a small scene with minimal capacities and narrow numbers: those of the preset need more registers than
+# nextpnr's default placer can place.
 BOARD = PRESETS["tiny"].replace({
     "numbers.scene_bits": 20, "numbers.vector_fraction": 18, "numbers.mantissa_bits": 20, "icu.product_registers": 1,
     "icu.uv_bits": 4, "icu.uv_guard": 4, "icu.angle_bits": 20, "icu.cordic_stages": 14,
@@ -59,7 +59,7 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     Raises
     ------
     InputError
-        There is no such scene, or the configuration has more than one cluster or no room for the scene.
+        There is no such scene, or the configuration has more than one cluster or too little capacity for the scene.
     """
     if config.noc.nodes != 1:
         raise InputError(f"board: Clusters (noc.columns, noc.rows) must be 1, not {config.noc.nodes}")

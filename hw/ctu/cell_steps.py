@@ -14,7 +14,7 @@ from hw.ctu.ctu_formats import CtuFormats
 __all__ = ["CellSteps"]
 
 # Registers that a ray passes in a round: it enters, borders are compared, the nearest is chosen, the ray moves, and its
-# new cell is judged.
+# new cell is checked.
 STAGES = 5
 
 

@@ -21,8 +21,8 @@ __all__ = ["CellTraversal"]
 class CellTraversal(wiring.Component):
     """`TraversalStart`, then `CellSteps` and `CellNumber`, or several of both.
 
-    A ray begins where there is room for it, one after the other. Between the three there are registers, also for
-    ``ready``: what stalls while a cell waits would be all registers at once.
+    A ray enters a pipeline with a free position, one ray after the other. Registers separate the three, also in
+    ``ready``: otherwise one net would stall all registers while a cell waits.
 
     Parameters
     ----------
@@ -81,18 +81,19 @@ class CellTraversal(wiring.Component):
         m.submodules.start, count = self._start, len(self._steps)
         wiring.connect(m, wiring.flipped(self.i), self._start.i)
         m.d.comb += [self._start.origin.eq(self.origin), self._start.shape.eq(self.shape)]
-        m.submodules.turns = turns = RoundRobin(count=count)
+        m.submodules.arbiter = arbiter = RoundRobin(count=count)
         m.submodules.begins = self._begins
         wiring.connect(m, self._start.o, self._begins.i)
-        free, begins = turns.eligible, self._begins.o
-        m.d.comb += [turns.request.eq(free), begins.ready.eq(free.any()), turns.accept.eq(begins.valid & free.any())]
+        free, begins = arbiter.eligible, self._begins.o
+        m.d.comb += [arbiter.request.eq(free), begins.ready.eq(free.any()),
+                     arbiter.accept.eq(begins.valid & free.any())]
         for k, (steps, skid, number) in enumerate(zip(self._steps, self._met, self._numbers, strict=True)):
             m.submodules[f"steps_{k}"], m.submodules[f"met_{k}"], m.submodules[f"number_{k}"] = steps, skid, number
             wiring.connect(m, steps.o, skid.i)
             met, given = skid.o, number.i
             m.d.comb += [
                 steps.shape.eq(self.shape), number.shape.eq(self.shape), free[k].eq(steps.i.ready),
-                steps.i.valid.eq(begins.valid & turns.grant[k]), steps.i.payload.eq(begins.payload),
+                steps.i.valid.eq(begins.valid & arbiter.grant[k]), steps.i.payload.eq(begins.payload),
                 given.valid.eq(met.valid), met.ready.eq(given.ready), given.payload.index.eq(met.payload.index),
                 given.payload.tag.tag.eq(met.payload.tag), self.steps[k].eq(steps.o.valid & steps.o.ready),
                 *(given.payload.tag[name].eq(met.payload[name]) for name in ("is_cell", "last"))]

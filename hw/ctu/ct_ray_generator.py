@@ -1,4 +1,4 @@
-"""Ct ray generator: the grid rays that each subshell asks for, shell by shell."""
+"""Ct ray generator: the grid rays that each subshell requests, shell by shell."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring

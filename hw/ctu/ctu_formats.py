@@ -141,7 +141,7 @@ class CtuFormats(Formats):
 
     @property
     def grid_request(self) -> StructLayout:
-        """Neighbours in a row that a subshell asks for in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
+        """Neighbours in a row that a subshell requests in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
         first the number, and row and column as places in the tables; or none, only to say that its stage is over
         (``last``) or the frustum (``final``).
 

@@ -1,4 +1,4 @@
-"""Position search: how many of some rows or columns of grid rays come before a place among the rays."""
+"""Position search: how many rows or columns of grid rays lie before a position among the rays."""
 
 from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -15,15 +15,15 @@ class PositionSearch(wiring.Component):
     """The numbers n with ``position[first + n - 1] < bound <= position[first + n]`` of two bounds, bit by bit from the
     highest on.
 
-    Both go round a ring: place, memory, and comparison. Where the search goes from there is known for either outcome
-    before the comparison.
+    Both searches circulate in a ring of three stages: address, memory, comparison. The next addresses for both outcomes
+    are computed before the comparison.
 
     Parameters
     ----------
     formats
         `Formats` of the configuration.
     place
-        Shape of a place in the table.
+        Shape of an address of the table.
 
     Members
     -------
@@ -32,7 +32,7 @@ class PositionSearch(wiring.Component):
     i : In, stream of ``first``, ``count``, ``low``, ``end``
         The part of the table, in which positions never fall, and the two bounds.
     o : Out, stream of ``low``, ``end``
-        How many positions are less than each bound, the ``count``, which is the same for all bounds from ``least`` to
+        For each bound ``count``, the number of positions below it; it is the same for all bounds from ``least`` to
         ``most``.
 
     Timing
@@ -79,7 +79,7 @@ class PositionSearch(wiring.Component):
         search = StructLayout({"found": bits, "step": bits, "is_end": 1})
         placed, fetched, compared = (Signal(search, name=name, reset_less=True)
                                      for name in ("placed", "fetched", "compared"))
-        under_way = Signal(3)
+        in_flight = Signal(3)
         exists, following = Signal(reset_less=True), [Signal(place, name=f"after_{more}", reset_less=True)
                                                       for more in range(2)]
         address, position = Signal(place, reset_less=True), Signal(formats.position, reset_less=True)
@@ -87,8 +87,8 @@ class PositionSearch(wiring.Component):
         m.d.comb += [
             read.addr.eq(address),
             less.eq(exists & (position < Mux(compared.is_end, given.end, given.low))),
-            goes_on.eq(under_way[2] & ~compared.step[0])]
-        m.d.sync += [under_way.eq(Cat(goes_on | starts.any(), under_way[:2])), fetched.eq(placed), compared.eq(fetched),
+            goes_on.eq(in_flight[2] & ~compared.step[0])]
+        m.d.sync += [in_flight.eq(Cat(goes_on | starts.any(), in_flight[:2])), fetched.eq(placed), compared.eq(fetched),
                      position.eq(read.data), exists.eq((fetched.found | fetched.step) <= given.count)]
         half = fetched.step >> 1
         m.d.sync += [following[0].eq(before + (fetched.found | half)),
@@ -102,11 +102,11 @@ class PositionSearch(wiring.Component):
                          address.eq(before + highest)]
 
         # The last position that was less is the one before the first that was not, and both have been looked at.
-        ends, bound = under_way[2] & compared.step[0], formats.position_bound
+        ends, bound = in_flight[2] & compared.step[0], formats.position_bound
         for is_end, target in enumerate((self.o.payload.low, self.o.payload.end)):
             with m.If(starts[is_end]):
                 m.d.sync += [target.least.eq(-(1 << bound.width - 1)), target.most.eq((1 << bound.width - 1) - 1)]
-            with m.Elif(under_way[2] & exists & (compared.is_end == is_end)):
+            with m.Elif(in_flight[2] & exists & (compared.is_end == is_end)):
                 with m.If(less):
                     m.d.sync += target.least.eq(position + 1)
                 with m.Else():

@@ -52,7 +52,7 @@ class RayMemory(wiring.Component):
     Parameters
     ----------
     slots
-        Grid rays that the memory tells apart, at least 1.
+        Grid rays that the memory distinguishes, at least 1.
     version_bits
         Bits of a version, which is at least 1.
     deferred

@@ -74,7 +74,7 @@ class RowPieces(wiring.Component):
 
         given = Signal(formats.grid_stage, reset_less=True)
         window = given.window
-        # Rows whose arcs are not asked for yet, and rows that are not done.
+        # Rows whose arcs have not been requested, and rows that are not done.
         asked, left = Signal(side), Signal(side)
         row_asked, row = Signal(formats.grid_row_place, reset_less=True), Signal(formats.grid_row_place,
                                                                                  reset_less=True)

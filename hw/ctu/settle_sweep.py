@@ -14,7 +14,7 @@ from hw.lib.queue import Queue
 
 __all__ = ["SettleSweep"]
 
-# Tiles that have been asked for, or need not be.
+# Tiles in flight: requested, or outside the section.
 TILES = 16
 
 
@@ -139,7 +139,7 @@ class SettleSweep(wiring.Component):
                     m.d.sync += [outer["column"].eq(0), outer["row"].eq(Mux(outer_last["row"], 0, outer["row"] + 1))]
         self._turns.add_to(m)
 
-        # What is asked for, and what comes back.
+        # Requests and replies.
         asked = self._asked
         m.submodules.waiting = waiting = Queue(self._tile, depth=TILES)
         waits = waiting.o.payload

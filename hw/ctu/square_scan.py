@@ -15,7 +15,7 @@ __all__ = ["SIDE_BITS", "SquareScan", "extent", "square"]
 
 # A word holds 2^b x 2^b squares, and a square of a level as many of the level below.
 SIDE_BITS = 2
-# Registers that a window passes for each word: it enters, its word is addressed, read, held, compared and judged.
+# Registers that a window passes for each word: it enters, its word is addressed, read, held, compared and decided.
 STAGES = 6
 
 
@@ -108,9 +108,9 @@ class SquareScan(wiring.Component):
         moves, ends, done = Signal(), Signal(), Signal()
         valid = [Signal(name=f"valid_{stage}") for stage in range(STAGES)]
         rays = [Signal(self._item, name=f"window_{stage}", reset_less=True) for stage in range(STAGES)]
-        entered, addressed, fetched, held, compared, judged = rays
+        entered, addressed, fetched, held, compared, decided = rays
 
-        # Which squares of the word lie in the window, and where the walk goes on.
+        # Which squares of the word lie in the window, and where the walk continues.
         near = addressed.extent
         first = Mux(addressed.second, 0, near.column_first)
         last = Mux(addressed.second, near.wrapped_last, near.column_last)
@@ -133,7 +133,7 @@ class SquareScan(wiring.Component):
             found.eq(compared.extent.some & (below.any() | ~still_fresh)), done.eq(valid[-1] & finishes),
             moves.eq(self.o.ready | ~done), self.o.valid.eq(done), self.o.payload.live.eq(live),
             self.i.ready.eq(moves & ~(valid[-1] & ~done)),
-            *(self.o.payload[name].eq(judged[name]) for name in ("tag", "threshold", "extent")),
+            *(self.o.payload[name].eq(decided[name]) for name in ("tag", "threshold", "extent")),
             read.en.eq(moves), ends.eq(~fetched.extent.some | (
                 last_column & last_row & (fetched.second | ~fetched.extent.round)))]
         enters = self.i.payload
@@ -141,7 +141,7 @@ class SquareScan(wiring.Component):
             for source, target in pairwise(range(STAGES)):
                 m.d.sync += [valid[target].eq(valid[source]), rays[target].eq(rays[source])]
             m.d.sync += [
-                valid[0].eq(self.i.valid | (valid[-1] & ~done)), rays[0].eq(judged),
+                valid[0].eq(self.i.valid | (valid[-1] & ~done)), rays[0].eq(decided),
                 # Of the word: addressed, ...
                 read.addr.eq(address(entered.column, entered.row)),
                 # ... being read, ...
@@ -155,14 +155,14 @@ class SquareScan(wiring.Component):
                 # ... compared, ...
                 below.eq(Cat((codes[k] < held.threshold) & inside[k] for k in range(lanes))), over.eq(ended),
                 still_fresh.eq(was_fresh),
-                # ... and judged.
+                # ... and decided.
                 live.eq(found), finishes.eq(found | over)]
             with m.If(~(valid[-1] & ~done)):
                 m.d.sync += [entered.tag.eq(enters.tag), entered.threshold.eq(enters.threshold),
                              entered.extent.eq(enters.extent), entered.second.eq(0),
                              entered.column.eq(word(enters.extent.column_first)),
                              entered.row.eq(word(enters.extent.row_first))]
-            # To the next word: of the row, of the piece that goes round, of the next row.
+            # To the next word: of the row, of the piece that wraps, of the next row.
             with m.If(~last_column):
                 m.d.sync += held.column.eq(fetched.column + 1)
             with m.Elif(fetched.extent.round & ~fetched.second):

@@ -11,14 +11,14 @@ from hw.lib.queue import Queue
 
 __all__ = ["ListError", "SubshellGenerator"]
 
-# Entries that are asked for and have not left.
+# Entries that have been requested and have not left.
 ENTRIES = 8
 
 
 class ListError(enum.Enum, shape=2):
     """What was wrong with a list.
 
-    LENGTH: it does not lie within the table. PATCH: there is no such patch. SHELL: an entry has none.
+    LENGTH: it exceeds the table. PATCH: an entry names a patch that does not exist. SHELL: an entry's shell is 0.
     """
 
     NONE = 0
@@ -30,8 +30,8 @@ class ListError(enum.Enum, shape=2):
 class SubshellGenerator(wiring.Component):
     """Reads the list, entry by entry, and appends the last subshell, all of the sector to the last shell.
 
-    A list that cannot be right ends with what was right of it: the last subshell comes at once, with which the frustum
-    is cast, and ``error`` says why.
+    A faulty list ends before its first faulty entry: the last subshell follows at once, so the frustum is still cast,
+    and ``error`` has the reason.
 
     Parameters
     ----------
@@ -78,23 +78,23 @@ class SubshellGenerator(wiring.Component):
             "patch": formats.patch, "shell": formats.shell, "no_patch": 1, "no_shell": 1}), depth=ENTRIES)
         given = Signal(self.i.payload.shape(), reset_less=True)
         too_long = Signal(reset_less=True)
-        # The next place; entries that are not asked for yet, and those that are and have not left.
+        # The next address; entries not requested yet; entries requested that have not left.
         place, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ENTRIES + 1))
-        asks, leaves = (stream.valid & stream.ready for stream in (self.o_read, entries.o))
+        requests, leaves = (stream.valid & stream.ready for stream in (self.o_read, entries.o))
         m.d.comb += self.o_read.payload.eq(place)
-        with m.If(asks):
+        with m.If(requests):
             m.d.sync += [place.eq(place + 1), left.eq(left - 1)]
-        m.d.sync += held.eq(held + asks - leaves)
+        m.d.sync += held.eq(held + requests - leaves)
 
-        # What is read is judged first: what stands in memory is wider than what there can be.
-        read, judged, is_judged = self.i_read, Signal(entries.i.payload.shape(), reset_less=True), Signal()
+        # Entries are checked first: their fields are wider in memory than in the unit.
+        read, checked, is_checked = self.i_read, Signal(entries.i.payload.shape(), reset_less=True), Signal()
         most = (1 << formats.shell.width) - 1
-        m.d.comb += [read.ready.eq(1), entries.i.valid.eq(is_judged), entries.i.payload.eq(judged)]
+        m.d.comb += [read.ready.eq(1), entries.i.valid.eq(is_checked), entries.i.payload.eq(checked)]
         m.d.sync += [
-            is_judged.eq(read.valid), judged.patch.eq(read.payload.patch),
+            is_checked.eq(read.valid), checked.patch.eq(read.payload.patch),
             # Grid rays go no farther than the last shell anyway.
-            judged.shell.eq(Mux(read.payload.shell > most, most, read.payload.shell)),
-            judged.no_patch.eq(read.payload.patch >= given.patches), judged.no_shell.eq(read.payload.shell == 0)]
+            checked.shell.eq(Mux(read.payload.shell > most, most, read.payload.shell)),
+            checked.no_patch.eq(read.payload.patch >= given.patches), checked.no_shell.eq(read.payload.shell == 0)]
         entry, is_right = entries.o.payload, Signal()
         m.d.comb += [is_right.eq(~entry.no_patch & ~entry.no_shell),
                      self.o.payload.patch.eq(entry.patch), self.o.payload.shell.eq(entry.shell)]

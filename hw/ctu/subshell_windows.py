@@ -37,7 +37,7 @@ class SubshellWindows(wiring.Component):
 
     A window without rays is discarded: the patch is seen edge-on or outside, or it is the rays' own source. A patch
     whose plane passes through the origin is not told from others, which patch setup does with the plane itself: such a
-    subshell asks for grid rays in vain.
+    subshell requests grid rays in vain.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class SubshellWindows(wiring.Component):
         for block, mine in ((sbb, ~screen), (ipbb, screen)):
             whole = block.i.payload
             m.d.comb += [
-                block.i.valid.eq(planes.o.valid & mine), whole.turns.eq(planes.o.payload.turns),
+                block.i.valid.eq(planes.o.valid & mine), whole.winding.eq(planes.o.payload.winding),
                 whole.signs.eq(planes.o.payload.signs),
                 *(target.eq(coordinate.items[k][name]) for k in range(4) for name, target in (
                     ("first", whole.first[k]), ("second", whole.second[k]), ("front", whole.front[k])))]

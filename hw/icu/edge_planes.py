@@ -37,8 +37,8 @@ class EdgePlanes(wiring.Component):
         V' of the four vertices; at least four intervals apart.
     o_planes : Out, stream of ``slot``, ``part``, always ready
         `IcuFormats.planes`.
-    o : Out, stream of ``slot``, ``turns``, ``signs``, always ready
-        `IcuFormats.turns` and `IcuFormats.signs`.
+    o : Out, stream of ``slot``, ``winding``, ``signs``, always ready
+        `IcuFormats.winding` and `IcuFormats.signs`.
 
     Timing
     ------
@@ -55,7 +55,7 @@ class EdgePlanes(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(patch, always_ready=True)),
             "o_planes": Out(struct_stream({"slot": formats.slot, "part": formats.planes}, always_ready=True)),
-            "o": Out(struct_stream({"slot": formats.slot, "turns": formats.turns, "signs": formats.signs},
+            "o": Out(struct_stream({"slot": formats.slot, "winding": formats.winding, "signs": formats.signs},
                                    always_ready=True))})
         self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval)
         beat = self._phases.o
@@ -126,22 +126,22 @@ class EdgePlanes(wiring.Component):
         m.d.sync += self.o_planes.valid.eq(passes & (phase == PHASES - 1))
 
         end, done = self._end, Signal()
-        turns = Signal(ArrayLayout(signed(2), PHASES))
+        winding = Signal(ArrayLayout(signed(2), PHASES))
         signs = Signal.like(self.o.payload.signs)
         with m.If(end.valid), m.Switch(end.payload.phase):
             for edge in range(PHASES):
                 with m.Case(edge):
-                    m.d.sync += [turns[edge].eq(end.payload.turn), signs[edge].eq(end.payload.edge)]
+                    m.d.sync += [winding[edge].eq(end.payload.turn), signs[edge].eq(end.payload.edge)]
                     if edge == 1:
                         m.d.sync += signs[PHASES].eq(end.payload.diagonal)
         slot, is_triangle = Signal.like(self.o.payload.slot), Signal()
-        convex = (turns[0] != 0) & Cat(turns[edge] == turns[0] for edge in range(1, PHASES)).all()
+        convex = (winding[0] != 0) & Cat(winding[edge] == winding[0] for edge in range(1, PHASES)).all()
         m.d.sync += [
             slot.eq(end.payload.slot), is_triangle.eq(end.payload.is_triangle),
             done.eq(end.valid & (end.payload.phase == PHASES - 1)), self.o.valid.eq(done),
             self.o.payload.slot.eq(slot), self.o.payload.signs.eq(signs),
-            self.o.payload.turns.split.eq(~convex & ~is_triangle),
-            self.o.payload.turns.orientation[0].eq(turns[0]), self.o.payload.turns.orientation[1].eq(turns[2])]
+            self.o.payload.winding.split.eq(~convex & ~is_triangle),
+            self.o.payload.winding.orientation[0].eq(winding[0]), self.o.payload.winding.orientation[1].eq(winding[2])]
         self._pipeline.add_to(m)
         return m
 

@@ -99,7 +99,7 @@ class IcuFormats(Formats):
         return ArrayLayout(self.edge_plane_vector, 6)
 
     @property
-    def turns(self) -> StructLayout:
+    def winding(self) -> StructLayout:
         """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.icu.edge_planes`."""
         return StructLayout({"orientation": ArrayLayout(self.orientation, 2), "split": 1})
 
@@ -122,7 +122,7 @@ class IcuFormats(Formats):
     def seen(self) -> StructLayout:
         """What windows are made of: the four vertices' coordinates and which of them are in front, and the planes."""
         return StructLayout({"slot": self.slot, "first": ArrayLayout(self.coordinate, 4),
-                             "second": ArrayLayout(self.coordinate, 4), "front": 4, "turns": self.turns,
+                             "second": ArrayLayout(self.coordinate, 4), "front": 4, "winding": self.winding,
                              "signs": self.signs})
 
     @property
@@ -165,7 +165,7 @@ class IcuFormats(Formats):
     @property
     def slot_record(self) -> StructLayout:
         """What the intersection needs of a patch, read per ray by its slot."""
-        return StructLayout({"planes": self.planes, "turns": self.turns, "factor": self.factor,
+        return StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor,
                              "exponents": self.exponents, "patch": self.patch})
 
     @property

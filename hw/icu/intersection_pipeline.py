@@ -116,7 +116,7 @@ class IntersectionPipeline(wiring.Component):
 
         read, record = slots.o.payload.tag, slots.o.payload.record
         connect_fields(m, screening.i, slots.o, tags=[read, record], direction=read.direction,
-                       planes=record.planes, turns=record.turns)
+                       planes=record.planes, winding=record.winding)
         connect_fields(m, inverse.i, slots.o, tags=[read, record], direction=read.direction,
                        mantissa=record.factor.mantissa, exponent=record.factor.exponent)
 

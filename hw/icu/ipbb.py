@@ -61,7 +61,7 @@ class Ipbb(wiring.Component):
             """Whether the edge passes the plane of the eye."""
             first, second = EDGES[edge]
             passes = front[first] ^ front[second]
-            return passes & seen.turns.split if edge == DIAGONAL else passes
+            return passes & seen.winding.split if edge == DIAGONAL else passes
 
         def runs(component, negated, wanted):
             """Whether an edge that passes behind the eye runs off to the negative or positive side, or either."""
@@ -91,7 +91,7 @@ class Ipbb(wiring.Component):
             return pipeline.register(lambda value: ((value + middle) >> icu.cordic_stages + 1).as_signed(), value)
 
         size_bits = icu.side_bits.bit_length()
-        some = [pipeline.input(seen.front.any() & Cat(*seen.turns.orientation).any())]
+        some = [pipeline.input(seen.front.any() & Cat(*seen.winding.orientation).any())]
         places = []
         for vertices, component, negated, name, bits in ((seen.first, 1, 0, "column", "column_bits"),
                                                          (seen.second, 0, 1, "row", "row_bits")):

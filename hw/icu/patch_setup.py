@@ -50,7 +50,7 @@ class PatchSetup(wiring.Component):
         The four vertices of a patch follow each other.
     i_table : In, stream of `IcuFormats.table_write`, always ready
         For `Sbb` and `InverseDistanceBound`.
-    o_planes, o_turns, o_factor, o_exponents, o_patch : Out, streams of ``slot``, ``part``, always ready
+    o_planes, o_winding, o_factor, o_exponents, o_patch : Out, streams of ``slot``, ``part``, always ready
         Parts for `PatchSlots`.
     o : Out, stream of `IcuFormats.patch_window`
         Windows, in the order of the patches.
@@ -149,7 +149,7 @@ class PatchSetup(wiring.Component):
         m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
         connect_fields(m, self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot,
                        part=planes.o_planes.payload.part)
-        connect_fields(m, self.o_turns, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.turns)
+        connect_fields(m, self.o_winding, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.winding)
         found, made = Signal(), Signal.like(factor.o.payload, reset_less=True)
         m.d.sync += [found.eq(factor.o.valid), made.eq(factor.o.payload)]
         m.d.comb += [self.o_factor.valid.eq(found), self.o_factor.payload.slot.eq(made.slot),
@@ -172,12 +172,13 @@ class PatchSetup(wiring.Component):
             m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(ready)]
             return between.o.payload
 
-        signs = StructLayout({"turns": formats.turns, "signs": formats.signs})
-        known = wait("known", signs, planes.o.valid, Cat(planes.o.payload.turns, planes.o.payload.signs), seen.o.valid)
+        signs = StructLayout({"winding": formats.winding, "signs": formats.signs})
+        known = wait("known", signs, planes.o.valid, Cat(planes.o.payload.winding, planes.o.payload.signs),
+                     seen.o.valid)
         for block, mine in ((sbb, ~screen), (ipbb, screen)):
             given = block.i.payload
             m.d.comb += [block.i.valid.eq(seen.o.valid & mine), given.slot.eq(seen.o.payload.slot),
-                         given.turns.eq(known.turns), given.signs.eq(known.signs)]
+                         given.winding.eq(known.winding), given.signs.eq(known.signs)]
             m.d.comb += [target.eq(seen.o.payload.items[k][name]) for k in range(4)
                          for name, target in (("first", given.first[k]), ("second", given.second[k]),
                                               ("front", given.front[k]))]

@@ -77,11 +77,11 @@ class Sbb(wiring.Component):
         turn, reach = self._lane(phase, item, range(4), icu=icu, errors=errors)
         _, across = self._lane(phase, item, [DIAGONAL], icu=icu, errors=errors)
         across = pipeline.register(lambda across, edge, split: Mux(split, across, edge).as_signed(),
-                                   across, at_last(reach, 0), pipeline.input(item.turns.split))
+                                   across, at_last(reach, 0), pipeline.input(item.winding.split))
         least = extreme(pipeline, [*(at_last(reach, edge) for edge in range(4)), across], largest=False)
         greatest = extreme(pipeline, [pipeline.input(item.second[k]) for k in range(4)], largest=True)
 
-        pole, nadir = pipeline.register(lambda _: _axis_inside(around, item.turns.orientation), phase)
+        pole, nadir = pipeline.register(lambda _: _axis_inside(around, item.winding.orientation), phase)
         lowest = pipeline.register(lambda least, pole: Mux(pole, 0, least) - errors.polar_slack, least, pole)
         highest = pipeline.register(lambda value: Mux(
             value > quarter - errors.polar, quarter, value + errors.polar) + errors.polar_slack, greatest)
@@ -116,9 +116,9 @@ class Sbb(wiring.Component):
             return pipeline.register(lambda first, last: last - first + 1, first, last)
 
         row_count, column_count = count(row_first, row_last), count(column_first, column_last)
-        turns = pipeline.input(Cat(item.turns.orientation[0], item.turns.orientation[1]).any())
-        some = pipeline.register(lambda rows, across, ring, turns: (rows > 0) & ((across > 0) | ring) & turns,
-                                 row_count, column_count, ring, turns)
+        winding = pipeline.input(Cat(item.winding.orientation[0], item.winding.orientation[1]).any())
+        some = pipeline.register(lambda rows, across, ring, winding: (rows > 0) & ((across > 0) | ring) & winding,
+                                 row_count, column_count, ring, winding)
         window = self.o.payload.window
         mask = (1 << icu.side_bits) - 1
         for name, value in (

@@ -29,8 +29,8 @@ class Screening(wiring.Component):
 
     Members
     -------
-    i : In, stream of ``tag``, ``direction``, ``planes``, ``turns``, always ready
-        A ray, and `IcuFormats.planes` and `IcuFormats.turns` of a patch.
+    i : In, stream of ``tag``, ``direction``, ``planes``, ``winding``, always ready
+        A ray, and `IcuFormats.planes` and `IcuFormats.winding` of a patch.
     o : Out, stream of ``tag``, ``distances``, ``inside``, ``orientation``, always ready
         The distances, whether the ray is inside, and the orientation for which it is.
 
@@ -46,7 +46,8 @@ class Screening(wiring.Component):
         formats = IcuFormats(config)
         super().__init__({
             "i": In(stream.Signature(StructLayout({
-                "tag": tag, "direction": formats.direction_vector, "planes": formats.planes, "turns": formats.turns}),
+                "tag": tag, "direction": formats.direction_vector, "planes": formats.planes,
+                "winding": formats.winding}),
                 always_ready=True)),
             "o": Out(stream.Signature(StructLayout({
                 "tag": tag, "distances": ArrayLayout(formats.edge_distance, 6), "inside": 1,
@@ -67,26 +68,27 @@ class Screening(wiring.Component):
                                           for axis, limb in enumerate(limbs)]) for k in range(2))
             distances.append(pipeline.register(lambda high, low: (high << OPERAND) + low, high, low))
         signs = [pipeline.register(lambda value: Cat(value.any(), value[-1]).as_signed(), value) for value in distances]
-        turns = pipeline.input(given.turns)
+        winding = pipeline.input(given.winding)
 
-        def held(turns, *signs):
+        def held(winding, *signs):
             """Whether each orientation held, that of the whole patch or of the two triangles."""
             def agree(which, *edges):
-                turn = turns.orientation[which]
+                turn = winding.orientation[which]
                 return (turn != 0) & Cat(~((sign != 0) & (sign[-1] ^ turn[-1])) for sign in edges).all()
 
             s01, s12, s23, s30, s02, _ = signs
             # The diagonal bounds the first triangle from the other side.
             back = Cat(s02.any(), s02.any() & ~s02[-1]).as_signed()
             whole, one, two = agree(0, s01, s12, s23, s30), agree(0, s01, s12, back), agree(1, s02, s23, s30)
-            return Cat(Mux(turns.split, one | two, whole), turns.split & ~one)
+            return Cat(Mux(winding.split, one | two, whole), winding.split & ~one)
 
-        held = pipeline.register(held, turns, *signs)
+        held = pipeline.register(held, winding, *signs)
         for edge, value in enumerate(distances):
             pipeline.output(made.distances[edge], value)
         pipeline.output(made.inside, pipeline.combine(lambda held: held[0], held))
         pipeline.output(made.orientation, pipeline.combine(
-            lambda held, turns: Mux(held[1], turns.orientation[1], turns.orientation[0]).as_signed(), held, turns))
+            lambda held, winding: Mux(held[1], winding.orientation[1], winding.orientation[0]).as_signed(),
+            held, winding))
         pipeline.output(made.tag, pipeline.input(given.tag))
         self.latency = pipeline.latency
 

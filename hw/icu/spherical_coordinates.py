@@ -76,7 +76,7 @@ class SphericalCoordinates(wiring.Component):
             return *(pipeline.register(with_sign, *parts) for parts in zip(sizes, signs, strict=True)), by
 
         def within(axis):
-            """Sizes of (z, across) of a screen's quotient, (1, 0) for those not formed, and what stands for these."""
+            """Sizes of (z, across) of a screen's quotient, (1, 0) if not formed, and the value that replaces it."""
             outside = pipeline.combine(lambda across, z, behind: behind | (across >= z),
                                        sizes[axis], sizes[2], signs[2])
             pair = (pipeline.combine(lambda outside, z: Mux(outside, Const(1, len(z)), z), outside, sizes[2]),

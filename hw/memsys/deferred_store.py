@@ -7,20 +7,21 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.queue import Queue
+from hw.lib.validate import check_integer
 
 __all__ = ["DeferredStore"]
 
 
 class DeferredStore(wiring.Component):
-    """Whoever waits for the same thing is in one chain; what they waited for comes with the release of the chain.
+    """Items that wait for the same data form a chain. The release of the chain sends the data with each of its items.
 
-    The store has one place per item, whatever the lengths of the chains: an item says which one stands behind it.
-    Whose chain is which its owner remembers, as its first and its last place.
+    The store is one linked list per chain in a shared memory, with one entry per item. The owner of a chain keeps the
+    entries of its first and its last item.
 
     Parameters
     ----------
     shape
-        Of what is waited for.
+        Shape of the data.
     depth
         Items that can wait, at least 1.
     tag
@@ -28,17 +29,17 @@ class DeferredStore(wiring.Component):
 
     Members
     -------
-    i
-        An item: ``tag``, and ``chain``, at whose end it waits from now on (``some`` 0: a chain of its own).
-    longer
-        That chain with the item that is taken now.
-    i_release
-        ``chain``, which gets no more items, and ``data``. Always ready.
-    o
-        ``tag`` and ``data`` of the items of released chains, one chain after the other, each from its first item.
-    waiting
+    i : In, stream of ``tag``, ``chain``
+        An item, and the chain to whose end it is appended (``some`` 0: a new chain).
+    longer : Out, ``chain``
+        That chain with the item that is accepted in this cycle.
+    i_release : In, stream of ``chain``, ``data``, always ready
+        A chain that gets no more items, and its data.
+    o : Out, stream of ``tag``, ``data``
+        Items of released chains, one chain after the other, each from its first item.
+    waiting : Out(range(depth + 1))
         Items in chains.
-    releases
+    releases : Out(1)
         Items of released chains have not left yet, or a chain is released in this cycle.
 
     Timing
@@ -48,13 +49,14 @@ class DeferredStore(wiring.Component):
 
     Raises
     ------
+    TypeError
+        The depth is no integer.
     ValueError
-        Depth out of range.
+        The depth is out of range.
     """
 
     def __init__(self, shape, *, depth: int, tag):
-        if not isinstance(depth, int) or depth < 1:
-            raise ValueError(f"Depth must be at least 1, not {depth!r}")
+        check_integer("Depth", depth, minimum=1)
         self._shape, self._depth, self._tag = shape, depth, tag
         #: Of ``chain`` in all streams.
         self.chain = StructLayout({"some": 1, "first": range(depth), "last": range(depth)})
@@ -68,14 +70,14 @@ class DeferredStore(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         place = range(self._depth)
-        # Nobody reads a place that is being written.
+        # No entry is read while it is written.
         m.submodules.tags = tags = Memory(shape=self._tag, depth=self._depth, init=[], attrs={"no_rw_check": 1})
         m.submodules.behind = behind = Memory(shape=place, depth=self._depth, init=[],
                                               attrs={"ram_style": "distributed"})
         tag_write, tag_read = tags.write_port(), tags.read_port(domain="comb")
         behind_write, behind_read = behind.write_port(), behind.read_port(domain="comb")
 
-        # Places that were never used, then those that became free.
+        # Entries that were never used, then those that became free.
         m.submodules.free = free = Queue(place, depth=self._depth)
         unused, new, takes = Signal(range(self._depth + 1)), Signal(place), Signal()
         recycles = unused == self._depth

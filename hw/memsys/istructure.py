@@ -7,6 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.generations import Generations
+from hw.lib.validate import check_integer
 from hw.memsys.deferred_store import DeferredStore
 
 __all__ = ["IStructure"]
@@ -16,49 +17,48 @@ class IStructure(wiring.Component):
     """Each location is written once per version; a read of an empty location waits for the write.
 
     A location is present if its tag is the version's, so a new version empties all of them at once. Reads that wait for
-    a location are a chain in the deferred store, first come, first released. A read that finds the store full waits
-    where it is, and so do those behind it; writes go on, and so does the read when its own location is written.
+    a location are a chain in the deferred store, first come, first released. A read that finds the store full stalls,
+    and so do those behind it. Writes continue; the read continues when its own location is written.
 
-    Reads and writes pass four stages side by side and take effect in the fourth. What is read of the memories in the
-    first is made good by what takes effect while the access is on its way: so a read sees each write that was taken in
-    the same cycle or earlier, and a write releases each read that has not seen it.
+    Reads and writes pass four stages side by side and take effect in the fourth. The first stage reads the memories;
+    updates that take effect while the access is in flight are forwarded to it. So a read sees each write that was
+    accepted in the same cycle or earlier, and a write releases each read that has not seen it.
 
     Parameters
     ----------
     shape
-        Of the data.
+        Shape of the data.
     depth
         Locations, at least 1.
     version_bits
-        Of the tag of a version, at least 1. After 2^b - 1 versions all tags are cleared.
+        Bits of the tag of a version, at least 1. After 2^b - 1 versions all tags are cleared.
     deferred
         Reads that can wait, at least 1.
     tag
-        Shape of what tells a requester which read is answered.
+        Shape of the tag of a read, which identifies its answer.
     renews
         A location may begin a version of its own (``i_renew``).
 
     Members
     -------
-    i_start
-        Begins a version, in which all locations are empty; needed after a reset too. Taken when all reads of the last
-        version have been answered; until then no other read is taken. No payload.
-    i_read
-        ``address``, below ``depth``, and ``tag``.
-    i_write
-        ``address`` and ``data``.
-    i_renew
-        The address of a location that is empty again from now on: it may be written once more. Reads that wait for it
-        go on waiting. A read sees the renewal at the latest if it is accepted later. Goes before a write of the same
-        cycle. Only with ``renews``.
-    releases
+    i_start : In, stream without payload
+        Begins a version, in which all locations are empty; needed after a reset too. Accepted when all reads of the
+        last version have been answered; until then no other read is accepted.
+    i_read : In, stream of ``address``, ``tag``
+        Reads; the address is below ``depth``.
+    i_write : In, stream of ``address``, ``data``
+        Writes.
+    i_renew : In, stream of addresses
+        A location that becomes empty: it may be written once more. Reads that wait for it keep waiting. Reads that are
+        accepted later see the renewal. It takes effect before a write of the same cycle. Only with ``renews``.
+    releases : Out(1)
         Writes are in flight, or reads that waited have not been answered yet. Only with ``renews``.
-    o_read
-        ``tag`` and ``data``, once for each read, in any order.
-    o_refused
-        The address of a write of what had been written already; the first data stay. Always ready.
-    waiting
-        Reads that wait now.
+    o_read : Out, stream of ``tag``, ``data``
+        One answer for each read, in any order.
+    o_refused : Out, stream of addresses, always ready
+        Writes to a location that is present; its data stay.
+    waiting : Out(range(deferred + 1))
+        Reads in the deferred store.
 
     Timing
     ------
@@ -71,16 +71,17 @@ class IStructure(wiring.Component):
 
     Raises
     ------
+    TypeError
+        A size is no integer.
     ValueError
-        A size out of range.
+        A size is out of range.
 
     Golden counterpart: `golden.memsys.istructure.IStructure`. Source: Shen 1993, section 5.2.4.1.
     """
 
     def __init__(self, shape, *, depth: int, version_bits: int, deferred: int, tag, renews: bool = False):
         for name, value in (("Depth", depth), ("Version bits", version_bits), ("Deferred", deferred)):
-            if not isinstance(value, int) or value < 1:
-                raise ValueError(f"{name} must be at least 1, not {value!r}")
+            check_integer(name, value, minimum=1)
         self._shape, self._tag, self._renews = shape, tag, renews
         self._depth, self._version_bits, self._deferred = depth, version_bits, deferred
 

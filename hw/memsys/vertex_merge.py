@@ -62,12 +62,12 @@ class VertexMerge(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.turns = turns = LongestWaiting(count=self._count)
+        m.submodules.arbiter = arbiter = LongestWaiting(count=self._count)
         busy, chosen, index = Signal(), Signal(range(self._count)), Signal(range(VERTICES))
         moves, ends, eligible, free = Signal(), Signal(), Signal(self._count), Signal()
         m.d.comb += [moves.eq(self.o.valid & self.o.ready), ends.eq(moves & (index == VERTICES - 1)),
-                     free.eq(~busy | ends), turns.request.eq(eligible), turns.eligible.eq(eligible),
-                     turns.accept.eq(free & eligible.any())]
+                     free.eq(~busy | ends), arbiter.request.eq(eligible), arbiter.eligible.eq(eligible),
+                     arbiter.accept.eq(free & eligible.any())]
         with m.If(moves):
             m.d.sync += index.eq(index + 1)
         with m.If(free):
@@ -80,7 +80,7 @@ class VertexMerge(wiring.Component):
             # Patches that have arrived in full and have not been granted.
             place, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
             enters, granted = Signal(), Signal()
-            m.d.comb += [enters.eq(source.valid & source.ready), granted.eq(free & turns.grant[k]),
+            m.d.comb += [enters.eq(source.valid & source.ready), granted.eq(free & arbiter.grant[k]),
                          eligible[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
             with m.If(enters):
                 m.d.sync += place.eq(place + 1)

@@ -30,8 +30,8 @@ class Registers(wiring.Component):
     -------
     host : In, `AxiLiteSignature`
         The host.
-    <name>
-        By register: READ an input, WRITE an output, COMMAND an output stream of the written values, always ready.
+    <name> : In(width), Out(width), or Out, stream of the written value, always ready
+        One for each register, by its access: READ, WRITE or COMMAND.
     o_window : Out, stream of the number of a word
         A read in the window. One at a time.
     i_window : In, stream of 32 bits

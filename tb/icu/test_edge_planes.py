@@ -3,7 +3,7 @@ import pytest
 
 from golden.stimulus import stimulus
 from hw.icu.edge_planes import EdgePlanes
-from tb.icu.vectors import rows, slot_of, turns_of
+from tb.icu.vectors import rows, slot_of, winding_of
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.runner import SIMULATORS
 
@@ -18,7 +18,7 @@ def vectors(config):
     return Vectors(
         items=[{**slot_of(k), "directions": vertices} for k, vertices in enumerate(rows(given["direction"]))],
         expected={"o_planes": [{**slot_of(k), "part": planes} for k, planes in enumerate(rows(given["planes"]))],
-                  "o": [{**slot_of(k), "turns": turns_of(given, k), "signs": signs[k]} for k in range(200)]})
+                  "o": [{**slot_of(k), "winding": winding_of(given, k), "signs": signs[k]} for k in range(200)]})
 
 
 def test_every_width_and_depth():

@@ -12,7 +12,7 @@ from tb.icu.vectors import (
     rows,
     seen_through,
     slot_of,
-    turns_of,
+    winding_of,
     window_of,
 )
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
@@ -43,7 +43,7 @@ def vectors(given, config):
     return Vectors(
         ports={"frustum": frustum_of(given, config)},
         items=[{**slot_of(k), "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
-                "turns": turns_of(given, k), "signs": signs[k]} for k in range(COUNT)],
+                "winding": winding_of(given, k), "signs": signs[k]} for k in range(COUNT)],
         expected={"o": [{**slot_of(k), "window": window_of(given, k)} for k in range(COUNT)]})
 
 

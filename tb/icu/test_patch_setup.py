@@ -18,14 +18,14 @@ from golden.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, ra
 from golden.stimulus.patches import scene_patches
 from hw.icu.patch_setup import PatchSetup
 from tb.icu.frustum_load import frustum_payload, table_writes
-from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, turns_of
+from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, winding_of
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stall_patterns import STALLS
 
 COUNT = 84
-PARTS = ("planes", "turns", "factor", "exponents")
+PARTS = ("planes", "winding", "factor", "exponents")
 VARIANTS = {"default": {}, "1 register": {"icu.product_registers": 1},
             "3 registers, narrow": {**CONFIGURATIONS["narrow"], "icu.product_registers": 3}}
 # Configuration, frustum, and whether all of it is the section.
@@ -91,7 +91,7 @@ class Patches:
     def expected(self):
         """By output."""
         slots, made = self.config.icu.slots, self.made
-        parts = {"planes": lambda k: rows(made["planes"][k]), "turns": lambda k: turns_of(made, k),
+        parts = {"planes": lambda k: rows(made["planes"][k]), "winding": lambda k: winding_of(made, k),
                  "factor": lambda k: factor_of(made, k), "exponents": lambda k: rows(made["exponents"][k])}
         threshold = settle_threshold(made["bound"], self.config)
         return {**{f"o_{name}": [{"slot": k % slots, "part": part(k)} for k in range(COUNT)]

@@ -19,7 +19,7 @@ from tb.icu.vectors import (
     rows,
     seen_through,
     slot_of,
-    turns_of,
+    winding_of,
     window_of,
 )
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
@@ -104,7 +104,7 @@ def vectors(given, config, moves=((0, 0),)):
         window = vars(windows.windows(direction, planes))
         slots = [slot_of(number * COUNT + k) for k in range(COUNT)]
         items += [{**slots[k], "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
-                   "turns": turns_of(given, k), "signs": signs[k]} for k in range(COUNT)]
+                   "winding": winding_of(given, k), "signs": signs[k]} for k in range(COUNT)]
         expected += [{**slots[k], "window": window_of(window, k)} for k in range(COUNT)]
     return Vectors(ports={"frustum": frustum_of(given, config)}, tables=tables, items=items, expected={"o": expected})
 

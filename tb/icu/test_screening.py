@@ -4,7 +4,7 @@ from golden.icu.screening import edge_distances, inside
 from golden.stimulus import stimulus
 from golden.stimulus.icu.edge_planes import planes_of
 from hw.icu.screening import Screening
-from tb.icu.vectors import assert_all_occur, rows, turns_of
+from tb.icu.vectors import assert_all_occur, rows, winding_of
 from tb.lib.block_bench import Vectors, check_block, check_in_simulator
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.runner import SIMULATORS
@@ -26,7 +26,7 @@ def vectors(config):
     given, distances, held, orientation = drawn(config)
     return Vectors(
         items=[{"tag": k, "direction": rows(given["ray"][k]), "planes": rows(given["planes"][k]),
-                "turns": turns_of(given, k)} for k in range(400)],
+                "winding": winding_of(given, k)} for k in range(400)],
         expected={"o": [{"tag": k, "distances": rows(distances[k]), "inside": int(held[k]),
                          "orientation": int(orientation[k])} for k in range(400)]})
 

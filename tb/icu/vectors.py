@@ -11,8 +11,21 @@ from tb.icu.frustum_load import frustum_payload
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 
-__all__ = ["LIMITS", "WINDOW", "assert_all_occur", "factor_of", "frustum_of", "largest", "rows", "section_window_of",
-           "seen_through", "slot_of", "turns_of", "vertex_place", "window_of"]
+__all__ = [
+    "LIMITS",
+    "WINDOW",
+    "assert_all_occur",
+    "factor_of",
+    "frustum_of",
+    "largest",
+    "rows",
+    "section_window_of",
+    "seen_through",
+    "slot_of",
+    "vertex_place",
+    "winding_of",
+    "window_of",
+]
 
 # Configurations whose indices a frustum can fill.
 LIMITS = [*CONFIGURATIONS.values(), {"icu.side_bits": 6}]
@@ -61,8 +74,8 @@ def rows(array: np.ndarray) -> list:
     return np.asarray(array).tolist()
 
 
-def turns_of(given: dict, k: int) -> dict:
-    """`IcuFormats.turns` of patch ``k``."""
+def winding_of(given: dict, k: int) -> dict:
+    """`IcuFormats.winding` of patch ``k``."""
     return {"orientation": rows(given["orientation"][k]), "split": int(given["split"][k])}
 
 
