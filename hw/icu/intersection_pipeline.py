@@ -42,7 +42,7 @@ class IntersectionPipeline(wiring.Component):
         Rays and ends of patches.
     i_table : In, stream of `IcuFormats.table_write`, always ready
         For `RayDirection`.
-    i_planes, i_turns, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
+    i_planes, i_winding, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
         Parts for `PatchSlots`.
     o_update : Out, stream of ``ray``, ``inverse``, ``patch``, ``hit``, always ready
         To `RayMemory.i`.

@@ -28,7 +28,7 @@ class PatchSlots(wiring.Component):
 
     Members
     -------
-    i_planes, i_turns, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
+    i_planes, i_winding, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
         Parts of records.
     i : In, stream of ``tag``, ``slot``, always ready
         Reads.
