@@ -42,9 +42,9 @@ class RayMemory(wiring.Component):
     the slot is held for them: a request that comes meanwhile is deferred too, behind them.
 
     First come, first served: the rays of a slot leave in the order of its requests. A deferred request has a ticket,
-    and the row has the ticket to serve next; a request with another one is deferred again. The chains alone do not keep the
-    order: a ray may come back while the last requests of the chain are still to be tried, and the first ones wait
-    again.
+    and the row has the ticket to serve next; a request with another one is deferred again. The chains alone do not
+    keep the order: a ray may come back while the last requests of the chain are still to be tried, and the first ones
+    wait again.
 
     Several rays may share a slot, each is a version of it. A ray that left before another ray of its slot leaves again
     if it is requested again: that costs cycles, and nothing is lost.
