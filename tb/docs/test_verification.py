@@ -5,7 +5,7 @@ from tb.docs.verification import collected, report_of
 
 @pytest.fixture(scope="module")
 def items():
-    return collected("tb/formal/test_queue.py", "tb/formal/test_join.py")
+    return collected("tb/formal/test_queue.py", "tb/formal/test_fork.py")
 
 
 def test_proofs_are_listed_with_their_negative_controls(items):
