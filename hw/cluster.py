@@ -218,7 +218,7 @@ class Cluster(wiring.Component):
             control.o_near.ready.eq(near.i.ready),
             traversal.i_frustum.valid.eq(control.o_traversal.valid),
             control.o_traversal.ready.eq(traversal.i_frustum.ready), traversal_frustum.traversal.frustum.eq(frustum),
-            *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "place", "cells")),
+            *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "grid_origin", "cells")),
             traversal_frustum.last_shell.eq(load.last_shell), traversal_frustum.subshells.first.eq(0),
             traversal_frustum.subshells["count"].eq(load.subshells),
             traversal_frustum.subshells.patches.eq(self.scene.patches)]

@@ -58,8 +58,8 @@ def _survival(config):
     """Of grid rays with nothing else than their stage."""
     formats = CtuFormats(config)
     return Survival(config=config, ray=StructLayout({
-        "stage": formats.stage, "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
-        "column": formats.grid_column_place}))
+        "stage": formats.stage, "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_address,
+        "column": formats.grid_column_address}))
 
 
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the

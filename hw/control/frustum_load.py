@@ -35,9 +35,9 @@ class FrustumLoad(wiring.Component):
         Columns and rows of rays.
     o_grid : Out, stream of `CtuFormats.grid_table_write`
         Grid rays. Always ready.
-    o_near : Out, stream of ``place``, ``cell``
+    o_near : Out, stream of ``address``, ``cell``
         Cells of shell 1. Always ready.
-    o_subshell : Out, stream of ``place``, ``patch``, ``shell``
+    o_subshell : Out, stream of ``address``, ``patch``, ``shell``
         `hw.ctu.subshell_table.SubshellTable`'s ``i_load``.
     numbers : Out(ControlFormats.numbers)
         The frustum.
@@ -67,8 +67,8 @@ class FrustumLoad(wiring.Component):
             "i": In(stream.Signature(MemoryFormats(config).table_word)),
             "o_table": Out(stream.Signature(IcuFormats(config).table_write)),
             "o_grid": Out(stream.Signature(formats.grid_table_write, always_ready=True)),
-            "o_near": Out(stream.Signature(StructLayout({"place": near, "cell": formats.cell}), always_ready=True)),
-            "o_subshell": Out(stream.Signature(StructLayout({"place": subshells, "patch": 32, "shell": 32}),
+            "o_near": Out(stream.Signature(StructLayout({"address": near, "cell": formats.cell}), always_ready=True)),
+            "o_subshell": Out(stream.Signature(StructLayout({"address": subshells, "patch": 32, "shell": 32}),
                                                always_ready=True)),
             "numbers": Out(control.numbers), "section": Out(formats.section), "last_shell": Out(formats.shell),
             "near_cells": Out(near + 1), "subshells": Out(32)})
@@ -123,10 +123,10 @@ class FrustumLoad(wiring.Component):
                              out.payload.index.eq(given.record + first)]
         m.d.comb += [
             self.o_near.valid.eq(self.i.valid & (given.region == RegionNumber.NEAR_CELLS)),
-            self.o_near.payload.place.eq(given.record), self.o_near.payload.cell.eq(low),
+            self.o_near.payload.address.eq(given.record), self.o_near.payload.cell.eq(low),
             self.o_subshell.valid.eq(self.i.valid & (given.region == RegionNumber.SUBSHELLS)
                                      & (given.record >> self._config.ctu.subshell_bits == 0)),
-            self.o_subshell.payload.place.eq(given.record), self.o_subshell.payload.patch.eq(low),
+            self.o_subshell.payload.address.eq(given.record), self.o_subshell.payload.patch.eq(low),
             self.o_subshell.payload.shell.eq(high)]
 
     def _add_numbers(self, m):
@@ -136,8 +136,8 @@ class FrustumLoad(wiring.Component):
         targets += [("clusters", "subshells", [self.subshells]), ("cell_grid", "shape", list(numbers.cells))]
         for name in ("is_screen", "source", "columns", "rows", "column_bits", "row_bits", "longest_direction"):
             targets.append(("frustum", name, [numbers[name]]))
-        for field, name in (("origin", "origin"), ("grid_origin", "place")):
-            targets.append(("frustum", field, list(numbers[name])))
+        for name in ("origin", "grid_origin"):
+            targets.append(("frustum", name, list(numbers[name])))
         for name in ("matrix", "to_global"):
             targets.append(("frustum", name, [entry for line in numbers[name] for entry in line]))
         for region, field, elements in targets:

@@ -23,7 +23,7 @@ class NearCells(wiring.Component):
 
     Members
     -------
-    i_load : In, stream of ``place``, ``cell``
+    i_load : In, stream of ``address``, ``cell``
         Cells by index. Always ready.
     i : In, stream of a number of cells
         How many to send. Accepted when the previous ones have left.
@@ -41,15 +41,15 @@ class NearCells(wiring.Component):
         self._formats, self._bits = CtuFormats(config), config.ctu.near_cell_bits
         formats = self._formats
         super().__init__({
-            "i_load": In(stream.Signature(StructLayout({"place": self._bits, "cell": formats.cell}),
+            "i_load": In(stream.Signature(StructLayout({"address": self._bits, "cell": formats.cell}),
                                           always_ready=True)),
             "i": In(stream.Signature(self._bits + 1)), "o": Out(stream.Signature(formats.near_cell))})
         self._memory = Memory(shape=formats.cell, depth=1 << self._bits, init=[])
-        self._steps = stream.Signature(StructLayout({"place": self._bits, "is_cell": 1, "last": 1})).create()
+        self._steps = stream.Signature(StructLayout({"address": self._bits, "is_cell": 1, "last": 1})).create()
         self._pipeline = pipeline = Pipeline(self._steps, self.o)
         step = self._steps.payload
         pipeline.output(self.o.payload.cell, pipeline.delay(
-            pipeline.read(self._memory.read_port(), pipeline.input(step.place)), 1))
+            pipeline.read(self._memory.read_port(), pipeline.input(step.address)), 1))
         for name in "is_cell", "last":
             pipeline.output(self.o.payload[name], pipeline.input(step[name]))
         self.latency = 1 + pipeline.latency
@@ -58,15 +58,15 @@ class NearCells(wiring.Component):
         m = Module()
         m.submodules.memory = self._memory
         write, load, steps = self._memory.write_port(), self.i_load, self._steps
-        m.d.comb += [write.addr.eq(load.payload.place), write.data.eq(load.payload.cell), write.en.eq(load.valid)]
+        m.d.comb += [write.addr.eq(load.payload.address), write.data.eq(load.payload.cell), write.en.eq(load.valid)]
         self._pipeline.add_to(m)
-        busy, place, left, is_cell = Signal(), Signal(self._bits), Signal(self._bits + 1), Signal()
+        busy, address, left, is_cell = Signal(), Signal(self._bits), Signal(self._bits + 1), Signal()
         m.d.comb += [
-            self.i.ready.eq(~busy), steps.valid.eq(busy), steps.payload.place.eq(place),
+            self.i.ready.eq(~busy), steps.valid.eq(busy), steps.payload.address.eq(address),
             steps.payload.is_cell.eq(is_cell), steps.payload.last.eq(left == 1)]
         with m.If(busy & steps.ready):
-            m.d.sync += [place.eq(place + 1), left.eq(left - 1), busy.eq(left != 1)]
+            m.d.sync += [address.eq(address + 1), left.eq(left - 1), busy.eq(left != 1)]
         with m.If(self.i.valid & ~busy):
-            m.d.sync += [busy.eq(1), place.eq(0), is_cell.eq(self.i.payload != 0),
+            m.d.sync += [busy.eq(1), address.eq(0), is_cell.eq(self.i.payload != 0),
                          left.eq(Mux(self.i.payload == 0, 1, self.i.payload))]
         return m

@@ -68,7 +68,7 @@ class CellTraversal(wiring.Component):
         super().__init__({
             "i": In(self._start.i.signature.flip()),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "cell": formats.cell, "is_cell": 1, "last": 1}))),
-            "origin": In(ArrayLayout(formats.place, 3)), "shape": In(ArrayLayout(formats.grid_count, 3)),
+            "origin": In(ArrayLayout(formats.grid_coordinate, 3)), "shape": In(ArrayLayout(formats.grid_count, 3)),
             "steps": Out(pipelines)})
         self._begins = SkidBuffer(self._start.o.payload.shape())
         self._met = [SkidBuffer(steps.o.payload.shape()) for steps in self._steps]

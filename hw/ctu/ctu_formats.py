@@ -47,7 +47,7 @@ class CtuFormats(Formats):
 
     Members
     -------
-    grid_direction, place
+    grid_direction, grid_coordinate
         A component of a grid ray's direction in G; a coordinate in cells.
     grid_index, grid_count
         A cell along an axis; cells along an axis.
@@ -57,7 +57,7 @@ class CtuFormats(Formats):
         A shell; a stage (a shell of a subshell) modulo 2^`STAGE_BITS`.
     grid_number
         A grid ray among those of all shells.
-    grid_row_place, grid_column_place
+    grid_row_address, grid_column_address
         Addresses of the tables of all shells' rows and columns.
     grid_side, grid_group
         Rows or columns of one shell; grid rays of a request.
@@ -69,7 +69,7 @@ class CtuFormats(Formats):
     def __init__(self, config: Config):
         super().__init__(config)
         self.grid_direction = signed(RECIPROCAL_BITS + 1)
-        self.place = signed(INDEX_BITS + POSITION_FRACTION)
+        self.grid_coordinate = signed(INDEX_BITS + POSITION_FRACTION)
         self.grid_index = signed(INDEX_BITS)
         self.grid_count = unsigned(GRID_COUNT_BITS)
         self.parameter = unsigned(PARAMETER_BITS)
@@ -77,8 +77,8 @@ class CtuFormats(Formats):
         self.shell = unsigned(config.ctu.shell_bits)
         self.stage = unsigned(STAGE_BITS)
         self.grid_number = unsigned(GRID_NUMBER_BITS)
-        self.grid_row_place = unsigned(config.ctu.grid_row_bits)
-        self.grid_column_place = unsigned(config.ctu.grid_column_bits)
+        self.grid_row_address = unsigned(config.ctu.grid_row_bits)
+        self.grid_column_address = unsigned(config.ctu.grid_column_bits)
         self.grid_side = unsigned(GRID_SIDE_BITS)
         self.grid_group = unsigned(GRID_GROUP.bit_length())
         self.position = signed(POSITION_BITS + INDEX_FRACTION)
@@ -126,8 +126,8 @@ class CtuFormats(Formats):
         one; the arcs of the subshell's window; and the shell's columns and its first ray. Or none of it (``final``).
         """
         return StructLayout({
-            "stage": self.stage, "shell": self.shell, "row": self.grid_row_place, "row_number": self.grid_side,
-            "rows": self.grid_side, "window": self.arcs, "first_column": self.grid_column_place,
+            "stage": self.stage, "shell": self.shell, "row": self.grid_row_address, "row_number": self.grid_side,
+            "rows": self.grid_side, "window": self.arcs, "first_column": self.grid_column_address,
             "columns": self.grid_side, "first_ray": self.grid_number, "final": 1})
 
     @property
@@ -136,27 +136,27 @@ class CtuFormats(Formats):
         ``last`` or ``final`` as of a `grid_request`.
         """
         return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
-                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_side,
+                             "row": self.grid_row_address, "column": self.grid_column_address, "count": self.grid_side,
                              "last": 1, "final": 1})
 
     @property
     def grid_request(self) -> StructLayout:
         """Neighbours in a row that a subshell requests in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
-        first the number, and row and column as places in the tables; or none, only to say that its stage is over
+        first the number, and row and column as addresses of the tables; or none, only to say that its stage is over
         (``last``) or the frustum (``final``).
 
         ``stage`` counts the stages from the frustum's first one on.
         """
         return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
-                             "row": self.grid_row_place, "column": self.grid_column_place, "count": self.grid_group,
+                             "row": self.grid_row_address, "column": self.grid_column_address, "count": self.grid_group,
                              "last": 1, "final": 1})
 
     @property
     def grid_shell(self) -> StructLayout:
         """Of a shell: see `golden.memory_map`, ``shells``; ``length`` is end - begin."""
         return StructLayout({"begin": self.begin, "length": self.parameter, "threshold": self.threshold,
-                             "row_border": self.reach, "first_row": self.grid_row_place, "rows": self.grid_side,
-                             "first_column": self.grid_column_place, "columns": self.grid_side,
+                             "row_border": self.reach, "first_row": self.grid_row_address, "rows": self.grid_side,
+                             "first_column": self.grid_column_address, "columns": self.grid_side,
                              "first_ray": self.grid_number})
 
     @property
@@ -173,18 +173,20 @@ class CtuFormats(Formats):
     @property
     def grid_table_write(self) -> StructLayout:
         """An entry of one of the grid rays' tables; ``data`` is the kind's record."""
+        records = self.grid_shell, self.grid_row, self.grid_column
         return StructLayout({"kind": GridTableKind,
-                             "index": max(self.shell.width, self.grid_row_place.width, self.grid_column_place.width),
-                             "data": max(Shape.cast(record).width for record in (self.grid_shell, self.grid_row,
-                                                                                  self.grid_column))})
+                             "index": max(one.width for one in (
+                                 self.shell, self.grid_row_address, self.grid_column_address)),
+                             "data": max(Shape.cast(record).width for record in records)})
 
     @property
     def traversal_frustum(self) -> StructLayout:
-        """A frustum for cell traversal: also the matrix of directions to G, the origin's ``place`` in the grid, and how
-        many ``cells`` that has along each axis.
+        """A frustum for cell traversal: also the matrix of directions to G, the origin in cells of the grid
+        (``grid_origin``), and how many ``cells`` that has along each axis.
         """
         return StructLayout({"frustum": self.frustum, "to_global": ArrayLayout(self.direction_vector, 3),
-                             "place": ArrayLayout(self.place, 3), "cells": ArrayLayout(self.grid_count, 3)})
+                             "grid_origin": ArrayLayout(self.grid_coordinate, 3),
+                             "cells": ArrayLayout(self.grid_count, 3)})
 
     @property
     def near_cell(self) -> StructLayout:

@@ -47,8 +47,8 @@ class GridEntries(wiring.Component):
         super().__init__({
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i": In(stream.Signature(StructLayout({
-                "tag": tag, "shell": formats.shell, "row": formats.grid_row_place,
-                "column": formats.grid_column_place}))),
+                "tag": tag, "shell": formats.shell, "row": formats.grid_row_address,
+                "column": formats.grid_column_address}))),
             "o": Out(stream.Signature(StructLayout({
                 "tag": tag, **segment.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
         self._pipeline = pipeline = Pipeline(self.i, self.o)

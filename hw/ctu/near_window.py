@@ -55,8 +55,8 @@ class NearWindow(wiring.Component):
         super().__init__({
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i": In(stream.Signature(StructLayout({
-                "tag": tag, "shell": formats.shell, "row": formats.grid_row_place,
-                "column": formats.grid_column_place, "last": formats.grid_column_place}), always_ready=True)),
+                "tag": tag, "shell": formats.shell, "row": formats.grid_row_address,
+                "column": formats.grid_column_address, "last": formats.grid_column_address}), always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "threshold": formats.threshold,
                                                     "window": formats.window}), always_ready=True)),
             "is_screen": In(1), "columns": In(formats.count)})

@@ -22,12 +22,12 @@ class PositionSearch(wiring.Component):
     ----------
     formats
         `Formats` of the configuration.
-    place
+    address
         Shape of an address of the table.
 
     Members
     -------
-    i_write : In, stream of ``place``, ``position``
+    i_write : In, stream of ``address``, ``position``
         An entry of the table. Always ready; not during a search.
     i : In, stream of ``first``, ``count``, ``low``, ``end``
         The part of the table, in which positions never fall, and the two bounds.
@@ -42,24 +42,24 @@ class PositionSearch(wiring.Component):
     Golden counterpart: `golden.ctu.sector`, which compares all positions.
     """
 
-    def __init__(self, *, formats: CtuFormats, place):
-        self._formats, self._place, bound = formats, place, formats.position_bound
+    def __init__(self, *, formats: CtuFormats, address):
+        self._formats, self._address, bound = formats, address, formats.position_bound
         side = formats.grid_side
         found = StructLayout({"count": side, "least": bound, "most": bound})
         super().__init__({
-            "i_write": In(stream.Signature(StructLayout({"place": place, "position": formats.position}),
+            "i_write": In(stream.Signature(StructLayout({"address": address, "position": formats.position}),
                                            always_ready=True)),
-            "i": In(stream.Signature(StructLayout({"first": place, "count": side, "low": bound,
+            "i": In(stream.Signature(StructLayout({"first": address, "count": side, "low": bound,
                                                    "end": bound}))),
             "o": Out(stream.Signature(StructLayout({"low": found, "end": found})))})
 
     def elaborate(self, platform):
         m = Module()
-        formats, place = self._formats, self._place
+        formats, shape = self._formats, self._address
         bits = formats.grid_side.width
-        m.submodules.positions = positions = Memory(shape=formats.position, depth=1 << place.width, init=[])
+        m.submodules.positions = positions = Memory(shape=formats.position, depth=1 << shape.width, init=[])
         write, read = positions.write_port(), positions.read_port()
-        m.d.comb += [write.addr.eq(self.i_write.payload.place), write.data.eq(self.i_write.payload.position),
+        m.d.comb += [write.addr.eq(self.i_write.payload.address), write.data.eq(self.i_write.payload.position),
                      write.en.eq(self.i_write.valid)]
 
         given, starts = Signal(self.i.payload.shape(), reset_less=True), Signal(2)
@@ -68,8 +68,8 @@ class PositionSearch(wiring.Component):
         m.d.sync += starts.eq(Cat(self.i.valid & self.i.ready, starts[0]))
         with m.If(self.i.valid & self.i.ready):
             m.d.sync += [given.eq(self.i.payload), busy.eq(1)]
-        # The place before the first one, which counting from 1 begins at.
-        before, highest = Signal(place, reset_less=True), Signal(bits)
+        # The address before the first one, which counting from 1 begins at.
+        before, highest = Signal(shape, reset_less=True), Signal(bits)
         m.d.comb += [before.eq(given.first - 1), highest.eq(1)]
         for bit in range(1, bits):
             with m.If(given.count[bit]):
@@ -77,28 +77,28 @@ class PositionSearch(wiring.Component):
 
         # ``found`` positions are less, and of those up to ``step`` more the last one is looked at, if it is there.
         search = StructLayout({"found": bits, "step": bits, "is_end": 1})
-        placed, fetched, compared = (Signal(search, name=name, reset_less=True)
-                                     for name in ("placed", "fetched", "compared"))
+        sought, fetched, compared = (Signal(search, name=name, reset_less=True)
+                                     for name in ("sought", "fetched", "compared"))
         in_flight = Signal(3)
-        exists, following = Signal(reset_less=True), [Signal(place, name=f"after_{more}", reset_less=True)
+        exists, following = Signal(reset_less=True), [Signal(shape, name=f"after_{more}", reset_less=True)
                                                       for more in range(2)]
-        address, position = Signal(place, reset_less=True), Signal(formats.position, reset_less=True)
+        address, position = Signal(shape, reset_less=True), Signal(formats.position, reset_less=True)
         less, goes_on = Signal(), Signal()
         m.d.comb += [
             read.addr.eq(address),
             less.eq(exists & (position < Mux(compared.is_end, given.end, given.low))),
             goes_on.eq(in_flight[2] & ~compared.step[0])]
-        m.d.sync += [in_flight.eq(Cat(goes_on | starts.any(), in_flight[:2])), fetched.eq(placed), compared.eq(fetched),
+        m.d.sync += [in_flight.eq(Cat(goes_on | starts.any(), in_flight[:2])), fetched.eq(sought), compared.eq(fetched),
                      position.eq(read.data), exists.eq((fetched.found | fetched.step) <= given.count)]
         half = fetched.step >> 1
         m.d.sync += [following[0].eq(before + (fetched.found | half)),
                      following[1].eq(before + (fetched.found | fetched.step | half))]
         found = Signal(bits)
         m.d.comb += found.eq(compared.found | Mux(less, compared.step, 0))
-        m.d.sync += [placed.found.eq(found), placed.step.eq(compared.step >> 1), placed.is_end.eq(compared.is_end),
+        m.d.sync += [sought.found.eq(found), sought.step.eq(compared.step >> 1), sought.is_end.eq(compared.is_end),
                      address.eq(Mux(less, following[1], following[0]))]
         with m.If(starts.any()):
-            m.d.sync += [placed.found.eq(0), placed.step.eq(highest), placed.is_end.eq(starts[1]),
+            m.d.sync += [sought.found.eq(0), sought.step.eq(highest), sought.is_end.eq(starts[1]),
                          address.eq(before + highest)]
 
         # The last position that was less is the one before the first that was not, and both have been looked at.

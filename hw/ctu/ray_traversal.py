@@ -87,7 +87,7 @@ class RayTraversal(wiring.Component):
     def __init__(self, *, config: Config, pipelines: int = 1):
         self._config, self._formats = config, CtuFormats(config)
         formats, ctu = self._formats, config.ctu
-        entry = {"shell": formats.shell, "row": formats.grid_row_place, "column": formats.grid_column_place}
+        entry = {"shell": formats.shell, "row": formats.grid_row_address, "column": formats.grid_column_address}
         self._ray = StructLayout({"stage": formats.stage, "ray": formats.grid_number, **entry})
         self._slot_bits = ctu.ray_slots.bit_length() - 1
         self._memory, sent = None, StructLayout({"stage": formats.stage})
@@ -161,7 +161,7 @@ class RayTraversal(wiring.Component):
         # Registered: no ray is there in the first cycle.
         m.d.sync += [self._direction.is_screen.eq(frustum.frustum.is_screen),
                      self._direction.to_global.eq(frustum.to_global),
-                     self._traversal.origin.eq(frustum.place), self._traversal.shape.eq(frustum.cells)]
+                     self._traversal.origin.eq(frustum.grid_origin), self._traversal.shape.eq(frustum.cells)]
         for block in self._survival, self._entries:
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
         wiring.connect(m, self._survival.o_tile, wiring.flipped(self.o_tile))

@@ -44,11 +44,11 @@ class RowArcs(wiring.Component):
     def __init__(self, *, config: Config):
         formats = CtuFormats(config)
         super().__init__({
-            "i": In(stream.Signature(formats.grid_row_place)),
+            "i": In(stream.Signature(formats.grid_row_address)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "o": Out(stream.Signature(formats.arcs)), "frustum": In(formats.frustum)})
         self._row = formats.grid_row
-        self._borders = Memory(shape=formats.reach, depth=1 << formats.grid_row_place.width, init=[])
+        self._borders = Memory(shape=formats.reach, depth=1 << formats.grid_row_address.width, init=[])
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         bound, section = formats.position_bound, self.frustum.section
         lowest, highest = -(1 << bound.width - 1), (1 << bound.width - 1) - 1

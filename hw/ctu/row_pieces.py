@@ -67,7 +67,7 @@ class RowPieces(wiring.Component):
         bound, side = formats.position_bound, formats.grid_side
         lowest = -(1 << bound.width - 1)
         m.submodules.arcs = arcs = RowArcs(config=self._config)
-        m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_column_place)
+        m.submodules.search = search = PositionSearch(formats=formats, address=formats.grid_column_address)
         m.submodules.pieces = pieces = Queue(formats.grid_piece, depth=PIECES)
         wiring.connect(m, pieces.o, wiring.flipped(self.o))
         self._add_table(m, arcs, search)
@@ -76,7 +76,7 @@ class RowPieces(wiring.Component):
         window = given.window
         # Rows whose arcs have not been requested, and rows that are not done.
         asked, left = Signal(side), Signal(side)
-        row_asked, row = Signal(formats.grid_row_place, reset_less=True), Signal(formats.grid_row_place,
+        row_asked, row = Signal(formats.grid_row_address, reset_less=True), Signal(formats.grid_row_address,
                                                                                  reset_less=True)
         m.d.comb += [arcs.i.valid.eq(asked != 0), arcs.i.payload.eq(row_asked)]
         # Whether a row is done is known late, and all registers of its arcs stall until then.
@@ -180,7 +180,7 @@ class RowPieces(wiring.Component):
         m.d.comb += [
             arcs.frustum.eq(self.frustum), arcs.i_table.valid.eq(table.valid), arcs.i_table.payload.eq(table.payload),
             search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.COLUMN)),
-            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.address.eq(table.payload.index),
             search.i_write.payload.position.eq(record.position)]
 
     def _add_number(self, m):

@@ -65,7 +65,7 @@ class StageRows(wiring.Component):
         m = Module()
         formats, bound = self._formats, self._formats.position_bound
         lowest, highest = -(1 << bound.width - 1), (1 << bound.width - 1) - 1
-        m.submodules.search = search = PositionSearch(formats=formats, place=formats.grid_row_place)
+        m.submodules.search = search = PositionSearch(formats=formats, address=formats.grid_row_address)
         read = self._add_tables(m, search)
 
         def whole(index):
@@ -169,6 +169,6 @@ class StageRows(wiring.Component):
             write.addr.eq(table.payload.index), write.en.eq(table.valid & (table.payload.kind == GridTableKind.SHELL)),
             *(write.data[name].eq(shell_record[name]) for name, _ in kept),
             search.i_write.valid.eq(table.valid & (table.payload.kind == GridTableKind.ROW)),
-            search.i_write.payload.place.eq(table.payload.index),
+            search.i_write.payload.address.eq(table.payload.index),
             search.i_write.payload.position.eq(row_record.position)]
         return read

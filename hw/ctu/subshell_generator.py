@@ -79,11 +79,11 @@ class SubshellGenerator(wiring.Component):
         given = Signal(self.i.payload.shape(), reset_less=True)
         too_long = Signal(reset_less=True)
         # The next address; entries not requested yet; entries requested that have not left.
-        place, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ENTRIES + 1))
+        address, left, held = Signal(self._bits), Signal(self._bits + 1), Signal(range(ENTRIES + 1))
         requests, leaves = (stream.valid & stream.ready for stream in (self.o_read, entries.o))
-        m.d.comb += self.o_read.payload.eq(place)
+        m.d.comb += self.o_read.payload.eq(address)
         with m.If(requests):
-            m.d.sync += [place.eq(place + 1), left.eq(left - 1)]
+            m.d.sync += [address.eq(address + 1), left.eq(left - 1)]
         m.d.sync += held.eq(held + requests - leaves)
 
         # Entries are checked first: their fields are wider in memory than in the unit.
@@ -103,7 +103,7 @@ class SubshellGenerator(wiring.Component):
             with m.State("start"):
                 m.d.comb += self.i.ready.eq(1)
                 m.d.sync += [
-                    given.eq(self.i.payload), place.eq(self.i.payload.first),
+                    given.eq(self.i.payload), address.eq(self.i.payload.first),
                     too_long.eq((self.i.payload.first > table) | (self.i.payload["count"] > table))]
                 with m.If(self.i.valid):
                     m.d.sync += self.error.eq(ListError.NONE)

@@ -13,7 +13,7 @@ __all__ = ["SubshellTable"]
 
 
 class SubshellTable(wiring.Component):
-    """Entries by their place; they stay until others are written.
+    """Entries by their address; they stay until others are written.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class SubshellTable(wiring.Component):
 
     Members
     -------
-    i_load : In, stream of ``place``, ``patch``, ``shell``
+    i_load : In, stream of ``address``, ``patch``, ``shell``
         An address, and its entry as in memory (`golden.memory_map`, ``subshells``). Always ready.
     i : In, stream of addresses; o : Out, stream of ``patch``, ``shell``
         An address, and its entry.
@@ -35,12 +35,13 @@ class SubshellTable(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        place = config.ctu.subshell_bits
+        address = config.ctu.subshell_bits
         entry = StructLayout({"patch": 32, "shell": 32})
         super().__init__({
-            "i_load": In(stream.Signature(StructLayout({"place": place, "patch": 32, "shell": 32}), always_ready=True)),
-            "i": In(stream.Signature(place)), "o": Out(stream.Signature(entry))})
-        self._entries = Memory(shape=entry, depth=1 << place, init=[])
+            "i_load": In(stream.Signature(StructLayout({"address": address, "patch": 32, "shell": 32}),
+                                          always_ready=True)),
+            "i": In(stream.Signature(address)), "o": Out(stream.Signature(entry))})
+        self._entries = Memory(shape=entry, depth=1 << address, init=[])
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         read = pipeline.delay(pipeline.read(self._entries.read_port(), pipeline.input(self.i.payload)), 1)
         pipeline.output(self.o.payload, read)
@@ -50,7 +51,7 @@ class SubshellTable(wiring.Component):
         m = Module()
         m.submodules.entries = self._entries
         port, load = self._entries.write_port(), self.i_load
-        m.d.comb += [port.addr.eq(load.payload.place), port.en.eq(load.valid),
+        m.d.comb += [port.addr.eq(load.payload.address), port.en.eq(load.valid),
                      *(port.data[name].eq(load.payload[name]) for name in ("patch", "shell"))]
         self._pipeline.add_to(m)
         return m

@@ -62,7 +62,7 @@ class TraversalStart(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, **formats.grid_ray.members}))),
             "o": Out(stream.Signature(StructLayout({"tag": tag, "walk": formats.walk}))),
-            "origin": In(ArrayLayout(formats.place, 3)), "shape": In(ArrayLayout(formats.grid_count, 3))})
+            "origin": In(ArrayLayout(formats.grid_coordinate, 3)), "shape": In(ArrayLayout(formats.grid_count, 3))})
         # Of a row the value is stored as what it lacks of the largest one.
         value, slope = reciprocal_table()
         self._row = StructLayout({"lacks": RECIPROCAL_BITS + GUARD - 1, "slope": int(slope.max()).bit_length()})

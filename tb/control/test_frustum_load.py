@@ -113,10 +113,10 @@ def test_tables_and_numbers(given):
     assert ordered(found["o_grid"], grid_write) == ordered(unit_writes(unit, config),
                                                                          grid_write)
     near = image["near_cells"]["cell"].tolist()
-    assert found["o_near"] == [{"place": place, "cell": cell} for place, cell in enumerate(near)]
+    assert found["o_near"] == [{"address": address, "cell": cell} for address, cell in enumerate(near)]
     listed = image.subshells(CLUSTER).tolist()
-    assert found["o_subshell"] == [{"place": place, "patch": patch, "shell": shell}
-                                   for place, (patch, shell) in enumerate(listed)]
+    assert found["o_subshell"] == [{"address": address, "patch": patch, "shell": shell}
+                                   for address, (patch, shell) in enumerate(listed)]
     assert listed or record.is_screen
 
     payload = frustum_payload(record, section, config)
@@ -124,7 +124,7 @@ def test_tables_and_numbers(given):
     payload.pop("tiles_across")
     assert {name: numbers["numbers"][name] for name in payload} == payload
     assert numbers["numbers"]["to_global"] == record.to_global.tolist()
-    assert numbers["numbers"]["place"] == made.shelling.table.position(record.origin).tolist()
+    assert numbers["numbers"]["grid_origin"] == made.shelling.table.position(record.origin).tolist()
     assert numbers["numbers"]["cells"] == made.shelling.table.shape.tolist()
     assert (numbers["last_shell"], numbers["near_cells"], numbers["subshells"]) == (
         unit.last_shell, len(near), len(listed))

@@ -121,8 +121,8 @@ def test_cells_of_shell_1_are_sent_for_every_frustum(counts, share):
     cells = [7 * k + 1 for k in range(32)]
 
     async def store(ctx):
-        for place, cell in enumerate(cells):
-            ctx.set(dut.i_load.payload, {"place": place, "cell": cell})
+        for address, cell in enumerate(cells):
+            ctx.set(dut.i_load.payload, {"address": address, "cell": cell})
             ctx.set(dut.i_load.valid, 1)
             await ctx.tick()
         ctx.set(dut.i_load.valid, 0)

@@ -154,7 +154,7 @@ class Bench:
 
     async def prepare(self, case):
         formats = CtuFormats(self.config)
-        self.dut.origin.value = sum(pack(formats.place, value) << k * formats.place.width
+        self.dut.origin.value = sum(pack(formats.grid_coordinate, value) << k * formats.grid_coordinate.width
                                     for k, value in enumerate(case.ports["origin"]))
         self.dut.shape.value = sum(value << k * formats.grid_count.width
                                    for k, value in enumerate(case.ports["shape"]))

@@ -30,14 +30,14 @@ def searches(random, positions):
 
 def test_counts_of_what_is_less():
     formats, random = CtuFormats(CONFIG), np.random.default_rng(1)
-    search = PositionSearch(formats=formats, place=formats.grid_row_place)
+    search = PositionSearch(formats=formats, address=formats.grid_row_address)
     positions = np.sort(random.integers(-SPREAD, SPREAD, ENTRIES))
     positions[ENTRIES // 2:ENTRIES // 2 + 9] = positions[ENTRIES // 2]
     done = []
 
     async def drive(ctx):
-        for place, position in enumerate(positions.tolist()):
-            ctx.set(search.i_write.payload, {"place": place, "position": position})
+        for address, position in enumerate(positions.tolist()):
+            ctx.set(search.i_write.payload, {"address": address, "position": position})
             ctx.set(search.i_write.valid, 1)
             await ctx.tick()
         ctx.set(search.i_write.valid, 0)

@@ -104,7 +104,7 @@ def expected(entries, given):
 def test_lists_right_and_wrong(stalls):
     entries, given = lists(1)
     coverage = Coverage(["a list", "none", "of the whole table", *(f"error {error.name}" for error in ListError)])
-    loads = [(0, {"place": place, **entry}) for place, entry in enumerate(entries)]
+    loads = [(0, {"address": address, **entry}) for address, entry in enumerate(entries)]
     came = BENCH.run(Schedule(
         items={"i_load": loads, "i": [(TABLE + 2 if not number else 0, one) for number, one in enumerate(given)]},
         stalls={"o": list(stalls)}))["o"]
@@ -123,7 +123,7 @@ def test_lists_right_and_wrong(stalls):
 def test_an_entry_per_cycle():
     entries, _ = lists(1)
     came = BENCH.run(Schedule(
-        items={"i_load": [(0, {"place": place, **entry}) for place, entry in enumerate(entries)],
+        items={"i_load": [(0, {"address": address, **entry}) for address, entry in enumerate(entries)],
                "i": [(TABLE + 2, {"first": 0, "count": 20, "patches": PATCHES}),
                      (9, {"first": 0, "count": 0, "patches": PATCHES})]}, stalls={}))["o"]
     assert len(came) == 22
@@ -140,7 +140,8 @@ def bits(name, value):
 async def played(dut, source, sink, entries, given, number=0):
     """Some of the lists, one after the other, and what must come of them."""
     given = given[number % 3::3]
-    await Source(dut, "i_load").send(bits("i_load", {"place": place, **entry}) for place, entry in enumerate(entries))
+    await Source(dut, "i_load").send(
+        bits("i_load", {"address": address, **entry}) for address, entry in enumerate(entries))
     starts, taken = Source(dut, "i", stalls=source), Sink(dut, "o", stalls=sink)
     wanted = []
     for one in given:

@@ -84,8 +84,8 @@ class Bench:
     def __init__(self, case, *, source="none", sink="none", stall=0.0):
         formats = CtuFormats(case.config)
         self.case, self.dut = case, Survival(config=case.config, ray=StructLayout({
-            "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_place,
-            "column": formats.grid_column_place}))
+            "ray": formats.grid_number, "shell": formats.shell, "row": formats.grid_row_address,
+            "column": formats.grid_column_address}))
         self._stalls, self._stops, self._stall = STALLS[source](1), STALLS[sink](2), stall
         self.lived, self.dropped, self.taken = {}, {}, {}
         self._cycle, self.sweeps, self.ready, self.holds, self.held = 0, 0, True, False, 0

@@ -48,7 +48,7 @@ class Place:
         self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
         self.frustum = pack(formats.traversal_frustum, {
             "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),
-            "place": shelling.table.position(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
+            "grid_origin": shelling.table.position(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
         near = traversal.open(1, None).tolist()
         self.near = [pack(formats.near_cell, {"cell": cell, "is_cell": 1, "last": k == len(near) - 1})
                      for k, cell in enumerate(near)] or [pack(formats.near_cell, {"last": 1})]
