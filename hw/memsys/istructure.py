@@ -50,11 +50,11 @@ class IStructure(wiring.Component):
         Writes.
     i_renew : In, stream of addresses
         A location that becomes empty: it may be written once more. Reads that wait for it keep waiting. Reads that are
-        accepted later see the renewal. It takes effect before a write of the same cycle. Only with ``renews``.
+        accepted later see the renewal. It has priority over ``i_write``. Only with ``renews``.
     releases : Out(1)
         Writes are in flight, or reads that waited have not been answered yet. Only with ``renews``.
     o_read : Out, stream of ``tag``, ``data``
-        One answer for each read, in any order.
+        One answer for each read; in any order, but with ``renews`` in the order of the reads of a location.
     o_refused : Out, stream of addresses, always ready
         Writes to a location that is present; its data stay.
     waiting : Out(range(deferred + 1))
@@ -65,9 +65,9 @@ class IStructure(wiring.Component):
     Latency: ``5`` cycles from ``i_read`` to ``o_read`` of a location that is present, ``8`` from ``i_write`` to
     ``o_read`` of the first read that waits for it, ``4`` to ``o_refused``. One read and one write per cycle; releases
     come one per cycle without a gap, before reads of what is present. Reads stall with ``o_read`` and with a full
-    store; with ``renews`` also while chains are released. Writes and renewals stall only while
-    ``i_start`` waits and no read does: until those in flight have been made and, every 2^``version_bits`` - 1 versions,
-    for a sweep of ``depth`` cycles.
+    store; with ``renews`` also while chains are released. Writes stall beside a renewal. Both stall while ``i_start``
+    waits and no read does: until those in flight have been made and, every 2^``version_bits`` - 1 versions, for a sweep
+    of ``depth`` cycles.
 
     Raises
     ------
