@@ -199,6 +199,6 @@ def test_answers_in_time():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("depth", "deferred", "cycles", "only"), [(2, 2, 22, "order"), (4, 3, 16, None)])
+@pytest.mark.parametrize(("depth", "deferred", "cycles", "only"), [(2, 2, 22, "order"), (4, 3, 21, None)])
 def test_longer_and_larger(depth, deferred, cycles, only):
     assert prove(make(depth, deferred, only=only), mode="bmc", depth=cycles, engine=ENGINE)
