@@ -78,7 +78,8 @@ def is_mention(command):
 
 def options_of(command):
     """All options of a command and of those below it."""
-    context = click.Context(command)
+    # The names of the help option, which a command keeps from its first context.
+    context = click.Context(command, help_option_names=["-h", "--help"])
     parameters = command.get_params(context)
     found = {option for parameter in parameters for option in (*parameter.opts, *parameter.secondary_opts)}
     names = command.list_commands(context) if isinstance(command, click.Group) else []
