@@ -7,10 +7,13 @@ from golden.memory_map import MemoryImage
 from golden.noc.packing import reply_flits, request_flits
 from hw.ctu.ctu_formats import GRID_GROUP
 
-__all__ = ["SHARED_COUNTERS", "CastResult"]
+__all__ = ["SHARED_COUNTERS", "SINCE_RESET", "CastResult"]
 
 # Registers that count for the whole machine, beside the counters of each cluster.
 SHARED_COUNTERS = ("flits", "flit_stalls", "cell_hits", "cell_misses", "patch_hits", "patch_misses")
+
+# Counters of a cluster that the machine does not clear when a cast begins.
+SINCE_RESET = ("memory_answered", "memory_stalls")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,7 +27,7 @@ class CastResult:
     cycles, load_cycles, result_cycles
         Cycles of the cast, of the load before it, and of the writing of results.
     counters
-        `hw.cluster.COUNTERS` of each cluster.
+        `hw.cluster.COUNTERS` of each cluster, all of this cast.
     shared
         `SHARED_COUNTERS` of this cast.
     """

@@ -10,7 +10,8 @@ from golden.memory_map import MemoryImage
 from golden.output import whole_file
 from hw.host import LIVES, Host
 from hw.memsys.cache_policy import CachePolicy
-from hw.simulator.cast_result import SHARED_COUNTERS, CastResult
+from hw.registers.register import WORD_BYTES
+from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET, CastResult
 from hw.simulator.simulated_port import SimulatedPort, complete
 from hw.simulator.utilization import SAMPLED
 
@@ -56,6 +57,8 @@ class SimulatedMachine:
         self.config, self._policy = config, policy
         self.port = SimulatedPort(config, size=0, **memory)
         self._host, self._before = Host(self.port, config), None
+        # Registers count on after a cast; known values need no reads, whose cycles clear memories before the next cast.
+        self._counted = [dict.fromkeys(SINCE_RESET, 0)] * config.noc.nodes
         complete(self._host.identify())
 
     def close(self) -> None:
@@ -96,10 +99,12 @@ class SimulatedMachine:
             See `Host`.
         """
         begin = self.port.cycles
+        # An error in between resets the machine: then the registers are read again.
+        earlier, self._counted = self._counted, None
         if not again:
             self._load(image)
         loaded = self.port.cycles
-        shared = self._shared_counters()
+        shared, earlier = self._shared_counters(), earlier or complete(self._host.counters(SINCE_RESET))
         complete(self._host.start())
         if waves:
             complete(self.port.wait(waves.begin))
@@ -112,7 +117,7 @@ class SimulatedMachine:
             complete(self.port.wait(SAMPLE_CYCLES))
         complete(self._host.finish("casts", timeout=1 << 26))
         cycles = complete(self._host.read("cycles"))
-        counters, after = complete(self._host.counters()), self._shared_counters()
+        counters, after = self._counters_since(earlier), self._shared_counters()
         if timeline is not None:
             self._end_timeline(timeline, cycles, counters)
         cast = self.port.cycles
@@ -120,6 +125,12 @@ class SimulatedMachine:
         return CastResult(image=result, cycles=cycles, load_cycles=loaded - begin,
                           result_cycles=self.port.cycles - cast, counters=counters,
                           shared={name: after[name] - shared[name] for name in SHARED_COUNTERS})
+
+    def _counters_since(self, earlier):
+        """The counters of the cast: those `SINCE_RESET` are differences, modulo a register's range."""
+        self._counted = complete(self._host.counters())
+        return [now | {name: now[name] - before[name] & (1 << 8 * WORD_BYTES) - 1 for name in SINCE_RESET}
+                for now, before in zip(self._counted, earlier, strict=True)]
 
     @staticmethod
     def _end_timeline(timeline, cycles, counters):

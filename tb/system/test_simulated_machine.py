@@ -1,13 +1,15 @@
 # amaranth: UnusedElaboratable=no
 """A machine with its host: what is loaded again, what is counted."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from golden.config import PRESETS
 from golden.errors import InputError
 from golden.memory_map import MemoryImage
 from hw.cluster import COUNTERS
-from hw.simulator.cast_result import SHARED_COUNTERS
+from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.lib.configurations import config_of
@@ -28,6 +30,41 @@ def test_a_configuration_for_so_many_clusters():
 
 def test_registers_and_counters_have_names_of_their_own():
     assert not set(SHARED_COUNTERS) & set(COUNTERS)
+
+
+class CountingHost:
+    """A host whose machine adds the same to `SINCE_RESET` with each cast, modulo a register's range."""
+
+    value = 0
+
+    async def start(self):
+        self.value = (self.value + (1 << 31) + 1) % (1 << 32)
+
+    async def finish(self, *_, **__):
+        pass
+
+    async def counters(self, names=COUNTERS):
+        return [{name: self.value if name in SINCE_RESET else 7 for name in names}] * CONFIG.noc.nodes
+
+    async def read(self, name):
+        return 0
+
+    async def identify(self):
+        pass
+
+    async def results(self, **_):
+        return None
+
+
+def test_all_counters_are_those_of_the_cast(monkeypatch):
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedPort", lambda *_, **__: SimpleNamespace(cycles=0))
+    monkeypatch.setattr("hw.simulator.simulated_machine.Host", lambda *_: CountingHost())
+    machine = SimulatedMachine(CONFIG)
+    for _ in range(3):
+        (counters,) = machine.cast(None, again=True).counters
+        assert tuple(counters) == tuple(COUNTERS)
+        assert {counters[name] for name in SINCE_RESET} == {(1 << 31) + 1}
+        assert counters["cycles"] == 7
 
 
 @pytest.mark.sim
