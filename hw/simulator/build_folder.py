@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
-__all__ = ["MOST_BYTES", "build_folder", "content_key", "keep_newest", "locked"]
+__all__ = ["MOST_BYTES", "build_folder", "content_key", "keep_newest", "locked", "temporary_folder"]
 
 _CHECKOUT = Path(__file__).parents[2]
 # Of each kind of build; those used longest ago go first, and are made again when they are needed.
@@ -39,31 +39,59 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
         yield
 
 
-def keep_newest(parent: Path, *, most: int = MOST_BYTES) -> None:
+@contextmanager
+def temporary_folder(name: str) -> Iterator[Path]:
+    """An empty folder for the intermediate files of a build, which is removed at the end.
+
+    Folders that killed processes have left are removed at the beginning.
+    """
+    parent = build_folder() / "parts"
+    parent.mkdir(parents=True, exist_ok=True)
+    keep_newest(parent, most=0)
+    folder = parent / name
+    with locked(folder):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def keep_newest(parent: Path, *, most: int = MOST_BYTES, built: Path | None = None) -> None:
     """Remove the entries of a folder that were used longest ago, until the rest fits in ``most`` bytes.
 
-    What a process has `locked` stays.
+    What a process has `locked`, and what has just been ``built``, stays and is not counted.
     """
     used = 0
     for entry in sorted(parent.iterdir(), key=_last_use, reverse=True):
-        if entry.suffix != ".lock":
-            used += sum(_size(path) for path in ([*entry.rglob("*")] if entry.is_dir() else [entry]))
-            if used > most:
-                _remove_unlocked(entry)
+        if entry.suffix != ".lock" and entry != built:
+            with _unlocked(entry) as is_free:
+                if is_free:
+                    used += sum(_size(path) for path in ([*entry.rglob("*")] if entry.is_dir() else [entry]))
+                    if used > most:
+                        _remove(entry)
 
 
-def _remove_unlocked(entry):
+@contextmanager
+def _unlocked(entry):
+    """Whether no process has an entry locked; then none can lock it in the block."""
     lock = entry.with_suffix(".lock")
     with lock.open("w") if lock.exists() else nullcontext() as file:
         try:
             if file is not None:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            return
-        if entry.is_dir():
-            shutil.rmtree(entry, ignore_errors=True)
+            yield False
         else:
-            entry.unlink(missing_ok=True)
+            yield True
+
+
+def _remove(entry):
+    if entry.is_dir():
+        shutil.rmtree(entry, ignore_errors=True)
+    else:
+        entry.unlink(missing_ok=True)
 
 
 def _last_use(path):

