@@ -1,7 +1,7 @@
 """One frustum on the simulated machine: its hits beside golden's, and where its cycles went."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tqdm import tqdm
@@ -17,6 +17,7 @@ from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.cast_result import CastResult
 from hw.simulator.simulated_machine import SimulatedMachine, WaveformWindow
+from hw.simulator.simulation_config import overridden_text
 from radiosity.timeline import write_timeline
 
 __all__ = ["CastOptions", "MachineCast", "MachineCastResult", "WaveformWindow", "write_counters"]
@@ -36,6 +37,8 @@ class CastOptions:
         How many times it is cast.
     waves, timeline, counters
         The signals of the last cast (.vcd), its utilization (.svg), and the counters of all casts (.csv).
+    changes
+        What the simulation has overridden, see `hw.simulator.simulation_config.overridden`.
     """
 
     cell: float
@@ -44,6 +47,7 @@ class CastOptions:
     waves: WaveformWindow | None = None
     timeline: Path | None = None
     counters: Path | None = None
+    changes: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,6 +126,7 @@ class MachineCast:
     def _report(self, done: list[CastResult]) -> dict:
         last, network = done[-1].image, self._config.noc
         return {"patches": len(self._geometry), "clusters": network.nodes, "topology": network.topology,
+                "overridden": self._options.changes,
                 **cast_report(self._record, done, self._config),
                 "differences": len(last.hits().differences(self._expected.hits())),
                 "sums": int((last["sums"] != self._expected["sums"]).sum())}
@@ -144,7 +149,8 @@ def write_counters(path: Path, done: list[CastResult]) -> None:
 def _text(report: dict) -> str:
     bound, sources = report["bound"], report["sources"]
     lines = [
-        f"machine: {report['clusters']} clusters, {report['topology']}, {report['patches']} patches",
+        f"machine: {report['clusters']} clusters, {report['topology']}, {report['patches']} patches"
+        + overridden_text(report["overridden"]),
         f"differences from golden: {report['differences']} hits, {report['sums']} sums",
         f"cycles {report['cycles']} (the first time {report['first_cycles']}), tables {report['load_cycles']}, "
         f"results {report['result_cycles']}",

@@ -15,17 +15,20 @@ __all__ = ["MachineMethod"]
 
 _CELL = 0.0625
 _MOST_CLUSTERS = 64
+# The presets whose clusters and network are the machine's own; machines of the others are scaled to the run.
+_WHOLE = ("thesis",)
+_OWN = f"the preset's with --preset {' or '.join(_WHOLE)}"
 
 _MEMORY = (
-    click.option("--topology", type=click.Choice(TOPOLOGIES), default="mesh", help="The machine's network."),
+    click.option("--topology", type=click.Choice(TOPOLOGIES), help=f"The machine's network.  [default: mesh; {_OWN}]"),
     click.option("--policy", type=click.Choice(POLICIES), help="The policy of the machine's caches.  [default: the "
                  "preset's]"),
     click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="The latency of main memory in cycles."),
     click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add a random delay of at most so many "
                  "cycles to each read of main memory, and return replies in any order."),
     click.option("--memory-seed", type=click.IntRange(0, 1 << 32), default=1, help="The seed of --spread."))
-_CLUSTERS = click.option("--clusters", type=int, default=1, help="The machine's clusters, a power of two up to "
-                         f"{_MOST_CLUSTERS}.")
+_CLUSTERS = click.option("--clusters", type=int, help="The machine's clusters, a power of two up to "
+                         f"{_MOST_CLUSTERS}.  [default: 1; {_OWN}]")
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
 _WORK = (
     click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
@@ -33,7 +36,9 @@ _WORK = (
                  "third one on caches and cleared memories are the same."),
     click.option("--timeline", type=FILE, help="Write a chart of the machine's utilization in the last cast to this "
                  ".svg."),
-    click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd."),
+    click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd: all "
+                 "signals of all clusters, some 0.3 MB a cycle with four clusters. Needs a second, slower build of the "
+                 "machine."),
     click.option("--waves-begin", type=click.IntRange(0), default=0, help="The first cycle of the signals."),
     click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="The number of cycles of the "
                  "signals."),
@@ -45,7 +50,11 @@ class MachineMethod(CastingMethod):
     """Casts by the RTL; the modules of the simulator are imported when it does."""
 
     name = "machine"
-    about = "The machine is simulated: its RTL finds the hits."
+    about = ("The machine is simulated: its RTL finds the hits. Unless -P sets them, it has icu.rays=16384, "
+             "icu.generation_bits=8 and a run-ahead depth (ctu.run_ahead) of at least 6. "
+             f"With --preset {' or '.join(_WHOLE)} it has the "
+             "preset's clusters, network and run-ahead depth.")
+    default_clusters = f"the preset's with --method machine --preset {' or '.join(_WHOLE)}"
     options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
     frustum_options = (*_MEMORY, *_WORK)
 
@@ -56,35 +65,40 @@ class MachineMethod(CastingMethod):
         check_outputs(timeline, suffixes=(".svg",))
         check_outputs(waves, suffixes=(".vcd",))
         check_outputs(table, suffixes=(".csv",))
-        if not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1):
+        if clusters is not None and (not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1)):
             raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}")
-        if "preset" in options:
-            icu = self._config(self._given(**options), clusters=clusters, **options).icu
-            if rays > clusters * icu.rays:
-                raise InputError(f"machine: Size times samples must be at most {clusters * icu.rays} rays (icu.rays, "
-                                 f"--clusters), not {rays}; --size 128x128 --spp 1 is {128 * 128}")
+        config = self._config(self._given(**options), clusters=clusters, **options)
+        most = config.noc.nodes * config.icu.rays
+        if rays > most:
+            raise InputError(f"machine: Size times samples must be at most {most} rays (icu.rays, --clusters), "
+                             f"not {rays}; --size 128x128 --spp 1 is {128 * 128}")
 
     @contextmanager
     def frusta(self, scene, *, cell, rays, **options):
         """See `CastingMethod`."""
         from hw.simulator.machine_caster import MachineCaster
+        from hw.simulator.simulation_config import overridden
 
-        config = self._config(self._given(**options), **options)
+        given = self._given(**options)
+        config = self._config(given, **options)
         MachineCaster.check(config)
         with self._machine(config, **options) as machine:
-            yield MachineCaster(scene, machine, cell=_CELL if cell is None else cell)
+            yield MachineCaster(scene, machine, cell=_CELL if cell is None else cell,
+                                changes=overridden(config, given))
 
     def cast(self, record, geometry, config, *, cell, weights, title, **options):
         """See `CastingMethod`."""
+        from hw.simulator.simulation_config import overridden
         from radiosity.machine_cast import CastOptions, MachineCast, WaveformWindow
 
+        simulated = self._config(config, **options)
         waves = options["waves"]
         window = waves and WaveformWindow(path=waves, begin=options["waves_begin"], cycles=options["waves_cycles"])
         given = CastOptions(cell=cell, waves=window, timeline=options["timeline"], counters=options["table"],
+                            changes=overridden(simulated, config),
                             **{name: options[name] for name in ("ratio", "casts")})
-        config = self._config(config, **options)
-        prepared = MachineCast(record, geometry, weights, config, given)
-        with self._machine(config, traced=waves is not None, **options) as machine:
+        prepared = MachineCast(record, geometry, weights, simulated, given)
+        with self._machine(simulated, traced=waves is not None, **options) as machine:
             result = prepared.run(machine, title=title, progress=console().progress)
         return CastOutcome(hits=result.hits, report={self.name: result.report}, text=result.text, agrees=result.agrees)
 
@@ -95,9 +109,11 @@ class MachineMethod(CastingMethod):
         return CONFIGURATIONS[preset].with_parameters(assignments)
 
     @staticmethod
-    def _config(config, *, clusters, topology, assignments, **_):
+    def _config(config, *, clusters, topology, preset, assignments, **_):
         from hw.simulator.simulation_config import simulation_config
 
+        if preset not in _WHOLE:
+            clusters, topology = 1 if clusters is None else clusters, topology or "mesh"
         return simulation_config(config, clusters=clusters, topology=topology,
                                  given=tuple(one.partition("=")[0] for one in assignments))
 

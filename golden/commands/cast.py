@@ -40,7 +40,9 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @method_option(RECORD_METHODS, methods, default="shelling",
                    about="Choose the casting method; all give the same hits.")
     @CELL
-    @click.option("--clusters", type=int, default=1, help="The clusters that share the frustum, a power of two.")
+    @click.option("--clusters", type=int,
+                  help="The clusters that share the frustum, a power of two.  "
+                  f"[default: {'; '.join(['1', *filter(None, (method.default_clusters for method in methods))])}]")
     @click.option("--compare", type=References(), default=(), show_default=False,
                   help="Compare all hits with brute force in the machine's integers (naive) and in float64 (oracle).")
     @add_options(option for method in methods for option in method.frustum_options)
@@ -67,15 +69,15 @@ def cast_command(*methods: CastingMethod) -> click.Command:
         config = PRESETS[preset].with_parameters(assignments)
         caster = None
         if chosen:
-            shared = {"clusters": clusters, "assignments": assignments}
+            shared = {"clusters": clusters, "preset": preset, "assignments": assignments}
             chosen.check(**shared, **options)
 
             def caster(record, geometry, weights):
                 return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared,
                                    **options)
         choice = FrustumChoice(origin=origin, normal=normal, patch=patch, rays=rays, screen=screen)
-        result = cast_frustum(scene, choice, config, method=method, cell=cell, clusters=clusters, compare=compare,
-                              output=output, picture=picture, caster=caster)
+        result = cast_frustum(scene, choice, config, method=method, cell=cell, compare=compare, output=output,
+                              clusters=1 if clusters is None else clusters, picture=picture, caster=caster)
         for warning in result.warnings:
             console().warn(warning)
         console().report(result.report, result.text)

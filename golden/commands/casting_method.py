@@ -41,7 +41,9 @@ class CastingMethod(ABC):
     name
         The value.
     about
-        A sentence for the help of ``--method``.
+        Sentences for the help of ``--method``.
+    default_clusters
+        The default of ``--clusters`` in words, if it is not always 1.
     options
         Decorators that add the method's options to every command that casts.
     frustum_options
@@ -51,6 +53,7 @@ class CastingMethod(ABC):
 
     name: str
     about: str
+    default_clusters: str = ""
     options: tuple[Callable, ...]
     frustum_options: tuple[Callable, ...]
 

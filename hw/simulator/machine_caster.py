@@ -12,6 +12,7 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.phase import machine_schedule
 from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulation_config import overridden_text
 
 __all__ = ["MachineCaster"]
 
@@ -33,6 +34,8 @@ class MachineCaster(FixedFrusta):
         The machine.
     cell
         Cell size as a share of the scene's longest side.
+    changes
+        What the simulation has overridden, see `hw.simulator.simulation_config.overridden`.
 
     Members
     -------
@@ -47,9 +50,10 @@ class MachineCaster(FixedFrusta):
         The machine's sums are not those of its hits.
     """
 
-    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float):
+    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float, changes: dict | None = None):
         self.check(machine.config)
         self._simulated, self._cell, self._weights = machine, cell, None
+        self._changes = changes or {}
         self.frusta = self.rays = self.cycles = self.tested = 0
         super().__init__(scene)
 
@@ -80,11 +84,12 @@ class MachineCaster(FixedFrusta):
         return {name: getattr(self, name) for name in ("frusta", "rays", "cycles", "tested")}
 
     def summary(self) -> str:
-        """The members above in a line."""
+        """The members above and what the simulation has overridden, in a line."""
         efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
-        return (f"machine: {self._simulated.config.noc.nodes} clusters, {self.frusta} frusta, {self.rays} rays, "
+        noc = self._simulated.config.noc
+        return (f"machine: {noc.nodes} clusters, {noc.topology}, {self.frusta} frusta, {self.rays} rays, "
                 f"{self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
-                f"{self.tested / max(1, self.rays):.2f} tests per ray")
+                f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config

@@ -18,11 +18,12 @@ from golden.cast.rays import Rays
 from golden.config import PRESETS
 from golden.frustum import Hemisphere
 from golden.scene.open import open_scene
+from hw.cluster import COUNTERS
 from hw.memsys.cache_policy import CachePolicy
-from hw.simulator.cast_result import CastResult
+from hw.simulator.cast_result import SHARED_COUNTERS, CastResult
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
-from hw.simulator.simulation_config import simulation_config
+from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
 from hw.simulator.utilization import utilization
 from radiosity.machine_cast import write_counters
 from tb.system.test_engine import SMALL
@@ -124,6 +125,90 @@ def test_options_reach_the_machine(folder, monkeypatch, command):
         "traced": command[0] == "cast"}
 
 
+@pytest.fixture
+def machines(folder, monkeypatch):
+    """The configurations of the machines that commands ask for; none is built."""
+    found = []
+
+    def keep(_, config, **given):
+        found.append(config)
+        raise RuntimeError("enough")
+
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", keep)
+    return found
+
+
+COMMAND_WORDS = {"cast": ("cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", "--ratio", "1"),
+                 "formfactors": ("formfactors", "cornell", "-o", "a.npz", "--rays", "16x4", "--cell", "0.5")}
+
+
+@pytest.mark.parametrize("command", COMMAND_WORDS)
+@pytest.mark.parametrize(("options", "nodes", "topology", "run_ahead"), [
+    (("--preset", "thesis"), 8, "torus", 15),
+    (("--preset", "thesis", "--clusters", "1"), 1, "torus", 15),
+    (("--preset", "thesis", "--topology", "ring"), 8, "ring", 15),
+    (("--preset", "thesis", "-P", "noc.columns=2"), 4, "torus", 15),
+    (("--preset", "thesis", "-P", "ctu.run_ahead=2"), 8, "torus", 2),
+    (("--preset", "large"), 1, "mesh", 6),
+    ((), 1, "mesh", 6)], ids=lambda value: "-".join(value) if isinstance(value, tuple) else None)
+def test_the_machine_is_that_of_its_preset(machines, command, options, nodes, topology, run_ahead):
+    result = run(radiosity.cli.main, *COMMAND_WORDS[command], *ON, *options)
+    assert result.stderr == "error: machine: enough\n"
+    (config,) = machines
+    assert (config.noc.nodes, config.noc.topology, config.ctu.run_ahead) == (nodes, topology, run_ahead)
+    assert (config.icu.rays, config.icu.generation_bits) == (1 << 14, 8)
+
+
+@pytest.mark.parametrize("command", ["cast", "formfactors", "render"])
+def test_help_names_the_defaults_of_the_machine(command):
+    text = " ".join(run(radiosity.cli.main, command, "--help").stdout.split()).replace("- ", "-")
+    for about in ("Unless -P sets them, it has icu.rays=16384, icu.generation_bits=8 and a run-ahead depth",
+                  "With --preset thesis it has the preset's clusters, network and run-ahead depth.",
+                  "[default: mesh; the preset's with --preset thesis]"):
+        assert about in text, text
+    waves = "all signals of all clusters, some 0.3 MB a cycle with four clusters. Needs a second, slower build"
+    assert (waves in text) == (command == "cast")
+
+
+def test_what_the_simulation_overrides_is_named():
+    given = PRESETS["thesis"]
+    changes = overridden(simulation_config(given, clusters=None, topology=None), given)
+    text = "; simulated with icu.rays 16384 instead of 262144, icu.generation_bits 8 instead of 4"
+    assert overridden_text(changes) == text
+    assert set(changes) == {"icu.rays", "icu.generation_bits"}
+    noc = SimpleNamespace(nodes=8, topology="torus")
+    caster = SimpleNamespace(_simulated=SimpleNamespace(config=SimpleNamespace(noc=noc)), _changes=changes,
+                             frusta=1, rays=1, cycles=1, tested=1)
+    assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, ")
+    assert MachineCaster.summary(caster).endswith(text)
+    assert overridden_text({}) == ""
+
+
+def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
+    """On a machine that finds nothing."""
+    class Machine:
+        def __init__(self, config, **_):
+            self._config = config
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def cast(self, image, **_):
+            return CastResult(image=image.with_results(image.hits()), cycles=1, load_cycles=0, result_cycles=0,
+                              counters=[dict.fromkeys(COUNTERS, 0)] * self._config.noc.nodes,
+                              shared=dict.fromkeys(SHARED_COUNTERS, 0))
+
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
+    words = (*COMMAND_WORDS["cast"], *ON, "--preset", "thesis")
+    assert ("machine: 8 clusters, torus, 20 patches; simulated with icu.rays 16384 instead of 262144, "
+            "icu.generation_bits 8 instead of 4\n") in run(radiosity.cli.main, *words).stdout
+    assert json.loads(run(radiosity.cli.main, *words, "--json").stdout)["machine"]["overridden"] == {
+        "icu.rays": {"simulated": 16384, "given": 262144}, "icu.generation_bits": {"simulated": 8, "given": 4}}
+
+
 @pytest.mark.parametrize("right", [True, False])
 def test_sums_that_are_not_those_of_the_hits_are_refused(right):
     """A machine without hits, whose sums say so or say nothing."""
@@ -182,6 +267,7 @@ def test_cast(folder):
     assert found["cycles"] <= found["first_cycles"]
     assert 0 < found["efficiency"] <= 1
     assert 0 < found["of_bound"] <= 1
+    assert found["overridden"] == {}
     assert sum(found["sources"].values()) == found["each"][0]["memory_found"]
     run(golden.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
     with np.load("hits.npz") as machine, np.load("expected.npz") as expected:
