@@ -26,7 +26,7 @@ _MEMORY = (
     click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="The latency of main memory in cycles."),
     click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add a random delay of at most so many "
                  "cycles to each read of main memory, and return replies in any order."),
-    click.option("--memory-seed", type=click.IntRange(0, 1 << 32), default=1, help="The seed of --spread."))
+    click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="The seed of --spread."))
 _CLUSTERS = click.option("--clusters", type=int, help="The machine's clusters, a power of two up to "
                          f"{_MOST_CLUSTERS}.  [default: 1; {_OWN}]")
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")

@@ -12,6 +12,9 @@ from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET
 
 __all__ = ["cast_command"]
 
+_NAMED = {"Patch": "--patch", "Normal": "--normal", "Azimuths": "--rays", "Polars": "--rays", "Width": "--screen",
+          "Height": "--screen", "Cell size": "--cell", "Clusters": "--clusters", "Ratio": "--ratio"}
+
 
 class References(click.ParamType):
     """Names of `REFERENCES`, separated by commas."""
@@ -29,7 +32,8 @@ class References(click.ParamType):
 
 def cast_command(*methods: CastingMethod) -> click.Command:
     """The command, with methods that another package adds."""
-    @click.command("cast", cls=Task, short_help="Cast one hemisphere or screen in fixed point.", epilog=SCENE_HELP)
+    @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
+                   short_help="Cast one hemisphere or screen in fixed point.")
     @SCENE
     @click.option("--origin", type=Triple(), help="The point where the rays of a hemisphere start; needs --normal.")
     @click.option("--normal", type=Triple(), help="The direction of the middle of the hemisphere.")

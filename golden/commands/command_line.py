@@ -1,5 +1,6 @@
 """Groups and commands of this project's command lines: shared options, and errors of one line."""
 
+import re
 import sys
 
 import click
@@ -41,7 +42,19 @@ class _Shared:
 
 
 class Task(_Shared, click.Command):
-    """A command that reports: it has ``--json`` beside the options of all commands."""
+    """A command that reports: it has ``--json`` beside the options of all commands.
+
+    Parameters
+    ----------
+    extra
+        The extra that installs all that the command needs. Default: that of the package that is missing.
+    named
+        The option that gives each value, by the name that messages have for it.
+    """
+
+    def __init__(self, *arguments, extra: str | None = None, named: dict[str, str] | None = None, **options):
+        super().__init__(*arguments, **options)
+        self._extra, self._named = extra, named or {}
 
     def _shared(self):
         if not hasattr(self, "_options"):
@@ -53,7 +66,31 @@ class Task(_Shared, click.Command):
         """Run the command."""
         if console().quiet and console().verbose:
             raise click.UsageError("--quiet and --verbose exclude each other.", ctx)
-        return super().invoke(ctx)
+        try:
+            return super().invoke(ctx)
+        except ModuleNotFoundError as error:
+            missing = _missing(error, self._extra)
+            if missing is None:
+                raise
+            raise missing from error
+        except InputError as error:
+            raise InputError(self._with_option(str(error))) from error
+
+    def _with_option(self, message):
+        """A message on the value of an option, with the option in front; others as they are."""
+        found = re.match(r"(?:[a-z ]+: )?([A-Z][a-z ]*?) must ", message)
+        if not found or found[1] not in self._named:
+            return message
+        return f"{self._named[found[1]]}: {message[found.start(1):]}"
+
+
+def _missing(error, extra=None):
+    """The error of one line for a package that an extra installs; None if no extra does."""
+    package = (error.name or "").partition(".")[0]
+    if package not in _EXTRAS:
+        return None
+    return InputError(f"{package} is not installed: `pip install radiosity-engine[{extra or _EXTRAS[package]}]` "
+                      "installs it")
 
 
 def _flag(*names, help):
@@ -79,17 +116,18 @@ class CommandLine(_Shared, click.Group):
         except click.Abort:
             _fail("interrupted", code=130)
         except click.UsageError as error:
-            hint = f" Try '{error.ctx.command_path} --help'." if error.ctx else ""
-            _fail(error.format_message() + hint)
+            message = error.format_message()
+            stop = "" if message.endswith((".", "?", "!")) else "."
+            _fail(f"{message}{stop} Try '{error.ctx.command_path} --help'." if error.ctx else message)
         except click.ClickException as error:
             _fail(error.format_message())
         except InputError as error:
             _fail(str(error))
         except ModuleNotFoundError as error:
-            package = (error.name or "").partition(".")[0]
-            if package not in _EXTRAS:
+            missing = _missing(error)
+            if missing is None:
                 raise
-            _fail(f"{package} is not installed: `pip install radiosity-engine[{_EXTRAS[package]}]` installs it")
+            _fail(str(missing))
         except OSError as error:
             _fail(f"{error.filename or 'file'}: {error.strerror or error}")
         except MemoryError as error:

@@ -14,11 +14,15 @@ __all__ = ["render_command"]
 
 # The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
 _FRUSTA = ("hemisphere", "primary")
+_NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
+          "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
+          "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
+          "Target": "--target", "Up": "--up", "Clusters": "--clusters"}
 
 
 def render_command(*methods: CastingMethod) -> click.Command:
     """The command, with methods that another package adds."""
-    @click.command("render", cls=Task, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
+    @click.command("render", cls=Task, named=_NAMED, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
                   help="Write the image to this .png (as a display shows it) or .exr (linear radiance). May be "

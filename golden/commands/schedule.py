@@ -9,8 +9,11 @@ from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET
 
 __all__ = ["schedule_command"]
 
+_NAMED = {"Ratio": "--ratio", "Clusters": "--clusters", "Azimuths": "--rays", "Polars": "--rays",
+          "Cell size": "--cell", "Capacity": "--capacity", "Normal": "--normal"}
 
-@click.command("schedule", cls=Task, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)
+
+@click.command("schedule", cls=Task, named=_NAMED, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)
 @SCENE
 @click.option("--clusters", type=int, default=8, help="The number of clusters, a power of two.")
 @click.option("--ratio", type=int, default=64, help="Predict the work by a sparse casting: one ray of so many.")

@@ -10,8 +10,8 @@ from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 __all__ = ["export_stimulus"]
 
 
-@click.command("stimulus", cls=Task, short_help="Write test vectors of a block.",
-               epilog=f"BLOCK is one of {', '.join(STIMULUS_BLOCKS)}.")
+@click.command("stimulus", cls=Task, named={"Count": "-n", "Seed": "--seed"},
+               short_help="Write test vectors of a block.", epilog=f"BLOCK is one of {', '.join(STIMULUS_BLOCKS)}.")
 @click.argument("block")
 @click.option("-n", "count", type=int, default=1000, help="The number of vectors.")
 @click.option("--seed", type=int, default=0, help="The seed of all random choices.")

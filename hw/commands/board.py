@@ -12,7 +12,7 @@ from golden.commands.parameters import ASSIGNMENTS, FILE, Positive, WholePair
 __all__ = ["board"]
 
 
-@click.command("board", cls=Task, short_help="Make a bitstream for the ULX3S.")
+@click.command("board", cls=Task, extra="synth", short_help="Make a bitstream for the ULX3S.")
 @click.option("--scene", default="cornell", help="A built-in scene; the board casts its view.")
 @click.option("--pixels", type=WholePair("WIDTHxHEIGHT"), default="64x64", help="The rays of the view.")
 @click.option("--cell", type=Positive(), default=0.25, help="Cell size as a share of the scene's longest side.")

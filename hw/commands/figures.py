@@ -8,7 +8,7 @@ from golden.commands.console import console
 __all__ = ["figures"]
 
 
-@click.command("figures", cls=Task, short_help="Write the documentation's tables of area and clock.")
+@click.command("figures", cls=Task, extra="synth", short_help="Write the documentation's tables of area and clock.")
 def figures():
     """Write the tables of area and clock in README.md and docs/ from the history."""
     from hw.figures import write_tables

@@ -9,7 +9,7 @@ from golden.commands.parameters import FILE
 __all__ = ["registers"]
 
 
-@click.command("registers", cls=Task, short_help="Write the page on the registers.")
+@click.command("registers", cls=Task, extra="sim", short_help="Write the page on the registers.")
 @click.option("-o", "--output", "path", type=FILE, help="The file to write.  [default: print the page]")
 def registers(path):
     """Write the page on the registers, in Markdown."""

@@ -6,12 +6,11 @@ import subprocess
 from pathlib import Path
 
 from golden.config import Config
-from golden.errors import InputError
 from golden.stage_progress import StageProgress
 from hw.engine import CLUSTER
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.machine_verilog import cluster_verilog, export_beside, top_verilog
-from hw.simulator.verilator import verilator_package, verilator_version
+from hw.simulator.verilator import check_tools, verilator_package, verilator_version
 
 __all__ = ["HARNESS", "machine_library"]
 
@@ -77,11 +76,9 @@ class _Build:
         self._folder, self._work, self._config = folder, work, config
         self._flags, self._progress = flags, progress
         self._traced = _TRACE in flags
+        check_tools()
         self._package = verilator_package()
         self._root = self._package / "share" / "verilator"
-        for tool in "make", "g++":
-            if shutil.which(tool) is None:
-                raise InputError(f"simulator: {tool} is not installed; the system's package manager has it")
 
     def run(self, top: str, cluster: str) -> None:
         """From Verilog to the library."""

