@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tqdm import tqdm
+from golden.progress_bar import progress_bar
 
 __all__ = ["StageProgress"]
 
@@ -38,9 +38,9 @@ class StageProgress:
             known = json.loads(record.read_text())
             self._expected |= {name: known[name] for name in expected if name in known}
         self._tick = 0.5 if sys.stderr.isatty() else 10.0
-        self._bar = tqdm(total=round(sum(self._expected.values())), desc=title, disable=not shown, delay=2, miniters=0,
-                         mininterval=self._tick / 2,
-                         bar_format="{desc}{percentage:3.0f}% |{bar}| {elapsed} of about {total} s")
+        self._bar = progress_bar(
+            total=round(sum(self._expected.values())), desc=title, disable=not shown, delay=2, miniters=0,
+            mininterval=self._tick / 2, bar_format="{desc}{percentage:3.0f}% |{bar}| {elapsed} of about {total} s")
         self._done = 0.0
 
     @contextmanager

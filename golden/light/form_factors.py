@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.special import roots_jacobi, roots_legendre
-from tqdm import tqdm
 
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.frustum import Hemisphere, frame
+from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
 
 __all__ = ["FormFactors", "HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns",
@@ -108,7 +108,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     cast = caster.hemispheres(hemisphere, points, frames, surfaces)
     row_sums = np.zeros(count, dtype=np.int64)
     parts = []
-    with tqdm(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
+    with progress_bar(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
               disable=not progress) as bar:
         for first in range(0, count * size, _BLOCK):
             sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, count * size)), size)

@@ -4,7 +4,6 @@ from dataclasses import dataclass, fields
 from math import isqrt
 
 import numpy as np
-from tqdm import tqdm
 
 from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS
 from golden.cast.grid import Grid
@@ -18,6 +17,7 @@ from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS
 from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
 from golden.light.tally import Tally
+from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
@@ -192,7 +192,7 @@ def _image(caster, shader, screen, settings, *, regular, progress):
     cast = caster.screen(screen, side)
     count = len(screen) * side * side
     totals = np.zeros((5, len(screen)))
-    with tqdm(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
+    with progress_bar(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
         # Whole pixels, so that their sums do not depend on the batch.
         batch = max(1, BATCH // side**2) * side**2
         for start in range(0, count, batch):

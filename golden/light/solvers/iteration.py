@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from tqdm import tqdm
 
 from golden.errors import InputError
+from golden.progress_bar import progress_bar
 
 __all__ = ["TOLERANCE", "Solution", "State", "iterate"]
 
@@ -80,7 +80,7 @@ def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progre
     if not max_steps >= 1:
         raise InputError(f"solver: Steps must be at least 1, not {max_steps!r}")
     errors = []
-    with tqdm(desc="radiosity", unit="step", delay=2, disable=not progress) as bar:
+    with progress_bar(desc="radiosity", unit="step", delay=2, disable=not progress) as bar:
         for state in islice(states, max_steps):
             errors.append(error_of(state))
             bar.update()
