@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from golden.errors import InputError
@@ -42,14 +42,19 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        The system refuses to rename or write.
+        The system refuses to rename or write; the error names ``path``.
     """
     part = _part(path)
     try:
         yield part
         part.replace(path.resolve())
+    except OSError as error:
+        if error.filename != str(part):
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # there may be no such folder; the first error matters
+            part.unlink(missing_ok=True)
 
 
 def _part(path: Path) -> Path:

@@ -1,5 +1,7 @@
 """Summary of a render's statistics."""
 
+from golden.plural import counted
+
 __all__ = ["summary"]
 
 
@@ -7,9 +9,9 @@ def summary(stats: dict) -> str:
     """The statistics of `golden.light.two_pass.RenderResult` as text."""
     solver, settings = stats["solver"], stats["settings"]
     converged = "" if solver["converged"] else ", not converged"
-    lines = [f"{stats['scene']}: {stats['patches']} patches, {stats['elements']} elements, {stats['nodes']} nodes, "
-             f"{settings['width']}x{settings['height']} pixels",
-             f"{settings['solver']}: {solver['steps']} steps{converged}",
+    lines = [f"{stats['scene']}: {counted(stats['patches'], 'patch')}, {counted(stats['elements'], 'element')}, "
+             f"{counted(stats['nodes'], 'node')}, {settings['width']}x{settings['height']} pixels",
+             f"{settings['solver']}: {counted(solver['steps'], 'step')}{converged}",
              "",
              f"{'rays':12} {'count':>12} {'hit':>7} {'tests/ray':>10} {'steps/ray':>10}"]
     for kind, counts in {**stats["rays"], "total": stats["total"]}.items():

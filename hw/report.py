@@ -9,7 +9,7 @@ from pathlib import Path
 from amaranth.lib import wiring
 from amaranth.lib.data import StructLayout
 
-from golden.config import Config
+from golden.config import PRESETS, Config
 from golden.noc.routing import route
 from golden.noc.topology import Topology
 from hw.cluster import Cluster
@@ -158,11 +158,12 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
             whose = f" (seed {best.seed})" if several else ""
             cells += [spread(clock.mhz for clock in row.clocks), best.path + whose]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    changed = ", ".join(f"{path}={value}" for path, value in config.parameters().items())
+    usual = PRESETS[preset].parameters()
+    changed = "".join(f" {path}={value}" for path, value in config.parameters().items() if value != usual[path])
     about = [tool_versions(FAMILIES[family])]
     about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []
     return "\n".join([f"# {block}: {FAMILIES[family].title}", "", *lines, "", FAMILIES[family].counted, "",
-                      f"{'; '.join(about)}; preset {preset}: {changed}.", ""])
+                      f"{'; '.join(about)}; preset {preset}{changed}.", ""])
 
 
 def spread(clocks) -> str:

@@ -4,14 +4,14 @@ import csv
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tqdm import tqdm
-
 from golden.cast.fixed_hits import FixedHits
 from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.frustum import FrustumRecord
 from golden.memory_map import machine_image
 from golden.output import whole_file
+from golden.plural import counted
+from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
@@ -109,7 +109,7 @@ class MachineCast:
             Show a bar once two seconds have passed.
         """
         options, samples, done = self._options, [], []
-        for number in tqdm(range(options.casts), desc="cast", unit="cast", delay=2, disable=not progress):
+        for number in progress_bar(range(options.casts), desc="cast", unit="cast", delay=2, disable=not progress):
             is_last = number == options.casts - 1
             done.append(machine.cast(
                 self._image, total=self._total, sums=True, again=number > 0,
@@ -118,7 +118,7 @@ class MachineCast:
             write_counters(options.counters, done)
         if options.timeline:
             write_timeline(options.timeline, samples, self._config,
-                           title=f"{title}, {self._config.noc.nodes} clusters")
+                           title=f"{title}, {counted(self._config.noc.nodes, 'cluster')}")
         report = self._report(done)
         return MachineCastResult(hits=done[-1].image.hits(), report=report, text=_text(report),
                                  agrees=not report["differences"] and not report["sums"])
@@ -149,9 +149,9 @@ def write_counters(path: Path, done: list[CastResult]) -> None:
 def _text(report: dict) -> str:
     bound, sources = report["bound"], report["sources"]
     lines = [
-        f"machine: {report['clusters']} clusters, {report['topology']}, {report['patches']} patches"
-        + overridden_text(report["overridden"]),
-        f"differences from golden: {report['differences']} hits, {report['sums']} sums",
+        f"machine: {counted(report['clusters'], 'cluster')}, {report['topology']}, "
+        f"{counted(report['patches'], 'patch')}" + overridden_text(report["overridden"]),
+        f"differences from golden: {counted(report['differences'], 'hit')}, {counted(report['sums'], 'sum')}",
         f"cycles {report['cycles']} (the first time {report['first_cycles']}), tables {report['load_cycles']}, "
         f"results {report['result_cycles']}",
         "lower bound  " + ", ".join(f"{name} {cycles}" for name, cycles in bound.items())

@@ -25,20 +25,21 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
     """
     try:
         with path.open("rb") as file:  # np.load leaves a damaged archive open
+            if not zipfile.is_zipfile(file):
+                raise InputError("rays: not a .npz file")
+            file.seek(0)
             arrays = _arrays(np.load(file, allow_pickle=False))
         return Rays(**arrays), "tmax" in arrays
     except OSError as error:
         raise InputError(f"{str(path)!r}: rays: cannot be read ({error.strerror or error})") from error
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{str(path)!r}: rays: not an .npz archive of numbers ({error})") from error
+        raise InputError(f"{str(path)!r}: rays: not a .npz file of numbers") from error
     except InputError as error:
         raise InputError(f"{str(path)!r}: {error}") from error
 
 
 def _arrays(archive) -> dict[str, np.ndarray]:
     """The arrays of real numbers that rays consist of; InputError if they are not there."""
-    if isinstance(archive, np.ndarray):
-        raise InputError("rays: it is a single array, not an .npz archive")
     arrays = {name: archive[name] for name in ("origin", "direction", "tmax") if name in archive}
     for name in ("origin", "direction"):
         if name not in arrays:

@@ -12,10 +12,13 @@ from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE
 
 __all__ = ["formfactors_command"]
 
+_NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters"}
+
 
 def formfactors_command(*methods: CastingMethod) -> click.Command:
     """The command, with methods that another package adds."""
-    @click.command("formfactors", cls=Task, short_help="Compute form factors with visibility.", epilog=SCENE_HELP)
+    @click.command("formfactors", cls=Task, named=_NAMED, epilog=SCENE_HELP,
+                   short_help="Compute form factors with visibility.")
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True,
                   help="Write F, area, row_sums and weight_bits to this .npz.")
@@ -40,6 +43,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         from golden.frustum import Hemisphere
         from golden.light.form_factors import patch_form_factors
         from golden.output import check_outputs, whole_file
+        from golden.plural import counted
         from golden.scene.open import open_scene
         from golden.tasks.elements import cut_into_elements
 
@@ -56,7 +60,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         sums = result.row_sums / 2**result.weight_bits
         report = {"output": output, "scene": scene, "method": method, "elements": len(cut),
                   "least_share": float(sums.min()), "greatest_share": float(sums.max())}
-        lines = [f"{output}: {len(cut)} elements, hemispheres met a patch in {sums.min():.2%} to {sums.max():.2%}"]
+        lines = [f"{output}: {counted(len(cut), 'element')}, hemispheres met a patch in "
+                 f"{sums.min():.2%} to {sums.max():.2%}"]
         if chosen:
             report[method] = caster.counts()
             lines.append(caster.summary())

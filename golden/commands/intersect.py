@@ -25,6 +25,7 @@ def intersect(scene, rays, output, method):
     from golden.cast import methods
     from golden.cast.ray_file import read_rays, write_hits
     from golden.output import check_outputs
+    from golden.plural import counted
     from golden.scene.open import open_scene
 
     check_outputs(output, suffixes=(".npz",))
@@ -35,5 +36,6 @@ def intersect(scene, rays, output, method):
     count = max(1, len(cast))
     report = {"output": output, "rays": len(cast), "hits": int((hits.patch >= 0).sum()),
               "tests_per_ray": float(hits.tests.sum() / count), "cell_steps_per_ray": float(hits.steps.sum() / count)}
-    console().report(report, f"{output}: {report['rays']} rays, {report['hits']} hits, {report['tests_per_ray']:.2f} "
+    console().report(report, f"{output}: {counted(report['rays'], 'ray')}, {counted(report['hits'], 'hit')}, "
+                     f"{report['tests_per_ray']:.2f} "
                      f"tests and {report['cell_steps_per_ray']:.2f} cell steps per ray")

@@ -33,6 +33,7 @@ def list_scenes():
 def export(scene, output):
     """Write SCENE to a file that other programs read."""
     from golden.output import check_outputs
+    from golden.plural import counted
     from golden.scene.export import export_scene
     from golden.scene.open import open_scene
 
@@ -41,4 +42,4 @@ def export(scene, output):
     export_scene(opened, output)
     counts = {"patches": len(opened), "materials": len(opened.materials)}
     console().report({"output": output, **counts},
-                     f"{output}: {counts['patches']} patches, {counts['materials']} materials")
+                     f"{output}: {counted(counts['patches'], 'patch')}, {counted(counts['materials'], 'material')}")

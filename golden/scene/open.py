@@ -1,5 +1,6 @@
 """A scene by name."""
 
+from difflib import get_close_matches
 from pathlib import Path
 
 from golden.errors import InputError
@@ -29,4 +30,6 @@ def open_scene(spec: str, *, up=None) -> Scene:
     path = Path(spec)
     if spec and (path.suffix.lower() in SUFFIXES or path.exists()):
         return load_scene(path, up=up)
-    raise InputError(f"scene {spec!r}: no built-in scene and no file has that name; built in are {', '.join(BUILTIN)}")
+    meant = get_close_matches(spec.partition(":")[0].lower(), BUILTIN, n=1)
+    hint = f"did you mean {meant[0]!r}? Built in are" if meant else "built in are"
+    raise InputError(f"scene {spec!r}: no built-in scene and no file has that name; {hint} {', '.join(BUILTIN)}")

@@ -17,6 +17,7 @@ from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record,
 from golden.icu.inverse_distance import decode
 from golden.image import label_colours, write_png
 from golden.output import whole_file
+from golden.plural import counted
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
@@ -81,12 +82,13 @@ class FrustumChoice:
         return record, geometry, hemisphere.polar_weights
 
     def facing_away(self, scene: Scene) -> str | None:
-        """A warning if all patches lie behind the hemisphere's base plane."""
+        """A warning if no patch lies in front of the hemisphere's base plane, but some lie behind it."""
         if self.screen:
             return None
         origin, normal, _ = self._place(scene)
         height = (scene.vertices - origin) @ (np.asarray(normal) / np.linalg.norm(normal))
-        if height.max() > 1e-9 * np.ptp(scene.vertices.reshape(-1, 3), axis=0).max():
+        least = 1e-9 * np.ptp(scene.vertices.reshape(-1, 3), axis=0).max()
+        if height.max() > least or height.min() >= -least:
             return None
         if self.patch is None:
             return "no ray hits a patch: the hemisphere faces away from the scene; try the opposite --normal"
@@ -208,10 +210,11 @@ def _text(report: dict) -> str:
     if "grid_rays" in report:
         lines += [f"per ray: {report['tests_per_ray']:.2f} tests, {report['in_windows_per_ray']:.2f} in windows, "
                   f"{report['cell_steps_per_ray']:.2f} cell steps",
-                  f"{report['shells']} shells, {report['grid_rays']} grid rays, {report['cells']} cells, "
-                  f"{report['patches']} patches found, {report['edrc']:.2f} tests per patch (EDRC)"]
-        lines += [f"cluster {number}: {cluster['rays']} rays, {cluster['tests']} tests, "
-                  f"{cluster['cell_steps']} cell steps, {cluster['patches']} patches"
+                  f"{counted(report['shells'], 'shell')}, {counted(report['grid_rays'], 'grid ray')}, "
+                  f"{counted(report['cells'], 'cell')}, {counted(report['patches'], 'patch')} found, "
+                  f"{report['edrc']:.2f} tests per patch (EDRC)"]
+        lines += [f"cluster {number}: {counted(cluster['rays'], 'ray')}, {counted(cluster['tests'], 'test')}, "
+                  f"{counted(cluster['cell_steps'], 'cell step')}, {counted(cluster['patches'], 'patch')}"
                   for number, cluster in enumerate(report.get("clusters", ()))]
     lines += [f"{reference}: " + ", ".join(
         f"{count} {name.replace('_', ' ')}" for name, count in report[reference].items())

@@ -13,7 +13,8 @@ from hw.commands.choices import BLOCKS, FAMILIES, MHZ, NEXTPNR
 __all__ = ["report"]
 
 
-@click.command("report", cls=Task, short_help="Measure area and clock of a block's units.")
+@click.command("report", cls=Task, extra="synth", named={"Unit": "--unit"},
+               short_help="Measure area and clock of a block's units.")
 @click.argument("block", type=click.Choice(BLOCKS))
 @click.option("--unit", "units", multiple=True, metavar="UNIT",
               help="Measure only this unit. May be repeated.  [default: all]")
@@ -36,10 +37,9 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     The clock is of an ECP5-85; other families have the area only. Prints a table and writes it to FOLDER/BLOCK.md, with
     the tools' logs beside it.
     """
-    from tqdm import tqdm
-
     from golden.config import PRESETS
     from golden.errors import InputError
+    from golden.progress_bar import progress_bar
     from hw.history import Record, add_record, measured_commit
     from hw.output import write_text
     from hw.report import UNITS, measure, table
@@ -58,7 +58,7 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     measured = measured_commit() if records else None
     name = block if family == "ecp5" else f"{block}-{family}"
     rows = []
-    with tqdm(units or UNITS[block], desc=block, unit="unit", disable=not console().progress) as bar:
+    with progress_bar(units or UNITS[block], desc=block, unit="unit", disable=not console().progress) as bar:
         for unit in bar:
             bar.set_postfix_str(unit)
             rows.append(measure(block, unit, config, folder / name, family=family, seeds=seeds, options=options))
@@ -68,4 +68,4 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
     write_text(folder / f"{name}.md", text)
     console().report({"output": folder / f"{name}.md", "block": block, "family": family, "preset": preset,
-                      "units": [vars(row) for row in rows]}, text.rstrip("\n"))
+                      "parameters": config.parameters(), "units": [vars(row) for row in rows]}, text.rstrip("\n"))

@@ -173,7 +173,7 @@ _README = """\
 
 {about}.
 
-Written by `python -m hw verilog --top {top} --preset {preset}` of Radiosity Engine {version}; all parameters are in
+Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine {version}; all parameters are in
 `{name}.json`.
 
 | file | is |

@@ -8,6 +8,7 @@ from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.memory_map import machine_image
+from golden.plural import counted
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.phase import machine_schedule
@@ -87,7 +88,7 @@ class MachineCaster(FixedFrusta):
         """The members above and what the simulation has overridden, in a line."""
         efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
         noc = self._simulated.config.noc
-        return (f"machine: {noc.nodes} clusters, {noc.topology}, {self.frusta} frusta, {self.rays} rays, "
+        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, {self.frusta} frusta, {self.rays} rays, "
                 f"{self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 

@@ -31,6 +31,8 @@ SLOW = re.compile(r"--method machine|radiosity (render|formfactors|verilog|board
 # What the nightly leaves to targets of their own, or to other tests: it takes hours, or writes into docs/.
 ELSEWHERE = re.compile(r"radiosity (bench|demo)|-m hw (figures|registers)|--record|--unit (Intersection|Traversal)Unit"
                        r"|report (\w+)(?!.*--unit)| board(?!.*--no-bitstream)")
+# Settings of the programs, which a command keeps from its first context: its help option goes by both names.
+HELP = {"help_option_names": ["-h", "--help"]}
 
 
 def entry(words):
@@ -61,7 +63,7 @@ def parse(group, words):
     """Give words to a command as a shell does, without running it."""
     command, rest = below(group, words)
     if rest or not isinstance(command, click.Group):
-        command.make_context(command.name, rest)
+        command.make_context(command.name, rest, **HELP)
 
 
 def is_mention(command):
@@ -78,8 +80,7 @@ def is_mention(command):
 
 def options_of(command):
     """All options of a command and of those below it."""
-    # The names of the help option, which a command keeps from its first context.
-    context = click.Context(command, help_option_names=["-h", "--help"])
+    context = click.Context(command, **HELP)
     parameters = command.get_params(context)
     found = {option for parameter in parameters for option in (*parameter.opts, *parameter.secondary_opts)}
     names = command.list_commands(context) if isinstance(command, click.Group) else []

@@ -145,7 +145,7 @@ BAD = {
                                            "--samples"),
     "missing rays": ({}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "rays.npz"),
     "rays that are no archive": ({"rays.npz": "0 0 0"}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"),
-                                 "rays.npz"),
+                                 "'rays.npz': rays: not a .npz file\n"),
     "rays without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]]}},
                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "direction"),
     "rays of the wrong shape": ({"rays.npz": {"origin": [[0.0, 0]], "direction": [[0.0, 1]]}},

@@ -1,5 +1,6 @@
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -40,6 +41,17 @@ def test_whole_file_replaces_only_when_the_block_ends_well(tmp_path):
         assert path.read_text() == "old"
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", ["missing/a.txt", "file/a.txt", "folder"])
+def test_what_cannot_be_written_has_the_name_that_was_given(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match=name) as caught, whole_file(Path(name)) as part:
+        part.write_text("new")
+    assert caught.value.filename == name
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
 
 
 def test_whole_file_writes_through_a_link_with_the_usual_permissions(tmp_path):

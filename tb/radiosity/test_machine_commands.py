@@ -332,7 +332,7 @@ def test_a_difference_is_reported(folder, monkeypatch):
     monkeypatch.setattr("golden.memory_map.MemoryImage.with_results", another)
     result = run(radiosity.cli.main, *CAST)
     assert result.exit_code == 1
-    assert "differences from golden: 1 hits" in result.stdout
+    assert "differences from golden: 1 hit, " in result.stdout
 
 
 @pytest.mark.sim

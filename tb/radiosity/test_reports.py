@@ -86,6 +86,9 @@ def test_a_cast_without_hits_says_why(folder, arguments, says):
 def test_a_cast_with_hits_or_towards_patches_does_not_warn(folder):
     (folder / "room.obj").write_text(FLOOR)
     assert run("cast", "room.obj", "--rays", "16x4", "--origin", "0.5,0.5,0.1", "--normal", "0,0,1").stderr == ""
+    # No other winding would help a patch that is alone.
+    (folder / "alone.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert run("cast", "alone.obj", "--rays", "16x4", "--patch", "0").stderr == ""
     # The triangle is in front of the hemisphere, and all rays miss it.
     assert run("cast", "room.obj", "--rays", "4x4", "--origin", "-5,-5,0.9", "--normal", "0,0,1").stderr == ""
 

@@ -48,6 +48,10 @@ def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     one = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=(3,), options=OPTIONS)
     assert "| Fmax (MHz) | critical path |" in one
     assert "placer seed 3, " in one
+    assert one.endswith("; preset tiny.\n")
+    changed = table([row], block="ctu", preset="tiny", config=CONFIG.with_parameters(("icu.slots=16",)), family="ecp5",
+                    seeds=(3,), options=OPTIONS)
+    assert changed.endswith("; preset tiny icu.slots=16.\n")
 
 
 @pytest.mark.parametrize(("clocks", "text"), [([99.6], "100"), ([120, 80], "80 / 100 / 120"), ([3, 1, 2], "1 / 2 / 3")])
@@ -59,7 +63,7 @@ def test_another_family_has_its_cells_and_no_clock(tmp_path):
     command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "--family", "gowin", "-o", str(tmp_path)]
     result = CliRunner().invoke(main, command)
     assert result.exit_code == 0, result.output
-    assert result.output.splitlines()[-1].startswith("amaranth 0.5.10, pyosys 0.70; preset tiny: ")
+    assert result.output.splitlines()[-1] == "amaranth 0.5.10, pyosys 0.70; preset tiny."
     assert "# ctu: Gowin GW2A" in result.output
     assert "LUT: of 4 inputs, 1 for an adder's bit" in result.output
     assert "MHz" not in result.output

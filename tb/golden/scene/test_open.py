@@ -24,7 +24,9 @@ def test_a_file_of_a_built_in_name_is_reached_by_its_path(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize(("spec", "message"), [
-    ("cornel", "scene 'cornel': no built-in scene and no file has that name; built in are cornell, "),
+    ("cornel", "scene 'cornel': no built-in scene and no file has that name; did you mean 'cornell'? Built in are "
+     "cornell, "),
+    ("Furnaces:2", "scene 'Furnaces:2': no built-in scene and no file has that name; did you mean 'furnace'?"),
     ("", "scene '': no built-in scene and no file has that name; built in are "),
     ("gone.obj", "gone.obj: no such file"),
     ("furnace:0", "scene 'furnace': Size must be 1 to 64, not 0"),
