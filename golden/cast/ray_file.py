@@ -32,8 +32,10 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
         return Rays(**arrays), "tmax" in arrays
     except OSError as error:
         raise InputError(f"{str(path)!r}: rays: cannot be read ({error.strerror or error})") from error
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{str(path)!r}: rays: not a .npz file of numbers") from error
+    except zipfile.BadZipFile as error:
+        raise InputError(f"{str(path)!r}: rays: the file is damaged ({error})") from error
+    except (ValueError, EOFError) as error:
+        raise InputError(f"{str(path)!r}: rays: not an archive of numbers") from error
     except InputError as error:
         raise InputError(f"{str(path)!r}: {error}") from error
 
