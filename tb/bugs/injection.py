@@ -1,0 +1,143 @@
+"""Bugs of a list, one at a time in a copy of the last commit, and the tests that notice them.
+
+A list is a TOML file of tables ``[[bug]]`` with the texts ``id``, ``class`` (which part of the machine it is in),
+``file``, ``old``, ``new`` and ``does`` (what is wrong then). ``old`` is in the file exactly once.
+"""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import click
+
+__all__ = ["apply", "main", "near_tests", "read_list"]
+
+BUILD = Path("build") / "bugs"
+KEYS = {"id", "class", "file", "old", "new", "does"}
+# Exit codes of pytest with which tests notice a bug: a failure, or an error while the tests are collected.
+NOTICED = (1, 2, 3)
+
+
+def read_list(path: Path) -> dict[str, dict[str, str]]:
+    """The bugs of a list by id; ValueError if one lacks a field or two share an id."""
+    bugs = tomllib.loads(path.read_text())["bug"]
+    for bug in bugs:
+        if set(bug) != KEYS or not all(isinstance(value, str) for value in bug.values()):
+            raise ValueError(f"Fields of a bug must be the texts {sorted(KEYS)}, not {bug!r}")
+    if len({bug["id"] for bug in bugs}) < len(bugs):
+        raise ValueError("Ids of bugs must differ")
+    return {bug["id"]: bug for bug in bugs}
+
+
+def apply(bug: dict[str, str], root: Path, *, write: bool = True) -> None:
+    """Replace a bug's text below ``root``; ValueError if it is not there exactly once, or stays the same."""
+    text = (root / bug["file"]).read_text()
+    if text.count(bug["old"]) != 1 or bug["old"] == bug["new"]:
+        raise ValueError(f"Text of bug {bug['id']} must be in {bug['file']} once, and another one than the new text; "
+                         f"it is there {text.count(bug['old'])} times")
+    if write:
+        (root / bug["file"]).write_text(text.replace(bug["old"], bug["new"]))
+
+
+def near_tests(file: str, root: Path) -> list[str]:
+    """The tests of a file's folder: ``tb/icu`` of ``hw/icu/sbb.py``, ``tb/golden/ctu`` of ``golden/ctu/unit.py``; of a
+    folder without tests those of the folder above it.
+    """
+    folder = Path(file).parent
+    folder = Path("tb", *folder.parts[folder.parts[:1] == ("hw",):])
+    while not list((root / folder).rglob("test_*.py")):
+        folder = folder.parent
+    return [str(folder)]
+
+
+def _commit_marks(root):
+    """The marks by which `make test` selects."""
+    return re.search(r'^test:.*\n(?:\t.*\n)*?\t.*pytest.* -m "([^"]*)"', (root / "Makefile").read_text(), re.M)[1]
+
+
+def _run(tree, tests, options, limit):
+    """Run tests until the first failure: what failed, empty if nothing did, and the seconds."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", *options, *tests]
+    # Bytecode of a file is kept by its size and its second, which a bug may leave as they are.
+    environment = {**os.environ, "PYTHONPATH": str(tree.resolve()), "PYTHONHASHSEED": "0",
+                   "PYTHONDONTWRITEBYTECODE": "1"}
+    begin = time.monotonic()
+    with subprocess.Popen(command, cwd=tree, env=environment, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, start_new_session=True) as process:
+        try:
+            output = process.communicate(timeout=limit)[0]
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            return f"no end within {limit:g} s", limit
+    if process.returncode not in (0, *NOTICED):
+        raise click.ClickException(f"no such tests: {' '.join(tests)}\n{output[-2000:]}")
+    first = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - |$)", output, re.M)
+    return ("" if process.returncode == 0 else first[1] if first else "pytest"), round(time.monotonic() - begin, 1)
+
+
+def _copy_of_head(name):
+    """A worktree of the last commit, and the commit; what tests built there before stays."""
+    def git(*words, where=Path()):
+        return subprocess.run(["git", "-C", where, *words], check=True, text=True, capture_output=True).stdout.strip()
+
+    tree, commit = BUILD / name, git("rev-parse", "--short", "HEAD")
+    if not tree.exists():
+        git("worktree", "prune")
+        git("worktree", "add", "--detach", tree, commit)
+    git("checkout", "--force", "--detach", commit, where=tree)
+    return tree, commit
+
+
+def _page(bugs, state):
+    done = [(bug, state[bug["id"]]) for bug in bugs.values() if bug["id"] in state]
+    rows = [f"{sum(bool(one['by']) for _, one in done)} of {len(done)} killed; {len(bugs)} in the list.", "",
+            "| bug | class | file | what it does | killed by | s | commit |", "|---|---|---|---|---|---|---|"]
+    rows += [f"| {bug['id']} | {bug['class']} | {bug['file']} | {' '.join(bug['does'].split())} "
+             f"| {one['by'] or '**survived** ' + ' '.join(one['tests'])} | {one['seconds']} | {one['commit']} |"
+             for bug, one in done]
+    return "\n".join(rows) + "\n"
+
+
+@click.command()
+@click.argument("listed", metavar="LIST", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--ids", help="These bugs only, also those with a result: ids with commas between.")
+@click.option("--tests", multiple=True, help="Tests to run. Default: those of each bug's folder.")
+@click.option("--whole", is_flag=True, help="Run all of a commit's tests.")
+@click.option("--options", default="", help="Further options of pytest, for example '-n 2'.")
+@click.option("--limit", type=float, default=3600, help="Seconds after which tests that still run are killed.")
+def main(listed, ids, tests, whole, options, limit):
+    """Inject the bugs of LIST that no test has killed yet; write out/bench/NAME.md, NAME that of the list.
+
+    Results so far stay in build/bugs, so a run that was stopped continues.
+    """
+    bugs, name = read_list(listed), listed.stem
+    tree, commit = _copy_of_head(name)
+    record = BUILD / f"{name}.json"
+    state = json.loads(record.read_text()) if record.exists() else {}
+    options, todo = ["-m", _commit_marks(tree), *options.split()], {}
+    for number in ids.split(",") if ids else bugs:
+        ran, known = ["tb"] if whole else list(tests) or near_tests(bugs[number]["file"], tree), state.get(number)
+        if ids or not (known and (known["by"] or known["tests"] == ran)):
+            apply(bugs[number], tree, write=False)
+            todo[number] = ran
+    for ran in {tuple(ran): None for ran in todo.values()}:
+        if failing := _run(tree, ran, options, limit)[0]:
+            raise click.ClickException(f"{failing} fails without a bug")
+    for number, ran in todo.items():
+        apply(bugs[number], tree)
+        try:
+            by, seconds = _run(tree, ran, options, limit)
+        finally:
+            _copy_of_head(name)
+        state[number] = {"by": by, "seconds": seconds, "tests": ran, "commit": commit}
+        record.write_text(json.dumps(state, indent=1))
+        click.echo(f"{number}: {f'killed by {by}' if by else 'SURVIVED'} in {seconds} s")
+        page = Path("out") / "bench" / f"{name}.md"
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(_page(bugs, state))

@@ -1,0 +1,78 @@
+"""Bugs are applied one at a time, exactly once, and their results stay."""
+
+import subprocess
+
+import pytest
+from click.testing import CliRunner
+
+from tb.bugs.injection import main, near_tests, read_list
+
+BUG = """[[bug]]
+id = "{id}"
+class = "sums"
+file = "golden/sums.py"
+old = '{old}'
+new = '{new}'
+does = "a wrong sum"
+"""
+GOOD = BUG.format(id="minus", old="a + b", new="a - b") + BUG.format(id="order", old="a + b", new="b + a")
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    """A repository with one function and its test."""
+    files = {
+        "golden/__init__.py": "", "golden/sums.py": "def total(a, b):\n    return a + b\n",
+        "tb/golden/test_sums.py": "from golden.sums import total\n\n\ndef test_total():\n    assert total(3, 1) == 4\n",
+        "Makefile": "test: lint ## fast\n\t@echo tests\n\tpytest -n 2 -m \"not nightly\"\n",
+        "pytest.ini": "[pytest]\nmarkers = nightly\n", ".gitignore": "build/\nout/\n"}
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    identity = ["-c", "user.name=a", "-c", "user.email=a@b"]
+    for words in ["init", "-q"], ["add", "."], [*identity, "commit", "-qm", "All"]:
+        subprocess.run(["git", *words], cwd=tmp_path, check=True)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    return tmp_path
+
+
+def run(project, text, *words):
+    (project / "list.toml").write_text(text)
+    return CliRunner().invoke(main, ["list.toml", *words])
+
+
+def test_a_bug_is_killed_and_one_that_changes_nothing_survives(project):
+    output = run(project, GOOD).output
+    assert "minus: killed by tb/golden/test_sums.py::test_total" in output
+    assert "order: SURVIVED" in output
+    assert (project / "out/bench/list.md").read_text().startswith("1 of 2 killed; 2 in the list.")
+    assert (project / "golden/sums.py").read_text().count("a + b") == 1
+    # Only survivors run again, and only in other tests.
+    assert run(project, GOOD).output == ""
+    assert run(project, GOOD, "--whole").output.startswith("order: SURVIVED")
+
+
+@pytest.mark.parametrize("old", ["a * b", "a"])
+def test_a_text_that_is_not_in_the_file_once_is_refused(project, old):
+    refused = run(project, BUG.format(id="x", old=old, new="b"))
+    assert isinstance(refused.exception, ValueError)
+    assert not (project / "build/bugs/list.json").exists()
+
+
+def test_tests_that_fail_without_a_bug_are_refused(project):
+    (project / "tb/golden/test_sums.py").write_text("def test_total():\n    assert 0\n")
+    subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qam", "Break"], check=True)
+    assert "test_total fails without a bug" in run(project, GOOD).output
+    assert "no such tests: missing.py" in run(project, GOOD, "--tests", "missing.py").output
+
+
+def test_ids_differ_and_fields_are_complete(project):
+    for text in GOOD.replace("order", "minus"), GOOD.replace("class", "group"):
+        (project / "list.toml").write_text(text)
+        with pytest.raises(ValueError, match=r"of (bugs must differ|a bug must be)"):
+            read_list(project / "list.toml")
+
+
+def test_tests_of_a_folder_without_any_are_those_above(project):
+    assert near_tests("golden/ctu/unit.py", project) == ["tb/golden"]
