@@ -15,7 +15,6 @@ from golden.noc.topology import Topology
 from hw.cluster import Cluster
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.survival import Survival
-from hw.lib.inspection import inspect
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
@@ -34,7 +33,7 @@ from hw.synthesis.flow import (
     tool_versions,
 )
 
-__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table", "unit_latency"]
+__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table"]
 
 
 def _router(*, bits, channels, cycles=2):
@@ -121,11 +120,6 @@ def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
         return arguments(config)
     module = "".join("_" + letter.lower() if letter.isupper() else letter for letter in unit).lstrip("_")
     return getattr(importlib.import_module(f"hw.{block}.{module}"), unit)(config=config, **arguments)
-
-
-def unit_latency(block: str, unit: str, config: Config) -> int | None:
-    """The latency of one of `UNITS`, if it has one."""
-    return inspect(lambda: make_unit(block, unit, config), lambda component: getattr(component, "latency", None))
 
 
 def measure(block: str, unit: str, config: Config, folder: Path, *, family: str = "ecp5", seeds: tuple[int, ...] = (),

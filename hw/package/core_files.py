@@ -14,9 +14,9 @@ from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
 from hw.output import write_text
 from hw.package.tops import TOPS
+from hw.package.unit_latencies import unit_latencies
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.register import WORD_BYTES, addresses
-from hw.report import UNITS, unit_latency
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
 
@@ -91,13 +91,11 @@ def _facts(top, name, config, preset, text):
     """The content of the manifest."""
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
     ports += inspect(lambda: TOPS[top].make(config), _ports)
-    latencies = {f"{block}.{unit}": unit_latency(block, unit, config)
-                 for block in TOPS[top].blocks for unit in UNITS[block]}
-    latencies = {unit: latency for unit, latency in latencies.items() if latency is not None}
     facts = {
         "name": name, "about": TOPS[top].about, "version": _version(), "preset": preset,
         "parameters": config.parameters(), "clock": {"port": "clk", "edge": "rising"},
-        "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports, "latencies": latencies,
+        "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports,
+        "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),
         "sha256": hashlib.sha256(text.encode()).hexdigest()}
     if top == "engine":
         places = addresses(ENGINE_REGISTERS)

@@ -27,18 +27,18 @@ class Top:
         What it is, in a line.
     page
         Of the documentation.
-    blocks
-        Of `hw.report.UNITS` that it has units of.
     make
         The component, from a configuration.
+    parts
+        The components that are black boxes in it, from a configuration.
     text
         Its Verilog, from a configuration and the module's name.
     """
 
     about: str
     page: str
-    blocks: tuple[str, ...]
     make: Callable[[Config], wiring.Component]
+    parts: tuple[Callable[[Config], wiring.Component], ...] = ()
     text: Callable[[Config, str], str] | None = None
 
     def verilog(self, config: Config, name: str) -> str:
@@ -51,6 +51,10 @@ def engine_verilog(config: Config, name: str = "top") -> str:
     return verilog_of(Engine(config=config, black_boxes=True), name) + verilog_of(Cluster(config=config), CLUSTER)
 
 
+def _cluster(config):
+    return Cluster(config=config)
+
+
 def _router(config):
     """Of the node of the configuration's network that has most links."""
     routing, noc = route(config.noc.network(), config.noc.virtual_channels), config.noc
@@ -61,15 +65,15 @@ def _router(config):
 
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
-                  page="engine.md", blocks=("icu", "ctu", "memsys", "control", "registers"),
-                  make=lambda config: Engine(config=config, black_boxes=True), text=engine_verilog),
+                  page="engine.md", make=lambda config: Engine(config=config, black_boxes=True), parts=(_cluster,),
+                  text=engine_verilog),
     "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
-                   blocks=("icu", "ctu", "memsys"), make=lambda config: Cluster(config=config)),
+                   make=_cluster),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",
-               page="intersection-unit.md", blocks=("icu",), make=lambda config: IntersectionUnit(config=config)),
+               page="intersection-unit.md", make=lambda config: IntersectionUnit(config=config)),
     "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", page="traversal-unit.md",
-               blocks=("ctu",), make=lambda config: TraversalUnit(
-                   config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
+               make=lambda config: TraversalUnit(config=config,
+                                                 pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
     "router": Top(about="Wormhole router of the patch network, of the node with most links", page="network.md",
-                  blocks=(), make=_router),
+                  make=_router),
 }

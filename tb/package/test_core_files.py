@@ -18,6 +18,7 @@ from golden.config import PRESETS
 from hw.cli import main
 from hw.package.core_files import WAIVERS, core_files
 from hw.package.tops import TOPS
+from hw.package.unit_latencies import unit_latencies
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.register import addresses
 from tb.lib.runner import tools
@@ -58,6 +59,23 @@ def test_files_of_a_core(router):
         assert f"\n  {port['direction']} {bits}{port['name']};\n" in text, port
         if "fields" in port:
             assert sum(field["width"] for field in port["fields"]) == port["width"]
+
+
+def test_latencies_are_those_of_the_units_that_a_core_has(router):
+    facts = json.loads(router[1]["radiosity_router.json"])
+    assert facts["latencies"] == {
+        "noc.InputQueue": 1, "noc.OutputPort": 2, "noc.Router": PRESETS["small"].noc.router_cycles + 1}
+    small, thesis = (unit_latencies(TOPS["cluster"].make(PRESETS[preset])) for preset in ("small", "thesis"))
+    assert small["icu.PatchSetup"] > small["icu.Screening"] > 0
+    assert "memsys.IStructure" not in small
+    assert "memsys.MainMemoryPort" not in small
+    assert thesis["memsys.IStructure"] > 0
+
+
+def test_latencies_of_black_boxes_are_listed():
+    config = PRESETS["tiny"]
+    found = unit_latencies(*(make(config) for make in (TOPS["engine"].make, *TOPS["engine"].parts)))
+    assert {"memsys.MainMemoryPort", "control.EngineControl", "icu.PatchSetup", "ctu.Survival"} <= set(found)
 
 
 def lint(folder, top):
@@ -102,7 +120,7 @@ def test_bad_requests_are_one_line(arguments, said):
 
 
 def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
-    """Ports and latencies of a core are those of components that are never elaborated."""
+    """Ports of a core are those of a component that is never elaborated."""
     monkeypatch.setitem(TOPS, "ctu", dataclasses.replace(TOPS["ctu"], text=lambda config, name: ""))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
