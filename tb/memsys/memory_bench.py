@@ -3,16 +3,18 @@
 import cocotb
 from cocotb.triggers import RisingEdge
 
+from tb.axi.axi_protocol import AxiProtocol
+from tb.axi.protocol_monitor import ProtocolMonitor
 from tb.memsys.memory_model import MemoryModel
 
 __all__ = ["ModelAtPort"]
 
-_PINS = ("arid", "araddr", "arlen", "arsize", "arburst", "arvalid", "awid", "awaddr", "awlen", "awsize", "awburst",
-         "awvalid", "wdata", "wstrb", "wlast", "wvalid", "rready", "bready")
+_PINS = ("arid", "araddr", "arlen", "arsize", "arburst", "arprot", "arvalid", "awid", "awaddr", "awlen", "awsize",
+         "awburst", "awprot", "awvalid", "wdata", "wstrb", "wlast", "wvalid", "rready", "bready")
 
 
 class ModelAtPort:
-    """Moves the pins, cycle by cycle.
+    """Moves the pins, cycle by cycle, and checks AXI's rules; of a faulty memory those of the component alone.
 
     Parameters
     ----------
@@ -22,10 +24,17 @@ class ModelAtPort:
         The memory.
     name
         Of the port.
+
+    Members
+    -------
+    monitor
+        Checks the rules.
     """
 
     def __init__(self, dut, model: MemoryModel, *, name: str = "axi"):
-        self._edge, self._model = RisingEdge(dut.clk), model
+        self._edge, self._model, self._reset = RisingEdge(dut.clk), model, dut.rst
+        self._protocol = AxiProtocol(model.config)
+        self.monitor = ProtocolMonitor(self._protocol)
         self._wires = {pin: getattr(dut, f"{name}__{pin}") for pin in (*_PINS, *model.out)}
         self._set(model.out)
         self._task = cocotb.start_soon(self._run())
@@ -46,6 +55,9 @@ class ModelAtPort:
             for channel, is_valid in zip(("ar", "aw", "w"), valid, strict=True):
                 if int(is_valid.value):
                     pins |= {pin: int(wires[pin].value) for pin in _PINS if pin.startswith(channel)}
+            if self._model.faulty:
+                self.monitor.rules = frozenset(self._protocol.manager)
+            self.monitor.step(pins | given, reset=int(self._reset.value))
             out = self._model.step(pins)
             self._set({pin: value for pin, value in out.items() if given[pin] != value})
             given = dict(out)
