@@ -5,13 +5,8 @@ from golden.stimulus import stimulus
 from golden.stimulus.icu.edge_planes import planes_of
 from hw.icu.screening import Screening
 from tb.icu.vectors import assert_all_occur, rows, winding_of
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
-
-
-def make(config):
-    return Screening(config=config, tag=9)
 
 
 def drawn(config):
@@ -22,17 +17,16 @@ def drawn(config):
     return given, distances, *inside(distances, planes)
 
 
-def vectors(config):
-    given, distances, held, orientation = drawn(config)
-    return Vectors(
-        items=[{"tag": k, "direction": rows(given["ray"][k]), "planes": rows(given["planes"][k]),
-                "winding": winding_of(given, k)} for k in range(400)],
-        expected={"o": [{"tag": k, "distances": rows(distances[k]), "inside": int(held[k]),
-                         "orientation": int(orientation[k])} for k in range(400)]})
+class TestScreening(Bench):
+    component, arguments = Screening, {"tag": 9}
 
-
-def test_every_width_and_depth():
-    check_block(make, vectors)
+    def vectors(self, config):
+        given, distances, held, orientation = drawn(config)
+        return Vectors(
+            inputs={"i": [{"tag": k, "direction": rows(given["ray"][k]), "planes": rows(given["planes"][k]),
+                           "winding": winding_of(given, k)} for k in range(400)]},
+            expected={"o": [{"tag": k, "distances": rows(distances[k]), "inside": int(held[k]),
+                             "orientation": int(orientation[k])} for k in range(400)]})
 
 
 @pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
@@ -47,8 +41,3 @@ def test_the_vectors_hold_every_case(changes):
         "held by +1": held & (orientation == 1), "held by -1": held & (orientation == -1),
         "at an edge": held & ((edges == 0).sum(axis=1) == 1), "at a vertex": held & ((edges == 0).sum(axis=1) > 1),
         "without orientation": ~given["orientation"].any(axis=1)})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("screening", make, vectors, simulator=simulator)

@@ -3,11 +3,13 @@
 from amaranth.hdl import Shape
 from amaranth.lib.data import ArrayLayout, StructLayout
 
-__all__ = ["pack", "unpack"]
+__all__ = ["mask_of", "pack", "unpack"]
 
 
 def pack(shape, value) -> int:
-    """The bits of a payload: dicts for structs, lists for arrays, integers for the rest; what is missing is 0."""
+    """The bits of a payload: dicts for structs, lists for arrays, integers for the rest; None or missing is 0."""
+    if value is None:
+        return 0
     if isinstance(shape, StructLayout):
         known = dict(iter(shape))
         if set(value) - set(known):
@@ -17,6 +19,22 @@ def pack(shape, value) -> int:
         width = Shape.cast(shape.elem_shape).width
         return sum(pack(shape.elem_shape, part) << k * width for k, part in enumerate(value))
     return int(value) & (1 << Shape.cast(shape).width) - 1
+
+
+def mask_of(shape, value) -> int:
+    """The bits of a payload that are compared with those of a value: all but those of a None."""
+    width = Shape.cast(shape).width
+    if value is None:
+        return 0
+    if isinstance(shape, StructLayout):
+        known = dict(iter(shape))
+        free = sum((1 << Shape.cast(known[name].shape).width) - 1 - mask_of(known[name].shape, part)
+                   << known[name].offset for name, part in value.items())
+        return (1 << width) - 1 - free
+    if isinstance(shape, ArrayLayout):
+        each = Shape.cast(shape.elem_shape).width
+        return sum(mask_of(shape.elem_shape, part) << k * each for k, part in enumerate(value))
+    return (1 << width) - 1
 
 
 def unpack(shape, bits: int):

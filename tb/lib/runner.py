@@ -2,13 +2,16 @@
 
 import contextlib
 import functools
+import importlib
 import importlib.metadata
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -16,10 +19,10 @@ from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Runner, Verilator, get_runner
 
 from hw.export import verilog_of
-from hw.simulator.build_folder import content_key, keep_newest, locked
+from hw.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
 from hw.simulator.verilator import verilator_package, verilator_version
 
-__all__ = ["BUILD", "SIMULATORS", "Simulation", "options", "simulate", "tools"]
+__all__ = ["BUILD", "SIMULATORS", "Run", "Simulation", "options", "recorded", "simulate", "tools"]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -59,7 +62,7 @@ class _PortsOnly(Verilator):
         return [[*(word for word in verilate if word != "--public-flat-rw"), "-O3"], make]
 
 
-def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str = "verilator", name: str,
+def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: str = "verilator", name: str = "",
              visible: tuple[str, ...] = (), **given) -> None:
     """Run coroutines in a simulator.
 
@@ -70,11 +73,11 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     component
         An Amaranth component, or Verilog with a module ``top``.
     module, tests
-        The coroutines' module, and their names.
+        The coroutines' module, and their names; default: all of the module.
     simulator
         ``verilator`` or ``icarus``.
     name
-        Names the run's folders and messages.
+        Names the run's folders and messages; default: the running test's.
     visible
         Patterns of the signals of ``top`` that the coroutines access in Verilator; default: all signals. A failing run
         with patterns is not repeated: WAVES=1 in the environment gives its waveforms.
@@ -88,6 +91,11 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     """
     seed = int(os.environ.get("SEED", "1"))
     text = component if isinstance(component, str) else verilog_of(component, "top")
+    tests = tuple(tests) or _coroutines(module)
+    if _recorded is not None:
+        _recorded.append(Run(text, module, tests, given))
+        return
+    name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, seed, given)
     if failed and not waves and not visible:
@@ -96,6 +104,43 @@ def simulate(component, module: str, tests: tuple[str, ...], *, simulator: str =
     if failed:
         pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
                     pytrace=False)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Verilog of a component, and the coroutines that look at it: what `simulate` is given."""
+
+    text: str
+    module: str
+    tests: tuple[str, ...]
+    given: dict
+
+
+# Runs that are not simulated, in a context of `recorded`.
+_recorded: list[Run] | None = None
+
+
+@contextlib.contextmanager
+def recorded() -> Iterator[list[Run]]:
+    """A context in which `simulate` only notes what it would run."""
+    global _recorded
+    _recorded = []
+    try:
+        yield _recorded
+    finally:
+        _recorded = None
+
+
+def _coroutines(module):
+    """The names of all coroutines of a module."""
+    return tuple(name for name, value in vars(importlib.import_module(module)).items()
+                 if hasattr(value, "generate_tests") and not value.skip)
+
+
+def _running_test():
+    """A folder's name for the test that runs."""
+    path, _, test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0].partition("::")
+    return re.sub(r"[^\w.=-]+", "-", f"{path.removeprefix('tb/').removesuffix('.py')}-{test}").strip("-")
 
 
 class Simulation:
@@ -168,25 +213,28 @@ class Simulation:
                     return
 
     def _build(self, runner):
-        """Compile; only the program and the log stay."""
-        shutil.rmtree(self._folder, ignore_errors=True)
-        self._folder.mkdir()
-        source, program, log = self._folder / "top.v", _PROGRAM[self._simulator], "build.log"
-        source.write_text(self._text)
-        sources = [source]
-        if self._visible and self._simulator == "verilator":
-            control = self._folder / "visible.vlt"
-            control.write_text("\n".join(["`verilator_config", *(
-                f'public_flat_rw -module "top" -var "{pattern}"' for pattern in self._visible), ""]))
-            sources.insert(0, control)
-        with tools():
-            runner.build(sources=sources, hdl_toplevel="top", build_dir=self._folder, always=True, waves=self._waves,
-                         timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=self._folder / log)
-        if self._simulator == "verilator":
-            subprocess.run(["strip", program], cwd=self._folder, check=False)
-        for path in self._folder.iterdir():
-            if path.name not in (program, log):
-                path.unlink()
+        """Compile in another folder, so that an interrupted build leaves no program; the program and the log stay."""
+        program, log = _PROGRAM[self._simulator], "build.log"
+        with temporary_folder(self._folder.name) as folder:
+            source = folder / "top.v"
+            source.write_text(self._text)
+            sources = [source]
+            if self._visible and self._simulator == "verilator":
+                control = folder / "visible.vlt"
+                control.write_text("\n".join(["`verilator_config", *(
+                    f'public_flat_rw -module "top" -var "{pattern}"' for pattern in self._visible), ""]))
+                sources.insert(0, control)
+            with tools():
+                runner.build(sources=sources, hdl_toplevel="top", build_dir=folder, always=True, waves=self._waves,
+                             timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=folder / log)
+            if self._simulator == "verilator":
+                subprocess.run(["strip", program], cwd=folder, check=False)
+            made = folder / "made"
+            made.mkdir()
+            for name in (program, log):
+                (folder / name).rename(made / name)
+            shutil.rmtree(self._folder, ignore_errors=True)
+            shutil.move(made, self._folder)
 
 
 @functools.cache

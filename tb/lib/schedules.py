@@ -8,16 +8,21 @@ A property over schedules fails with the smallest one that Hypothesis finds: few
         assert BENCH.run(schedule) == {"o": schedule.values("i")}
 """
 
+from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from random import Random
 
 from amaranth.hdl import Cat, ClockDomain, Const, Module, Shape, Signal, Value
 from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from tb.lib.payload import pack, unpack
+from tb.lib.responder import Responder
+from tb.lib.signature import stream_of, streams_of
 
 __all__ = ["SETTINGS", "Schedule", "ScheduleBench", "payloads", "schedules"]
 
@@ -40,10 +45,13 @@ class Schedule:
         By input: for each item the cycles without an offer before it, and its payload. An offer stays until accepted.
     stalls
         By output: the cycles without ``ready`` before each transfer, none after the last one of the list.
+    first
+        By input: items without gaps that come before all others, one input after the other.
     """
 
     items: dict[str, list[tuple[int, object]]]
-    stalls: dict[str, list[int]]
+    stalls: dict[str, list[int]] = field(default_factory=dict)
+    first: dict[str, list] = field(default_factory=dict)
 
     def values(self, name: str) -> list:
         """The payloads of an input."""
@@ -88,21 +96,28 @@ class ScheduleBench:
     component
         The component. Streams of an array are called ``NAME__0`` and so on.
     inputs, outputs
-        Names of its streams.
+        Names of its streams; default: all of them.
     patience
         The run ends after so many cycles without a transfer.
+    watchdog
+        Cycles after which a run must be over.
 
     Members
     -------
     cycles
         By input and output the cycles of the last run's transfers.
+    came
+        By output what came in the last run, as bits.
     """
 
-    def __init__(self, component, inputs: Iterable[str], outputs: Iterable[str], *, patience: int = 16):
-        self._component, self._patience = component, patience
-        self._inputs, self._outputs = ({name: _Stream(component, name) for name in names}
-                                       for names in (inputs, outputs))
-        self._schedule, self._ports, self._came, self.cycles = None, None, None, {}
+    def __init__(self, component, inputs: Iterable[str] | None = None, outputs: Iterable[str] | None = None, *,
+                 patience: int = 16, watchdog: int = WATCHDOG):
+        self._component, self._patience, self._watchdog = component, patience, watchdog
+        known = streams_of(component.signature)
+        self._inputs, self._outputs = (
+            {name: _Stream(component, name) for name in (known[way] if names is None else names)}
+            for way, names in ((In, inputs), (Out, outputs)))
+        self._schedule, self._ports, self._responders, self.came, self.cycles = None, None, (), {}, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
         # simulator is slow in what it is asked from outside.
         top = Module()
@@ -119,11 +134,13 @@ class ScheduleBench:
         self._simulator.add_clock(1e-8)
         self._has_run = False
 
-    def run(self, schedule: Schedule, **ports) -> dict[str, list]:
+    def run(self, schedule: Schedule, *responders: Responder, **ports) -> dict[str, list]:
         """What comes out of each output.
 
         Parameters
         ----------
+        responders
+            Answer what comes out.
         ports
             Values of inputs that are no streams.
 
@@ -132,7 +149,7 @@ class ScheduleBench:
         AssertionError
             An item was never accepted, or an offer was withdrawn or changed.
         """
-        self._schedule, self._ports = schedule, ports
+        self._schedule, self._ports, self._responders = schedule, ports, responders
         if self._has_run:
             self._simulator.reset()
         else:
@@ -140,22 +157,27 @@ class ScheduleBench:
         self._has_run = True
         self._simulator.run()
         return {name: [unpack(self._outputs[name].shape, item) for item in items]
-                for name, items in self._came.items()}
+                for name, items in self.came.items()}
 
     async def _follow(self, ctx):
         """One process for all streams."""
         for port, value in self._ports.items():
             ctx.set(getattr(self._component, port), value)
-        items, stalls = self._schedule.items, self._schedule.stalls
-        sources = {name: _SourceState(items.get(name, ()), one) for name, one in self._inputs.items()}
+        items, stalls, first = self._schedule.items, self._schedule.stalls, self._schedule.first
+        sources = {name: _SourceState(items.get(name, ()), first.get(name, ()), one)
+                   for name, one in self._inputs.items()}
         sinks = {name: _SinkState(stalls.get(name, ()), one, name) for name, one in self._outputs.items()}
         ends = [*sources.values(), *sinks.values()]
+        answers = [(sinks[one.takes], self._outputs[one.takes].shape, sources[one.gives], one)
+                   for one in self._responders]
+        leading, generator = deque(sources[name] for name in first), Random(1)
         self.cycles = {name: [] for name in (*sources, *sinks)}
         still = cycle = 0
-        ctx.set(self._given, _joined(end.gives for end in ends))
+        ctx.set(self._given, self._offers(leading, ends))
         async for *_, seen in ctx.tick().sample(self._seen):
             cycle, still = cycle + 1, still + 1
-            assert cycle < WATCHDOG, f"the watchdog waited {WATCHDOG} cycles for everything to stand still"
+            assert cycle < self._watchdog, (
+                f"the watchdog waited {self._watchdog} cycles for everything to stand still")
             for name, end in zip(self.cycles, ends, strict=True):
                 valid, ready, payload = seen & 1, seen >> 1 & 1, seen >> 2 & (1 << end.width) - 1
                 seen >>= 2 + end.width
@@ -163,12 +185,23 @@ class ScheduleBench:
                     self.cycles[name].append(cycle)
                 if end.after(valid, ready, payload):
                     still = 0
-            if still == self._patience:
+            for sink, shape, source, one in answers:
+                for item in sink.came[sink.answered:]:
+                    source.answer(one.delay(generator), one(unpack(shape, item)))
+                sink.answered = len(sink.came)
+            if still >= self._patience:
                 break
-            ctx.set(self._given, _joined(end.gives for end in ends))
+            ctx.set(self._given, self._offers(leading, ends))
         left = {name: source.left for name, source in sources.items() if source.left}
         assert not left, f"items were never accepted: {left}"
-        self._came = {name: sink.came for name, sink in sinks.items()}
+        self.came = {name: sink.came for name, sink in sinks.items()}
+
+    @staticmethod
+    def _offers(leading, ends):
+        """What is given in a cycle: while there are leading items, nothing of other inputs."""
+        while leading and not leading[0].leads:
+            leading.popleft()
+        return _joined(end.gives(not leading or end is leading[0]) for end in ends)
 
 
 def _joined(parts):
@@ -184,9 +217,7 @@ class _Stream:
     """The signals of a component's stream."""
 
     def __init__(self, component, name):
-        stream = component
-        for part in name.split("__"):
-            stream = stream[int(part)] if part.isdigit() else getattr(stream, part)
+        stream = stream_of(component, name)
         self.valid, self.ready, self.payload = stream.valid, stream.ready, Value.cast(stream.payload)
         self.shape = stream.signature.members["payload"].shape
 
@@ -194,30 +225,41 @@ class _Stream:
 class _SourceState:
     """An input's position in its schedule."""
 
-    def __init__(self, given, one):
-        self._given, self._at = [(idle, pack(one.shape, value)) for idle, value in given], 0
-        self._idle, self.width = given[0][0] if given else 0, len(one.payload)
+    def __init__(self, given, first, one):
+        self._shape, self.width, self.leads = one.shape, len(one.payload), len(first)
+        self._given = deque([(0, pack(one.shape, value)) for value in first])
+        self._given += [(idle, pack(one.shape, value)) for idle, value in given]
+        self._idle = self._given[0][0] if self._given else 0
 
     @property
     def left(self):
         """Items that have not been taken."""
-        return len(self._given) - self._at
+        return len(self._given)
 
-    @property
-    def gives(self):
+    def answer(self, delay, values):
+        """Give values after some cycles."""
+        for value in values:
+            if not self._given:
+                self._idle = delay
+            self._given.append((delay, pack(self._shape, value)))
+            delay = 0
+
+    def gives(self, may):
         """``valid`` and payload, and their bits."""
-        offers = self.left and not self._idle
-        return 1 | self._given[self._at][1] << 1 if offers else 0, self.width + 1
+        self._may = may
+        offers = may and self._given and not self._idle
+        return 1 | self._given[0][1] << 1 if offers else 0, self.width + 1
 
     def after(self, valid, ready, payload):
         """Whether something went on in a cycle."""
         if not valid:
-            waits = self._idle > 0
+            waits = self._may and self._idle > 0
             self._idle -= waits
             return waits
         if ready:
-            self._at += 1
-            self._idle = self._given[self._at][0] if self.left else 0
+            self._given.popleft()
+            self.leads -= self.leads > 0
+            self._idle = self._given[0][0] if self._given else 0
         return bool(ready)
 
 
@@ -227,9 +269,9 @@ class _SinkState:
     def __init__(self, stalls, one, name):
         self._stalls, self._name, self._one, self.came = iter(stalls), name, one, []
         self._stall, self._offered, self.width = next(self._stalls, 0), None, len(one.payload)
+        self.answered = 0
 
-    @property
-    def gives(self):
+    def gives(self, may):
         """``ready``, and its bits."""
         return (0, 0) if isinstance(self._one.ready, Const) else (int(not self._stall), 1)
 

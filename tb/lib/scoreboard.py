@@ -1,19 +1,26 @@
 """Scoreboard: what came against what was expected."""
 
-from tb.lib.payload import unpack
+from tb.lib.payload import mask_of, pack, unpack
 
 __all__ = ["check"]
 
 
-def check(shape, got: list[int], expected: list[int], *, what: str) -> None:
+def check(shape, got: list[int], expected: list, *, what: str) -> None:
     """All items are those that were expected, in their order.
+
+    Parameters
+    ----------
+    expected
+        Bits or values; a field that is None may have any value.
 
     Raises
     ------
     AssertionError
         Says which item is the first one that differs, in which fields; or how many are missing or too many.
     """
-    for number, (item, wanted) in enumerate(zip(got, expected, strict=False)):
+    for number, (item, value) in enumerate(zip(got, expected, strict=False)):
+        bits = isinstance(value, int) and value >= 0
+        item, wanted = (item, value) if bits else (item & mask_of(shape, value), pack(shape, value))
         if item != wanted:
             fields = _differences(unpack(shape, item), unpack(shape, wanted), what)
             raise AssertionError(f"item {number} of {len(expected)}: " + "; ".join(fields))

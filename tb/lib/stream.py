@@ -78,16 +78,19 @@ class Monitor(_Stream):
         self._task = cocotb.start_soon(self._run())
 
     async def _run(self):
-        edge, valid, ready, payload = self._edge, self.valid, self.ready, self.payload
+        edge, valid, ready = self._edge, self.valid, self.ready
         while True:
             await edge
             if int(valid.value) and (ready is None or int(ready.value)):
-                item = 0 if payload is None else int(payload.value)
-                if self._seen is not None:
-                    self._seen(item)
-                else:
-                    self.items.append(item)
-                    self.cycles.append(round(get_sim_time("ns") / PERIOD))
+                self._record()
+
+    def _record(self):
+        item = 0 if self.payload is None else int(self.payload.value)
+        if self._seen is not None:
+            self._seen(item)
+        else:
+            self.items.append(item)
+            self.cycles.append(round(get_sim_time("ns") / PERIOD))
 
     def stop(self) -> None:
         """Record nothing more."""
@@ -104,22 +107,24 @@ class Sink(Monitor):
     """
 
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
-        super().__init__(dut, name, **options)
         self.stalls = stalls or repeat(False)
-        self._accepting = None
+        super().__init__(dut, name, **options)
         if self.ready is not None:
             self.ready.value = 0
-            self._accepting = cocotb.start_soon(self._accept())
 
-    async def _accept(self):
-        edge, ready, stalls = self._edge, self.ready, self.stalls
+    async def _run(self):
+        if self.ready is None:
+            await super()._run()
+        edge, valid, ready, stalls = self._edge, self.valid, self.ready, self.stalls
         while True:
-            ready.value = int(not next(stalls))
+            accepts = not next(stalls)
+            ready.value = int(accepts)
             await edge
+            if accepts and int(valid.value):
+                self._record()
 
     def stop(self) -> None:
         """Accept and record nothing more."""
         super().stop()
-        if self._accepting is not None:
-            self._accepting.cancel()
+        if self.ready is not None:
             self.ready.value = 0

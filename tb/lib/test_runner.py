@@ -3,6 +3,7 @@
 import shutil
 
 import pytest
+from cocotb_tools.runner import Icarus
 
 from hw.export import verilog_of
 from hw.lib.skid_buffer import SkidBuffer
@@ -43,3 +44,18 @@ def test_a_build_that_is_gone_is_made_again(simulation, monkeypatch):
     assert not (folder / builds[0]).exists()
     simulation()
     assert builds[2] == builds[0]
+
+
+def test_an_interrupted_build_is_made_again(simulation, monkeypatch):
+    """Whatever the compiler had written when it was killed."""
+    def killed(self, build_dir, **options):
+        (build_dir / "sim.vvp").write_text("half a program")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Icarus, "build", killed)
+        with pytest.raises(KeyboardInterrupt):
+            simulation()
+    builds, folder = simulation()
+    assert len(builds) == 2
+    assert (folder / builds[0] / "sim.vvp").read_text().startswith("#!")

@@ -8,11 +8,11 @@ import time
 from pathlib import Path
 
 import click
-from tqdm import tqdm
 
+from golden.progress_bar import progress_bar
 from radiosity.benchmarks.report import provenance
 from tb.lib.runner import Simulation
-from tb.mutation.blocks import BLOCKS, bench_of
+from tb.mutation.blocks import BLOCKS, run_of
 from tb.mutation.equivalence import is_equivalent
 from tb.mutation.mutants import make_mutants
 
@@ -40,7 +40,7 @@ def score(block: str, part: str, *, count: int, seed: int, processes: int) -> di
     RuntimeError
         The testbench fails without a mutant.
     """
-    bench = bench_of(block, part)
+    bench = run_of(block, part)
     mutants = make_mutants(bench.text, count=count, seed=seed)
     run = _Run(f"{block}-{part.replace(' ', '-')}", bench, mutants.text, seed)
     if not run(0)[1]:
@@ -48,7 +48,7 @@ def score(block: str, part: str, *, count: int, seed: int, processes: int) -> di
     started, survives = time.monotonic(), {}
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         todo = range(1, len(mutants.about) + 1)
-        for mutant, survived in tqdm(pool.imap_unordered(run, todo), total=len(todo), desc=part):
+        for mutant, survived in progress_bar(pool.imap_unordered(run, todo), total=len(todo), desc=part):
             survives[mutant] = survived
     left = [mutant for mutant in sorted(survives) if survives[mutant]]
     equivalent = [mutant for mutant in left if is_equivalent(mutants, mutant)]

@@ -8,9 +8,9 @@ import pytest
 
 from hw.export import verilog_of
 from tb.lib.clocking import start
-from tb.lib.runner import Simulation
+from tb.lib.runner import Run, Simulation
 from tb.mutation import score
-from tb.mutation.blocks import BLOCKS, Bench, bench_of
+from tb.mutation.blocks import BLOCKS, run_of
 from tb.mutation.mutants import make_mutants
 from tb.package.test_export import Rom
 
@@ -38,8 +38,8 @@ async def looks_at_nothing(dut):
 @pytest.mark.sim
 def test_mutants_survive_without_checks():
     text = verilog_of(Rom(), "top")
-    nothing = Bench(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
-    with mock.patch.object(score, "bench_of", return_value=nothing):
+    nothing = Run(text, "tb.mutation.test_mutants", ("looks_at_nothing",), {})
+    with mock.patch.object(score, "run_of", return_value=nothing):
         found = score.score("rom", "rom", count=COUNT, seed=1, processes=2)
     left = [*found["survivors"], *map(str, found["equivalent"])]
     assert sorted(left) == [str(number) for number in range(1, COUNT + 1)]
@@ -50,4 +50,4 @@ def test_mutants_survive_without_checks():
 @pytest.mark.nightly
 @pytest.mark.parametrize(("block", "part"), [(block, part) for block, parts in BLOCKS.items() for part in parts])
 def test_every_part_has_a_testbench(block, part):
-    assert "module top(" in bench_of(block, part).text
+    assert "module top(" in run_of(block, part).text

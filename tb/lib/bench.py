@@ -1,0 +1,196 @@
+"""One declaration of a bench that runs in Amaranth's simulator, in Verilator and in Icarus.
+
+A class of tests names the component and makes vectors::
+
+    class TestScreening(Bench):
+        component, arguments = Screening, {"tag": 9}
+
+        def vectors(self, config):
+            return Vectors(inputs={"i": [...]}, expected={"o": [...]})
+
+The simulators run the regimes of `tb.lib.regimes`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from random import Random
+
+from amaranth.lib.wiring import Out
+
+from golden.config import Config
+from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
+from tb.lib.responder import Responder
+from tb.lib.runner import SIMULATORS, simulate
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.scoreboard import check
+from tb.lib.signature import payload_shape, stream_of, streams_of
+from tb.lib.timing import documented_latency
+from tb.lib.vectors import Vectors
+
+__all__ = ["VARIANTS", "Bench", "Case", "Vectors"]
+
+# The widths at every depth of the pipelines.
+VARIANTS = [{**widths, "icu.product_registers": depth} for widths in CONFIGURATIONS.values() for depth in DEPTHS]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Vectors of a bench that has several.
+
+    Parameters
+    ----------
+    vectors
+        From a configuration to vectors.
+    variants
+        Changes of the default configuration with which Amaranth's simulator runs them; default: the bench's.
+    simulated
+        The other simulators run them too.
+    """
+
+    vectors: Callable[[Config], Vectors]
+    variants: Sequence[dict] | None = None
+    simulated: bool = True
+
+
+class Bench:
+    """A bench of a component. Subclasses are collected by pytest and have no constructor.
+
+    Members
+    -------
+    component, arguments
+        The component's class, and its arguments beside the configuration.
+    changes
+        Of the default configuration.
+    cases
+        By name vectors, or a `Case`; default: those of the method `vectors`.
+    variants
+        Changes of the configuration with which Amaranth's simulator runs; none: it does not.
+    simulators
+        Of `test_in_the_simulator`.
+    interval, per_result
+        Cycles between items of the first input, and how many of them make one result.
+    latency
+        The component's, as its docstring states it.
+    formula
+        Names in the docstring's formula that are no parameters of the configuration.
+    splits
+        Each pattern of stalls has items of its own; otherwise all have all of them.
+    patience
+        Cycles without a transfer after which all is over, beside the latency.
+    """
+
+    component: Callable
+    arguments: Mapping = {}
+    changes: Mapping = {}
+    cases: Mapping[str, Callable[[Config], Vectors] | Case] = {}
+    variants: Sequence[dict] = VARIANTS
+    simulators: Sequence = SIMULATORS
+    interval, per_result = 1, 1
+    formula: Mapping = {}
+    splits = True
+    patience = 4
+
+    # What subclasses say.
+
+    def vectors(self, config: Config) -> Vectors:
+        """The only case's vectors."""
+        raise NotImplementedError
+
+    def make(self, config: Config):
+        """The component."""
+        return type(self).component(config=config, **self.arguments)
+
+    def check(self, given: Vectors, came: dict[str, list[int]], shapes: dict) -> None:
+        """Everything that came, as bits, is what was expected."""
+        for name, expected in given.expected.items():
+            check(shapes[name], came[name], expected, what=name)
+
+    def check_times(self, given: Vectors, cycles: dict[str, list[int]], latency: int) -> None:
+        """Of transfers without stalls: one per interval, after the latency."""
+        (first, *_), name = given.inputs, list(given.expected)[-1]
+        entered, left, interval = cycles[first], cycles[name], self.interval
+        assert {b - a for a, b in pairwise(entered)} <= {interval}, f"{first} must be taken without a gap"
+        assert {b - a for a, b in pairwise(left)} <= {interval * self.per_result}, f"{name} must come without a gap"
+        assert left[0] - entered[self.per_result - 1] == latency, f"{name} must come after {latency} cycles"
+
+    # What they get.
+
+    def config(self, changes: Mapping | None = None) -> Config:
+        """The bench's configuration with other changes."""
+        return config_of({**self.changes, **(changes or {})})
+
+    def known_cases(self) -> dict[str, Case]:
+        """All cases by name."""
+        return {name: case if isinstance(case, Case) else Case(case)
+                for name, case in (self.cases or {"vectors": self.vectors}).items()}
+
+    def responders(self) -> list[Responder]:
+        """The environment."""
+        return [getattr(self, name) for name in dir(type(self)) if isinstance(getattr(type(self), name), Responder)]
+
+    def latency(self, component, config: Config) -> int:
+        """The component's, which is that of its docstring."""
+        latency = documented_latency(type(component), config, **self.formula)
+        assert component.latency == latency
+        return latency
+
+    @classmethod
+    def pytest_generate_tests(cls, metafunc):
+        """Parameters of the tests."""
+        if "changes" in metafunc.fixturenames:
+            every = [changes for case in cls().known_cases().values()
+                     for changes in (cls.variants if case.variants is None else case.variants)]
+            different = list({str(changes): changes for changes in every}.values())
+            metafunc.parametrize("changes", different, ids=_name)
+        if "simulator" in metafunc.fixturenames:
+            metafunc.parametrize("simulator", cls.simulators)
+
+    def test_in_amaranth(self, changes):
+        """Exact results after the latency, with and without gaps and stalls."""
+        config = self.config(changes)
+        component = self.make(config)
+        latency = self.latency(component, config)
+        bench = ScheduleBench(component, patience=latency + self.interval * self.per_result + 16, watchdog=100_000)
+        for case in self.known_cases().values():
+            if changes in (self.variants if case.variants is None else case.variants):
+                self.in_amaranth(bench, component, case.vectors(config), latency)
+
+    def in_amaranth(self, bench: ScheduleBench, component, given: Vectors, latency: int, *, seed: int = 1) -> None:
+        """Half of the items come without stalls, half of them with."""
+        random, waits, half = Random(seed), self.interval - 1, {}
+        items = {}
+        for name, values in given.inputs.items():
+            half[name] = len(values) // 2 // self.per_result * self.per_result
+            items[name] = [((waits if number else 2) + (random.randrange(4) if number >= half[name] else 0), value)
+                           for number, value in enumerate(values)]
+            waits = 0
+        can_wait = [name for name in streams_of(component.signature)[Out]
+                    if not stream_of(component, name).signature.always_ready]
+        stalls = {name: [0] * (len(given.expected.get(name, ())) // 2) + [random.randrange(4) for _ in range(
+            len(given.expected.get(name, ())) // 2)] for name in can_wait}
+        bench.run(Schedule(items=items, stalls=stalls, first=given.first), *self.responders(), **given.ports)
+        self.check(given, bench.came, {name: payload_shape(component.signature, name) for name in bench.came})
+        for name in given.inputs:
+            bench.cycles[name] = bench.cycles[name][len(given.first.get(name, ())):]
+        self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
+
+    def unstalled(self, given: Vectors, cycles: dict[str, list[int]], half: dict[str, int]) -> dict[str, list[int]]:
+        """The transfers of the first halves."""
+        (first, *_) = given.inputs
+        return {name: times[:half[first] * len(times) // max(1, len(given.inputs[first]))]
+                for name, times in cycles.items()}
+
+    def test_in_the_simulator(self, simulator):
+        """All regimes."""
+        self.simulate(simulator)
+
+    def simulate(self, simulator: str = "verilator", text: Callable | None = None, **more) -> None:
+        """All regimes; ``text``: from the component to its Verilog, by default as it is exported."""
+        component = self.make(self.config())
+        simulate(text(component) if text else component, "tb.lib.regimes", simulator=simulator,
+                 bench=[type(self).__module__, type(self).__qualname__], **more)
+
+
+def _name(changes):
+    return ", ".join(f"{path.partition('.')[2]} {value}" for path, value in changes.items()) or "default"

@@ -1,0 +1,161 @@
+"""The regimes of every declared bench in cocotb: stall patterns, resets at drawn cycles, rate and latency, unknowns."""
+
+import importlib
+import random
+
+import cocotb
+from amaranth.lib.wiring import In, Out
+from cocotb.triggers import ClockCycles
+
+from tb.lib.clocking import start
+from tb.lib.no_x import assert_known
+from tb.lib.ports import Ports
+from tb.lib.runner import options
+from tb.lib.signature import payload_shape, stream_of, streams_of
+from tb.lib.stall_patterns import STALL_PAIRS, STALLS
+
+__all__ = []
+
+# Items of a case under each of many pairs of stall patterns: more of them find nothing more.
+STALLED = 100
+RESETS = 3
+
+
+class _Run:
+    """A declared bench in the simulator."""
+
+    def __init__(self, dut):
+        module, name = options()["bench"]
+        self.bench = getattr(importlib.import_module(module), name)()
+        self.config = self.bench.config()
+        self.component = self.bench.make(self.config)
+        self.latency = self.bench.latency(self.component, self.config)
+        signature = self.component.signature
+        self.streams = streams_of(signature)
+        self.shapes = {name: payload_shape(signature, name) for name in self.streams[Out]}
+        self.dut = dut
+
+    @property
+    def cases(self):
+        """All vectors of simulators."""
+        return [case.vectors(self.config) for case in self.bench.known_cases().values() if case.simulated]
+
+    @property
+    def pairs(self):
+        """Stall patterns of sources and sinks: the latter matter where an output can wait."""
+        can_wait = any(not stream_of(self.component, name).signature.always_ready for name in self.streams[Out])
+        return STALL_PAIRS if can_wait else [(name, "none") for name in STALLS]
+
+    async def start(self, rounds, cases):
+        """Start the clock, with a watchdog of more cycles than all items can take."""
+        items = sum(self.bench.interval * sum(map(len, given.inputs.values())) + self.latency for given in cases)
+        await start(self.dut, cycles=20_000 + 1000 * rounds + 40 * rounds * items)
+
+    def ports(self, source="none", sink="none"):
+        """All streams under a pair of patterns."""
+        stalls = dict.fromkeys(self.streams[In], source) | dict.fromkeys(self.streams[Out], sink)
+        ports = Ports(self.dut, self.component, stalls=stalls)
+        ports.respond(*self.bench.responders())
+        if self.bench.interval > 1:
+            first = ports.sources["i"]
+            first.stalls = _spaced(first.stalls, self.bench.interval)
+        return ports
+
+    async def prepare(self, ports, given):
+        """Values of ports, and what comes first."""
+        for name, value in given.ports.items():
+            ports[name] = value
+        for name, items in given.first.items():
+            stalls, ports.sources[name].stalls = ports.sources[name].stalls, iter(lambda: False, None)
+            await ports.send(name, items)
+            ports.sources[name].stalls = stalls
+        await ClockCycles(self.dut.clk, 2)
+
+    async def play(self, ports, given):
+        """Everything, compared."""
+        tasks = [ports.begin(name, items) for name, items in given.inputs.items()]
+        sinks, expected = ports.sinks, given.expected
+        await ports.until(lambda: all(len(sinks[name].items) >= len(items) for name, items in expected.items()))
+        for task in tasks:
+            await task
+        await ClockCycles(self.dut.clk, self.latency + self.bench.patience)
+        self.bench.check(given, {name: sink.items for name, sink in sinks.items()}, self.shapes)
+        for name, value in given.after.items():
+            assert ports[name] == value, name
+
+
+def _spaced(stalls, interval):
+    while True:
+        yield next(stalls)
+        yield from [True] * (interval - 1)
+
+
+def _parts(given, count, splits):
+    """As many parts of vectors as there are patterns, each of its own items if they are enough."""
+    if not splits:
+        return [given] * count
+    (items,) = given.inputs.values()
+    each = len(items) // count & ~3
+    if each >= 16 or count == len(STALLS):
+        ends = [each * (number + 1) for number in range(count - 1)] + [len(items)]
+        return [given.part(begin, end) for begin, end in zip([0, *ends], ends, strict=False)]
+    return [given.part(0, min(len(items) // 4, STALLED) & ~3)] * count
+
+
+@cocotb.test()
+async def stall_patterns(dut):
+    """All items come out right under each pattern of stalls, and no signal is unknown after reset."""
+    run = _Run(dut)
+    cases, pairs = run.cases, run.pairs
+    await run.start(len(pairs), cases)
+    for number, given in enumerate(cases):
+        for pair, part in zip(pairs, _parts(given, len(pairs), run.bench.splits), strict=True):
+            ports = run.ports(*pair)
+            if pair == pairs[0]:
+                await run.prepare(ports, given)
+                if not number:
+                    assert_known(dut, [*ports.sources, *ports.sinks])
+            await run.play(ports, part)
+            ports.stop()
+
+
+@cocotb.test()
+async def resets_in_flight(dut):
+    """Nothing that was in flight comes out after a reset in a drawn cycle, and what comes then is right."""
+    run = _Run(dut)
+    given, *_ = cases = run.cases
+    await run.start(RESETS + 1, cases)
+    generator, interval = random.Random(options()["seed"]), run.bench.interval
+    # Few items in flight, the first ones at the output, and all that there can be.
+    longest = min(len(next(iter(given.inputs.values()))), 40) * interval
+    ends = (max(2, run.latency), run.latency + longest // 2, run.latency + longest)
+    part = _parts(given, len(STALLS), run.bench.splits)[0]
+    ports = run.ports()
+    await run.prepare(ports, given)
+    for end in ends:
+        for name, items in given.inputs.items():
+            ports.begin(name, items)
+        await ClockCycles(dut.clk, generator.randint(1, end))
+        await ports.reset()
+        await run.prepare(ports, given)
+        await run.play(ports, part)
+        ports.stop()
+        ports = run.ports()
+
+
+@cocotb.test()
+async def rate(dut):
+    """Without stalls items go in and out once per interval, after the latency."""
+    run = _Run(dut)
+    cases = run.cases
+    await run.start(1, cases)
+    for given in cases:
+        ports = run.ports()
+        await run.prepare(ports, given)
+        for name in given.inputs:
+            ports.taken(name)
+        await run.play(ports, given)
+        cycles = {name: ports.taken(name).cycles for name in given.inputs} | {
+            name: sink.cycles for name, sink in ports.sinks.items()}
+        run.bench.check_times(given, cycles, run.latency)
+        ports.stop()

@@ -1,0 +1,45 @@
+"""The streams and the plain ports of a component, by name."""
+
+from collections.abc import Iterator
+
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["payload_shape", "ports_of", "stream_of", "streams_of"]
+
+_STREAM = {"payload", "valid", "ready"}
+
+
+def streams_of(signature: wiring.Signature) -> dict[wiring.Flow, list[str]]:
+    """Names of the streams in and out; those of an array are called ``NAME__0`` and so on."""
+    found = {In: [], Out: []}
+    for name, member in _members(signature):
+        if member.is_signature and set(member.signature.members) == _STREAM:
+            found[member.flow].append(name)
+    return found
+
+
+def ports_of(signature: wiring.Signature) -> dict[str, object]:
+    """Shapes of the plain ports."""
+    return {name: member.shape for name, member in _members(signature) if member.is_port}
+
+
+def payload_shape(signature: wiring.Signature, name: str):
+    """The shape of a stream's payload."""
+    return signature.members[name.partition("__")[0]].signature.members["payload"].shape
+
+
+def stream_of(component, name: str):
+    """The stream of a name in a component."""
+    found = component
+    for part in name.split("__"):
+        found = found[int(part)] if part.isdigit() else getattr(found, part)
+    return found
+
+
+def _members(signature) -> Iterator[tuple[str, wiring.Member]]:
+    for name, member in signature.members.items():
+        if len(member.dimensions) == 1:
+            yield from ((f"{name}__{number}", member) for number in range(member.dimensions[0]))
+        elif not member.dimensions:
+            yield name, member
