@@ -23,7 +23,12 @@ class EngineControl(wiring.Component):
 
     A load or a cast begins when nothing is in flight. Results of the frustum before the present one may be written
     while that one is cast. A stop holds all units in reset until main memory has no outstanding transaction: resets are
-    synchronous, so one cycle is enough for all else.
+    synchronous, so one cycle is enough for all else. A command in the cycle of another one's start is refused, one in
+    the cycle before a reset is lost.
+
+    The watchdog counts the cycles since the last start in which an activity is in flight, the start among them. Of
+    errors of one cycle the first of these is latched: watchdog, load, results, port, command, cluster, network. The
+    watchdog and the end of a load or of results are events: in the cycle of a clear they are an error after it.
 
     Parameters
     ----------
@@ -61,7 +66,11 @@ class EngineControl(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle from a command to its start.
+    Latency: ``1`` cycle from a command to its start. An error is latched in the cycle after its event, the watchdog's 3
+    cycles after the first cycle too many. A cluster's takes 2 to ``nodes + 1`` cycles: one cluster per cycle is polled.
+    A reset begins in the cycle in which its error can be read.
+
+    Golden counterpart: `golden.control.engine_control.EngineControl`.
     """
 
     latency = 1
@@ -96,8 +105,8 @@ class EngineControl(wiring.Component):
         m.d.comb += [idle.eq(~(self.loads | self.casts | self.writes | self.stops | begins)),
                      free.eq(~(self.loads | self.writes | self.stops | begins) & (~self.casts | self.earlier)
                              & Mux(self.earlier, earlier, present))]
-        obeyed = {"load": idle, "cast": idle & loaded, "write": free}
-        m.d.sync += [getattr(self, target).eq(bits[name] & obeyed[name]) for name, target in
+        obeyed, ends = {"load": idle, "cast": idle & loaded, "write": free}, Signal()
+        m.d.sync += [getattr(self, target).eq(bits[name] & obeyed[name] & ~ends) for name, target in
                      (("load", "loading"), ("cast", "casting"), ("write", "writing"))]
         m.d.comb += self.clear.eq(bits["clear"] | self.stops)
 
@@ -123,12 +132,13 @@ class EngineControl(wiring.Component):
                      network.eq(Array(self.networks[k].as_value() for k in range(nodes))[number])]
         with m.If(self.clear):
             m.d.sync += [fault.as_value().eq(0), network.eq(NetworkFault.NONE)]
-        error, ends = self.error, Signal()
+        error = self.error
         wrong = {"command": (bits["load"] & ~idle) | (bits["cast"] & ~idle) | (bits["write"] & ~free) | nothing,
                  "not_loaded": bits["cast"] & idle & ~loaded}
         with m.If(bits["clear"]):
             m.d.sync += error.as_value().eq(0)
-        with m.Elif(error.code == ErrorCode.NONE):
+        # Faults that are events are told once, so a clear in their cycle must not lose them.
+        with m.If(bits["clear"] | (error.code == ErrorCode.NONE)):
             m.d.sync += error.cluster.eq(0)
             with m.If(late):
                 m.d.sync += error.code.eq(ErrorCode.WATCHDOG)
@@ -138,6 +148,8 @@ class EngineControl(wiring.Component):
             with m.Elif(self.write_over.valid & (self.write_over.payload.code != Fault.NONE)):
                 m.d.sync += [error.code.eq(self.write_over.payload.code.as_value()),
                              error.number.eq(self.write_over.payload.address)]
+            with m.Elif(bits["clear"]):
+                pass
             with m.Elif(self.memory_fault.code != Fault.NONE):
                 m.d.sync += [error.code.eq(self.memory_fault.code.as_value()),
                              error.number.eq(self.memory_fault.address)]

@@ -57,7 +57,8 @@ ENGINE_REGISTERS = (
         _flag("earlier", "of the frustum before the present one, which may be cast meanwhile"))),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
              "when cells are loaded, which also empties them.", reset=1),
-    Register(name="watchdog", access=Access.WRITE, about="Cycles that a command may take; 0: no limit.", reset=1 << 26),
+    Register(name="watchdog", access=Access.WRITE, about="Cycles that `status` may show activity since the "
+             "last start; 0: no limit.", reset=1 << 26),
     Register(name="cycles", access=Access.READ, about="Cycles of the present frustum, or the last one."),
     Register(name="flits", access=Access.READ, about="Flits that the network's routers have sent since reset."),
     Register(name="flit_stalls", access=Access.READ, about="Cycles in which flits stalled, over all router ports."),

@@ -49,10 +49,10 @@ ABOUT = {
     "LIST_LENGTH": "a list of subshells does not fit its table",
     "LIST_PATCH": "a subshell of a patch that does not exist",
     "LIST_SHELL": "a subshell whose last shell is 0",
-    "COMMAND": "the command is not possible now, or there is nothing to write",
+    "COMMAND": "the command is not possible now, there is nothing to write, or no bit is set",
     "NOT_LOADED": "a cast before all regions have been loaded without an error",
     "SECTION": "a section with more tiles than the ray memory has",
-    "WATCHDOG": "a command has taken more cycles than `watchdog`; ends in a reset",
+    "WATCHDOG": "loads, casts and results have taken more cycles since the last start than `watchdog`; ends in a reset",
 }
 
 

@@ -1,299 +1,218 @@
 # amaranth: UnusedElaboratable=no
-"""What the engine obeys, what it refuses, and how what goes wrong ends."""
+"""The engine's control beside its golden model, cycle by cycle: every command in every state, faults, the watchdog."""
 
-import random
+import itertools
+from dataclasses import replace
 
 import pytest
-from amaranth.sim import Simulator
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.config import PRESETS
+from golden.control.engine_control import ACTIVITIES, ALL_REGIONS, COMMANDS, EARLIER, RESETS
 from hw.control.engine_control import EngineControl
 from hw.control.load_control import ALL
-from hw.memsys.fault import Fault
-from hw.memsys.path_fault import PathFault
-from hw.noc.network_fault import NetworkFault
 from hw.registers.engine_registers import register
-from hw.registers.error_code import LIST, NETWORK, PATH, ErrorCode
+from hw.registers.error_code import ABOUT, ErrorCode
+from tb.control.control_trace import CLUSTER_FAULTS, MEMORY_FAULTS, NETWORK_FAULTS, Plan, TraceBench, golden_trace
+from tb.lib.coverage import Coverage
+from tb.lib.schedules import SETTINGS
+from tb.lib.timing import documented_latency
 
-CONFIG = PRESETS["tiny"]
-
-
-class Around:
-    """The engine's units, which take some cycles each."""
-
-    def __init__(self, ctx, dut, *, seed=1):
-        self.ctx, self.dut, self._random = ctx, dut, random.Random(seed)
-        self.left = dict.fromkeys(("loads", "casts", "writes"), 0)
-        self.begun, self.took = [], 10
-        self.over = {"loads": Fault.NONE, "writes": Fault.NONE}
-        ctx.set(dut.watchdog, 1000)
-        ctx.set(dut.regions, ALL)
-
-    async def step(self, command=None):
-        """One cycle."""
-        ctx, dut = self.ctx, self.dut
-        ctx.set(dut.i_command.valid, command is not None)
-        ctx.set(dut.i_command.payload, register("command").pack(**{command: 1}) if command else 0)
-        stops = ctx.get(dut.stops)
-        for name, begins in (("loads", dut.loading), ("casts", dut.casting), ("writes", dut.writing)):
-            ctx.set(getattr(dut, name), self.left[name] > 0)
-            over = getattr(dut, f"{name[:-1]}_over", None)
-            if over is not None:
-                ctx.set(over.valid, self.left[name] == 1 and not stops)
-                ctx.set(over.payload.code, self.over[name])
-            if self.left[name]:
-                self.left[name] -= 1
-            if stops:
-                self.left[name] = 0
-            if ctx.get(begins):
-                assert not stops
-                self.begun.append(name)
-                self.left[name] = self.took
-        await ctx.tick()
-
-    async def command(self, name, *, steps=1):
-        """A command, and whether it has begun something."""
-        before = len(self.begun)
-        await self.step(name)
-        for _ in range(1 + steps):
-            await self.step()
-        return self.begun[before:]
-
-    async def finish(self):
-        """Until nothing is in flight."""
-        while any(self.left.values()) or self.status["stops"]:
-            await self.step()
-        await self.step()
-
-    @property
-    def status(self):
-        """The register."""
-        return register("status").unpack(self.ctx.get(self.dut.status))
-
-    @property
-    def error(self):
-        """Code, cluster, number."""
-        error = self.dut.error
-        return (ErrorCode(self.ctx.get(error.code)), self.ctx.get(error.cluster), self.ctx.get(error.number))
-
-    async def clear(self):
-        """Forget the error."""
-        await self.step("clear")
-        await self.step()
-        assert self.error == (ErrorCode.NONE, 0, 0)
+# The number of clusters is no power of two.
+CONFIG = PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 1})
+NODES = 3
+BITS = {name: (register("command").pack(**{name: 1}), False) for name in COMMANDS}
+BITS |= {EARLIER: (BITS["write"][0], True), "none": (0, False)}
+FAULTS = {"memory": MEMORY_FAULTS, "clusters": CLUSTER_FAULTS, "networks": NETWORK_FAULTS}
 
 
-def run(bench):
-    dut = EngineControl(config=CONFIG)
-
-    async def testbench(ctx):
-        await bench(Around(ctx, dut))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+@pytest.fixture(scope="module")
+def bench():
+    return TraceBench(CONFIG)
 
 
-def test_commands_in_their_order():
-    async def bench(around):
-        assert await around.command("cast") == []
-        assert around.error[0] is ErrorCode.NOT_LOADED
-        await around.clear()
-        assert await around.command("write") == []
-        assert around.error[0] is ErrorCode.COMMAND
-        await around.clear()
-        assert await around.command("load") == ["loads"]
-        for refused in ("load", "cast", "write"):
-            assert await around.command(refused, steps=0) == []
-            assert around.error[0] is ErrorCode.COMMAND
-            await around.clear()
-        await around.finish()
-        assert around.status["loaded"]
-        assert await around.command("cast") == ["casts"]
-        assert around.status["casts"]
-        assert around.status["present"]
-        assert not around.status["earlier"]
-        for refused in ("load", "cast", "write"):
-            assert await around.command(refused, steps=0) == []
-        await around.finish()
-        await around.clear()
-        assert await around.command("write") == ["writes"]
-        await around.finish()
-        # Results of the frustum before may be written during the next one, and only these.
-        assert await around.command("cast", steps=0) == ["casts"]
-        around.ctx.set(around.dut.earlier, 1)
-        assert await around.command("write") == ["writes"]
-        assert around.error[0] is ErrorCode.NONE
-        await around.finish()
-        assert around.status["earlier"]
-
-    run(bench)
+def check(bench, plan):
+    """The hardware says what the model does, in every cycle; the trace."""
+    trace = golden_trace(plan, nodes=NODES)
+    for cycle, ((seen, expected), found) in enumerate(zip(trace, bench.run(seen for seen, _ in trace), strict=True)):
+        assert found == expected, f"cycle {cycle}, in which the control sees {seen}"
+    return trace
 
 
-def test_a_part_is_not_all_and_a_fault_is_no_load():
-    async def bench(around):
-        around.ctx.set(around.dut.regions, ALL & ~2)
-        await around.command("load")
-        await around.finish()
-        assert not around.status["loaded"]
-        around.ctx.set(around.dut.regions, ALL)
-        await around.command("load")
-        await around.finish()
-        assert around.status["loaded"]
-        around.ctx.set(around.dut.regions, 2)
-        await around.command("load")
-        await around.finish()
-        assert around.status["loaded"], "a part more"
-        around.over["loads"] = Fault.POINTER
-        await around.command("load")
-        await around.finish()
-        assert not around.status["loaded"]
-        assert around.error[0] is ErrorCode.POINTER
-        await around.clear()
-        around.over["loads"] = Fault.NONE
-        await around.command("load")
-        await around.finish()
-        assert not around.status["loaded"], "what is in disorder is not mended by a part"
-
-    run(bench)
+def script(commands, **changes):
+    """A plan of commands by cycle, by their names."""
+    return Plan(commands={cycle: BITS[name] for cycle, name in commands.items()}, **changes)
 
 
-@pytest.mark.parametrize(("code", "cluster", "stops"), [
-    (PATH + PathFault.BUS.value, 1, False), (PATH + PathFault.TIMEOUT.value, 0, True), (LIST + 1, 1, False),
-    (ErrorCode.SECTION.value, 0, False)])
-def test_faults_of_clusters(code, cluster, stops):
-    async def bench(around):
-        ctx, dut = around.ctx, around.dut
-        await around.command("load")
-        await around.finish()
-        around.took = 60
-        await around.command("cast")
-        ctx.set(dut.memory_busy, 1)
-        ctx.set(dut.clusters[cluster].code, code)
-        ctx.set(dut.clusters[cluster].number, 1234)
-        for _ in range(4):
-            await around.step()
-        assert around.error == (ErrorCode(code), cluster, 1234)
-        assert around.status["stops"] == stops
-        # The unit forgets when it is told to.
-        if stops:
-            assert ctx.get(dut.clear)
-            ctx.set(dut.clusters[cluster].code, 0)
-            ctx.set(dut.memory_busy, 0)
-            await around.finish()
-            assert not around.status["loaded"]
-        else:
-            await around.step("clear")
-            ctx.set(dut.clusters[cluster].code, 0)
-            for _ in range(4):
-                await around.step()
-            assert around.error[0] is ErrorCode.NONE, "what has been forgotten does not come back"
-
-    run(bench)
+# Two frusta, results of the first one beside the second one, another load.
+TOUR = {3: "load", 10: "cast", 17: "write", 23: "cast", 26: EARLIER, 38: "load"}
+TAKES = {"load": [(3, "NONE")], "cast": [(4, "NONE"), (9, "NONE")], "write": [(3, "NONE")]}
+SCRIPTS = {
+    "without an error": script(TOUR, cycles=60, takes=TAKES, regions=[ALL_REGIONS, 1]),
+    "after an error": script({1: "none"} | TOUR, cycles=60, takes=TAKES, memory_busy=4),
+    "watchdog": script(TOUR, cycles=60, takes=TAKES, watchdog=6, memory_busy=1),
+}
+IDLE = ("nothing loaded", "loaded", "a frustum", "two frusta")
+IN_FLIGHT = ("load", "load of more", "cast", "cast of the next", "write", "write beside a cast")
+STATES = (*(f"{name}{failed}" for name in IDLE + IN_FLIGHT for failed in ("", ", failed")),
+          *(f"{name} starts" for name in ACTIVITIES), "stop", "watchdog")
 
 
-def test_a_network_fault_stops():
-    async def bench(around):
-        around.ctx.set(around.dut.memory_busy, 1)
-        around.ctx.set(around.dut.networks[1], NetworkFault.ORDER)
-        for _ in range(4):
-            await around.step()
-        assert around.error[:2] == (ErrorCode(NETWORK + NetworkFault.ORDER.value), 1)
-        assert around.status["stops"]
-
-    run(bench)
-
-
-def test_the_watchdog_stops_when_no_memory_reply_is_outstanding():
-    async def bench(around):
-        ctx, dut = around.ctx, around.dut
-        ctx.set(dut.watchdog, 50)
-        await around.command("load")
-        await around.finish()
-        assert around.status["loaded"]
-        around.took = 10_000
-        await around.command("cast")
-        waited = 0
-        ctx.set(dut.memory_busy, 1)
-        while not around.status["stops"]:
-            await around.step()
-            waited += 1
-        assert 40 < waited < 60
-        assert around.error[0] is ErrorCode.WATCHDOG
-        for _ in range(200):
-            await around.step()
-            assert around.status["stops"]
-        assert await around.command("load") == []
-        ctx.set(dut.memory_busy, 0)
-        await around.step()
-        assert not around.status["stops"], "memory is the only thing that a stop waits for"
-        assert not around.status["loaded"]
-        around.took = 5
-        await around.clear()
-        assert await around.command("load") == ["loads"]
-        await around.finish()
-        assert around.status["loaded"]
-
-    run(bench)
+def state(trace, cycle):
+    """The state that a command finds, by what the model says."""
+    _, said = trace[cycle]
+    status = said.status
+    if said.stops or said.starts:
+        return "stop" if said.stops else f"{said.starts} starts"
+    if cycle + 1 < len(trace) and trace[cycle + 1][1].error.code == "WATCHDOG" != said.error.code:
+        return "watchdog"
+    if status["loads"]:
+        name = "load of more" if status["loaded"] else "load"
+    elif status["writes"]:
+        name = "write beside a cast" if status["casts"] else "write"
+    elif status["casts"]:
+        name = "cast of the next" if status["earlier"] else "cast"
+    else:
+        name = IDLE[1 + status["present"] + status["earlier"]] if status["loaded"] else IDLE[0]
+    return name + (", failed" if status["failed"] else "")
 
 
-def test_the_host_can_stop():
-    async def bench(around):
-        await around.command("load")
-        around.ctx.set(around.dut.memory_busy, 1)
-        await around.command("stop")
-        assert around.status["stops"]
-        around.ctx.set(around.dut.memory_busy, 0)
-        await around.finish()
-        assert not around.status["loads"]
-        assert around.error[0] is ErrorCode.NONE
-
-    run(bench)
+def test_every_command_in_every_state(bench):
+    coverage = Coverage(f"{command}: {state}" for command in BITS for state in STATES)
+    for plan, name in itertools.product(SCRIPTS.values(), BITS):
+        for cycle in range(plan.cycles - 8):
+            changed = replace(plan, commands=plan.commands | {cycle: BITS[name]}, cycles=max(40, cycle + 20))
+            coverage.hit(f"{name}: {state(check(bench, changed), cycle)}")
+    coverage.check()
 
 
-def test_a_watchdog_of_0_is_off():
-    async def bench(around):
-        around.ctx.set(around.dut.watchdog, 0)
-        assert await around.command("load") == ["loads"]
-        await around.finish()
-        assert around.status["loaded"]
-        around.took = 500
-        assert await around.command("cast") == ["casts"]
-        await around.finish()
-        assert around.error[0] is ErrorCode.NONE
-
-    run(bench)
+def test_of_several_commands_the_lowest_counts(bench):
+    for value in range(1 << register("command").width):
+        for cycle in 1, 8, 24:
+            trace = check(bench, Plan(cycles=cycle + 12, takes=TAKES, memory_busy=2, commands={
+                **{at: BITS[name] for at, name in TOUR.items() if at < cycle}, cycle: (value, False)}))
+            assert trace[cycle][0].command_name == next((name for bit, name in enumerate(COMMANDS) if value >> bit & 1),
+                                                        "none")
 
 
-@pytest.mark.parametrize("second", ["load", "cast", "write"])
-def test_a_command_in_the_cycle_in_which_another_begins_is_refused(second):
-    async def bench(around):
-        await around.command("load")
-        await around.finish()
-        await around.command("cast")
-        await around.finish()
-        before = len(around.begun)
-        await around.step("load")
-        await around.step(second)
-        for _ in range(3):
-            await around.step()
-        assert around.begun[before:] == ["loads"]
-        assert around.error[0] is ErrorCode.COMMAND
-
-    run(bench)
+# In this cycle something happens, and something else some cycles before or after it.
+MEETING = 30
 
 
-def test_the_watchdog_does_not_count_while_nothing_is_in_flight():
-    async def bench(around):
-        around.ctx.set(around.dut.watchdog, 50)
-        await around.command("load")
-        await around.finish()
-        for _ in range(200):
-            await around.step()
-        assert await around.command("cast") == ["casts"]
-        await around.finish()
-        assert around.error[0] is ErrorCode.NONE
-        assert around.status["loaded"]
+def happens(name, cycle, activity):
+    """Changes of a plan in which this activity begins in cycle 16, by which something happens in a cycle."""
+    if name in BITS:
+        return {"commands": {cycle: BITS[name]}}
+    if name == "end":
+        return {"takes": {activity: [*TAKES[activity][:activity == "load"], (cycle - 16, "POINTER")]}}
+    if name == "watchdog":
+        return {"watchdog": cycle - 18}
+    source, code = {"timeout": ("clusters", "PATH_TIMEOUT")}.get(name, (name, FAULTS.get(name, [0])[0]))
+    return {"faults": [(cycle, source, int(source != "memory"), code, 77 * (source != "networks"))]}
 
-    run(bench)
+
+@pytest.mark.parametrize("activity", ["load", "write"])
+def test_two_events_at_once(bench, activity):
+    """The order of errors, and clears and stops beside them."""
+    events = ("end", "watchdog", "memory", "clusters", "timeout", "networks", "none", "clear", "stop", "cast")
+    seen = set()
+    for (one, other), delay in itertools.product(itertools.combinations(events, 2), range(-3, 4)):
+        plan = script({3: "load", 9: "cast", 15: activity}, cycles=MEETING + 16, memory_busy=3,
+                      takes={"load": [(3, "NONE"), (40, "NONE")], "cast": [(3, "NONE")], "write": [(40, "NONE")]})
+        for name, cycle in (one, MEETING), (other, MEETING + delay):
+            for field, value in happens(name, cycle, activity).items():
+                now = getattr(plan, field)
+                now = value if field == "watchdog" else now + value if field == "faults" else now | value
+                plan = replace(plan, **{field: now})
+        seen |= {said.error.code for _, said in check(bench, plan)}
+    assert seen == {"NONE", "WATCHDOG", "POINTER", "READ_OUTSIDE", "PATH_CELL", "PATH_TIMEOUT", "NETWORK_CHECK",
+                    "COMMAND"}
+
+
+@pytest.mark.parametrize("limit", [2, 3, 9])
+@pytest.mark.parametrize("activity", ["load", "cast", "write"])
+def test_the_watchdog_counts_from_the_start(bench, activity, limit):
+    """``status`` shows an activity while it is busy and in the cycle before: for as many cycles as the watchdog allows,
+    for one fewer and for one more."""
+    once = (1, "NONE")
+    for shown in range(limit - 1, limit + 2):
+        busy = (shown - 1, "NONE")
+        trace = check(bench, script({3: "load", 12: "cast", 20: activity}, cycles=limit + 30, memory_busy=2,
+                                    watchdog=limit,
+                                    takes={"load": [once, busy], "cast": [once, busy], "write": [busy]}))
+        assert sum(said.status[f"{activity}s"] for _, said in trace[20:]) == shown
+        assert (trace[-1][1].error.code == "WATCHDOG") == (shown > limit)
+
+
+@pytest.mark.parametrize("regions", [ALL, ALL & ~1, ALL | 1 << 4, 0, (1 << register("regions").width) - 1])
+def test_a_cast_needs_all_regions_at_once(bench, regions):
+    """All of them in one load without a fault; parts may follow, but no faulty one."""
+    for fault in "NONE", "POINTER":
+        plan = script({3: "load", 10: "load", 16: "cast"}, cycles=30, regions=[ALL, regions],
+                      takes={"load": [(3, "POINTER"), (3, fault)]})
+        trace = check(bench, plan)
+        assert trace[-1][1].status["loaded"] == (fault == "NONE" and regions & ALL == ALL)
+        for first in "NONE", fault:
+            check(bench, replace(plan, takes={"load": [(3, first), (3, fault)]}))
+
+
+def plans():
+    """Commands, durations, faults and a watchdog at random."""
+    gap = st.sampled_from((2, 2, 3, 5, 9, 17))
+    name = st.sampled_from(("load", "cast", "cast", "write", EARLIER, EARLIER, "clear", "stop", "none"))
+    take = st.tuples(st.integers(1, 20), st.sampled_from(("NONE",) * 6 + tuple(MEMORY_FAULTS)))
+    source = st.sampled_from(sorted(FAULTS)).flatmap(lambda source: st.tuples(
+        st.integers(0, 150), st.just(source), st.integers(0, 0 if source == "memory" else NODES - 1),
+        st.sampled_from(FAULTS[source]), st.integers(0, 0 if source == "networks" else (1 << 24) - 1)))
+
+    def plan(commands, takes, watchdog, regions, faults, memory_busy):
+        cycles = itertools.accumulate(gap for gap, _ in commands)
+        commands = {1: BITS["load"], 10: BITS["cast"]} | {
+            18 + cycle: BITS[name] for cycle, (_, name) in zip(cycles, commands, strict=True)}
+        return Plan(cycles=40 + max(commands), commands=commands, takes=takes, watchdog=watchdog, regions=regions,
+                    faults=faults, memory_busy=memory_busy)
+
+    takes = {name: st.lists(take, min_size=1, max_size=6) for name in ACTIVITIES}
+    takes["load"] = takes["load"].map(lambda some: [(4, "NONE"), *some])
+    return st.builds(
+        plan, st.lists(st.tuples(gap, name), max_size=20), st.fixed_dictionaries(takes),
+        st.sampled_from((0, 0, 6, 15, 30, (1 << 32) - 1)),
+        st.lists(st.sampled_from((ALL_REGIONS, ALL_REGIONS, 1)), max_size=4).map(lambda some: [ALL_REGIONS, *some]),
+        st.lists(source, max_size=3), st.integers(0, 5))
+
+
+def test_random_sequences(bench):
+    @settings(SETTINGS, max_examples=200)
+    @given(plans())
+    def run(plan):
+        check(bench, plan)
+
+    run()
+
+
+def test_errors_of_all_units(bench):
+    """Each code at every moment of the polling, with its cluster and number."""
+    seen = set()
+    for source, codes in FAULTS.items():
+        for code, cycle in itertools.product(codes, range(20, 23)):
+            for cluster in range(1 if source == "memory" else NODES):
+                number = 0 if source == "networks" else 1000 + cycle
+                trace = check(bench, script(
+                    {3: "load", 10: "cast", 34: "clear"}, cycles=44, takes={"cast": [(40, "NONE")]}, memory_busy=3,
+                    faults=[(cycle, source, cluster, code, number)]))
+                error = trace[34][1].error
+                assert (error.code, error.cluster, error.number) == (code, cluster, number)
+                assert trace[-1][1].status["loaded"] == (code not in RESETS)
+                seen.add(code)
+    assert seen | {"NONE", "COMMAND", "NOT_LOADED", "WATCHDOG"} == {one.name for one in ErrorCode}
+
+
+def test_what_the_model_takes_from_the_documents():
+    assert ALL == ALL_REGIONS
+    assert {name for name, about in ABOUT.items() if "ends in a reset" in about} == RESETS
+    assert tuple(field.name for field in register("command").fields) == COMMANDS
+
+
+def test_latency():
+    assert documented_latency(EngineControl, CONFIG) == EngineControl.latency == 1

@@ -1,0 +1,1 @@
+"""The engine's control, cycle by cycle."""
