@@ -17,7 +17,7 @@
 
 namespace {
 
-constexpr int DECERR = 3;
+constexpr int OKAY = 0, SLVERR = 2, DECERR = 3;
 
 // The bytes of an AXI4 pin that is as wide as a beat.
 template <class Pin>
@@ -28,7 +28,7 @@ uint8_t* bytes_of(Pin& pin) {
 struct Burst {
     uint64_t due, address;
     unsigned id, beats;
-    bool failed;
+    int response;
 };
 
 // Answers a read after `latency` cycles and up to `spread` more, at random. Replies come in order, or in any.
@@ -36,6 +36,9 @@ struct Memory {
     std::vector<uint8_t> data;
     uint64_t base = 0, latency = 1, spread = 0, shuffles = 0, state = 1;
     uint64_t read_beats = 0, written_beats = 0, outside = 0;
+    // Faults: beats from bad_base on are answered with an error; no read, or no write, is answered.
+    uint64_t bad_base = 0, bad_limit = 0;
+    bool mute_reads = false, mute_writes = false;
     std::vector<Burst> reads;
     std::deque<Burst> writes, answers;
 
@@ -47,10 +50,9 @@ struct Memory {
 
     uint64_t due(uint64_t now) { return now + latency - 1 + (spread ? random(spread + 1) : 0); }
 
-    bool holds(uint64_t address, unsigned size) {
-        const bool good = address >= base && address + size <= base + data.size();
-        outside += !good;
-        return good;
+    int response(uint64_t address, unsigned size) {
+        if (address < base || address + size > base + data.size()) return ++outside, DECERR;
+        return address + size > bad_base && address < bad_limit ? SLVERR : OKAY;
     }
 };
 
@@ -88,8 +90,8 @@ struct Machine {
         const bool read_request = AXI(arvalid) && AXI(arready), write_request = AXI(awvalid) && AXI(awready);
         const bool write_beat = AXI(wvalid) && AXI(wready);
         const bool taken = !AXI(rvalid) || AXI(rready), answered = !AXI(bvalid) || AXI(bready);
-        const Burst read{0, AXI(araddr), AXI(arid), AXI(arlen) + 1U, false};
-        const Burst write{0, AXI(awaddr), AXI(awid), AXI(awlen) + 1U, false};
+        const Burst read{0, AXI(araddr), AXI(arid), AXI(arlen) + 1U, OKAY};
+        const Burst write{0, AXI(awaddr), AXI(awid), AXI(awlen) + 1U, OKAY};
         if (write_beat) store();
         top.clk = 1;
         top.eval();
@@ -109,9 +111,9 @@ struct Machine {
 
     void store() {
         Burst& burst = memory.writes.front();
-        const bool good = memory.holds(burst.address, beat_bytes);
-        burst.failed |= !good;
-        for (unsigned k = 0; good && k < beat_bytes; ++k)
+        const int response = memory.response(burst.address, beat_bytes);
+        if (response) burst.response = response;
+        for (unsigned k = 0; !response && k < beat_bytes; ++k)
             if (AXI(wstrb) >> k & 1)
                 memory.data[burst.address - memory.base + k] = bytes_of(AXI(wdata))[k];
         ++memory.written_beats;
@@ -126,15 +128,16 @@ struct Machine {
     void next_beat() {
         auto& reads = memory.reads;
         size_t chosen = 0, due = 0;
-        for (size_t k = 0; k < (memory.shuffles ? reads.size() : !reads.empty()); ++k)
+        const size_t candidates = memory.mute_reads || reads.empty() ? 0 : memory.shuffles ? reads.size() : 1;
+        for (size_t k = 0; k < candidates; ++k)
             if (reads[k].due <= now && (due++ == 0 || memory.random(due) == 0)) chosen = k;
         AXI(rvalid) = due > 0;
         if (!due) return;
         Burst& burst = reads[chosen];
-        const bool good = memory.holds(burst.address, beat_bytes);
-        if (good) std::memcpy(bytes_of(AXI(rdata)), &memory.data[burst.address - memory.base], beat_bytes);
+        const int response = memory.response(burst.address, beat_bytes);
+        if (!response) std::memcpy(bytes_of(AXI(rdata)), &memory.data[burst.address - memory.base], beat_bytes);
         AXI(rid) = burst.id;
-        AXI(rresp) = good ? 0 : DECERR;
+        AXI(rresp) = response;
         AXI(rlast) = burst.beats == 1;
         ++memory.read_beats;
         burst.address += beat_bytes;
@@ -143,10 +146,10 @@ struct Machine {
 
     void next_answer() {
         auto& answers = memory.answers;
-        AXI(bvalid) = !answers.empty() && answers.front().due <= now;
+        AXI(bvalid) = !memory.mute_writes && !answers.empty() && answers.front().due <= now;
         if (!AXI(bvalid)) return;
         AXI(bid) = answers.front().id;
-        AXI(bresp) = answers.front().failed ? DECERR : 0;
+        AXI(bresp) = answers.front().response;
         answers.pop_front();
     }
 
@@ -233,6 +236,13 @@ void machine_memory(Machine* machine, uint64_t base, uint64_t size, uint64_t lat
     memory.base = base, memory.latency = latency, memory.spread = spread, memory.shuffles = shuffles;
     memory.state = seed * 2 + 1;
     memory.data.resize(size);
+}
+
+// Beats of these addresses fail; reads, or writes, are not answered.
+void machine_faults(Machine* machine, uint64_t base, uint64_t limit, int mute_reads, int mute_writes) {
+    Memory& memory = machine->memory;
+    memory.bad_base = base, memory.bad_limit = limit;
+    memory.mute_reads = mute_reads, memory.mute_writes = mute_writes;
 }
 
 uint8_t* machine_data(Machine* machine) { return machine->memory.data.data(); }

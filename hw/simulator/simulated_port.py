@@ -16,6 +16,7 @@ _WHOLE = ctypes.c_uint64
 _TYPES = {
     "make": (ctypes.c_void_p, ()), "free": (None, (ctypes.c_void_p,)), "reset": (None, (ctypes.c_void_p,)),
     "memory": (None, (ctypes.c_void_p, *[_WHOLE] * 6)), "data": (ctypes.c_void_p, (ctypes.c_void_p,)),
+    "faults": (None, (ctypes.c_void_p, _WHOLE, _WHOLE, ctypes.c_int, ctypes.c_int)),
     "run": (None, (ctypes.c_void_p, _WHOLE)), "counts": (None, (ctypes.c_void_p, ctypes.POINTER(_WHOLE))),
     "read": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.POINTER(ctypes.c_uint32))),
     "write": (ctypes.c_int, (ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32))}
@@ -85,6 +86,18 @@ class SimulatedPort(Port):
         """Set the size of main memory and restart its random numbers. The contents stay."""
         self.size = size
         self._library.machine_memory(self._machine, self._base, size, *self._memory)
+
+    def fault(self, *, first: int = 0, size: int = 0, mute_reads: bool = False, mute_writes: bool = False) -> None:
+        """Let main memory fail from now on; without arguments it is sound again.
+
+        Parameters
+        ----------
+        first, size
+            Beats of these bytes are answered with an error and neither read nor written.
+        mute_reads, mute_writes
+            Reads, or writes, are not answered until memory is sound again.
+        """
+        self._library.machine_faults(self._machine, first, first + size, int(mute_reads), int(mute_writes))
 
     def trace(self, path: Path | None) -> None:
         """Write the signals of the next cycles (VCD, two units of time for a cycle); without a path, stop."""

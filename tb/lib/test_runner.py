@@ -1,7 +1,5 @@
 """Builds are made once, leave nothing but the program, and are made again for another text or when they are gone."""
 
-import shutil
-
 import pytest
 from cocotb_tools.runner import Icarus
 
@@ -9,8 +7,6 @@ from hw.export import verilog_of
 from hw.lib.skid_buffer import SkidBuffer
 from tb.lib import runner
 from tb.lib.runner import Simulation
-
-pytestmark = pytest.mark.skipif(shutil.which("iverilog") is None, reason="there is no iverilog here")
 
 
 @pytest.fixture
@@ -59,3 +55,10 @@ def test_an_interrupted_build_is_made_again(simulation, monkeypatch):
     builds, folder = simulation()
     assert len(builds) == 2
     assert (folder / builds[0] / "sim.vvp").read_text().startswith("#!")
+
+
+def test_a_missing_simulator_fails_and_says_how_to_install_it(monkeypatch):
+    monkeypatch.setattr(runner.shutil, "which", lambda name: None)
+    runner._version.cache_clear()
+    with pytest.raises(FileNotFoundError, match="apt-get install iverilog"):
+        Simulation("module top; endmodule", "icarus")

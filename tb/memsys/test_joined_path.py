@@ -21,7 +21,7 @@ from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.memsys.joined_path import JoinedPath
 from tb.memsys.path_bench import BASE, COVERED, Bench, scene
-from tb.memsys.test_memory_path import ICARUS, SMALL
+from tb.memsys.test_memory_path import SMALL
 from tb.memsys.test_third_party_memory import Regions, attach, stall
 
 MODULE = "tb.memsys.test_joined_path"
@@ -124,19 +124,16 @@ def run(name, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4),
              policies=policies, cycles=cycles)
 
 
-@ICARUS
 def test_a_frustum_of_two_clusters():
     run("two", ("whole_frusta",), shares=(1.0,))
 
 
-@ICARUS
 @pytest.mark.nightly
 def test_stalls_and_resets():
     run("stalls", ("whole_frusta", "every_pair_of_stalls", "reset_in_flight"),
         policies=[policy.name for policy in CachePolicy], cycles=200_000)
 
 
-@ICARUS
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", VARIANTS)
 def test_four_clusters(name):

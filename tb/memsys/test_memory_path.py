@@ -5,7 +5,6 @@ it is; whatever waits, whatever comes first; and what is malformed ends in a fau
 
 import json
 import random
-import shutil
 
 import cocotb
 import pytest
@@ -159,16 +158,10 @@ def run(name, cell, changes, simulator, cases=CASES + LONG, policies=POLICIES, s
              clusters=CLUSTERS, share=share, policies=policies, cycles=cycles)
 
 
-ICARUS = pytest.mark.skipif(shutil.which("iverilog") is None,
-                            reason="there is no iverilog here: apt-get install iverilog")
-
-
-@ICARUS
 def test_frusta_and_faults():
     run("cornell", 0.25, SMALL, "icarus", CASES, ["LRU"])
 
 
-@ICARUS
 @pytest.mark.nightly
 def test_all_policies_and_stall_patterns():
     run("cornell", 0.25, SMALL, "icarus")
@@ -179,7 +172,6 @@ def test_in_verilator():
     run("cornell", 0.25, SMALL, "verilator")
 
 
-@ICARUS
 @pytest.mark.nightly
 def test_a_larger_scene():
     run("lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)

@@ -1,6 +1,5 @@
 """Mutants: the same component, and one that is wrong."""
 
-import shutil
 from unittest import mock
 
 import cocotb
@@ -18,7 +17,6 @@ COUNT = 6
 CASE = "tb.package.test_export", ("every_word",)
 
 
-@pytest.mark.skipif(shutil.which("iverilog") is None, reason="there is no iverilog here")
 def test_the_component_and_mutants_of_it():
     mutants = make_mutants(verilog_of(Rom(), "top"), count=COUNT, seed=1)
     assert len(mutants.about) == COUNT

@@ -1,0 +1,34 @@
+"""Rules of every run of tests: none is skipped, and tests that share what is expensive to make run in one process."""
+
+import pytest
+
+_SHARED = ("module", "session")
+_skipped: list[str] = []
+
+
+def pytest_collection_modifyitems(items):
+    """Tests that share a fixture of their module stay in one of pytest-xdist's processes (``--dist loadgroup``)."""
+    for item in items:
+        fixtures = [one for found in item._fixtureinfo.name2fixturedefs.values() for one in found]
+        shares = any(one.scope in _SHARED and one.func.__module__ == item.module.__name__ for one in fixtures)
+        if shares and item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.module.__name__))
+
+
+def pytest_runtest_logreport(report):
+    """Note what is skipped."""
+    if report.skipped and not hasattr(report, "wasxfail"):
+        _skipped.append(report.nodeid)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session):
+    """A test that does not run notices nothing."""
+    if _skipped and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say why the run fails."""
+    if _skipped:
+        terminalreporter.write_line(f"error: skipped tests: {len(_skipped)}; none may be", red=True)
