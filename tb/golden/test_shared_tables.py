@@ -1,0 +1,226 @@
+"""Tables that golden and the hardware share, each made again from its definition: a fault in one would be in both."""
+
+import re
+import struct
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden.config import PRESETS, Config, Icu, Numbers
+from golden.ctu import margins
+from golden.ctu.cell_traversal import reciprocal_table
+from golden.ctu.grid_rays import hemisphere_rays
+from golden.frustum import Hemisphere
+from golden.icu.edge_planes import EDGES
+from golden.icu.inverse_distance import decode, encode
+from golden.icu.settle_code import settle_code, settle_floor
+from golden.memory_map import machine_image, pack_beats
+from golden.noc.packing import check, reply_flits, request_flits
+from golden.schedule.phase import schedule
+from tb.golden import precise
+from tb.golden.icu.patches import hemisphere
+from tb.golden.schedule.scenes import CONFIG, case
+
+PAGE = Path(__file__).parents[2] / "docs" / "memory-map.md"
+TYPES = {"u1": "B", "u2": "H", "u4": "I", "u8": "Q", "i4": "i", "f8": "d"}
+ONE = 1 << 16
+
+
+def turned(numerator, denominator):
+    """Nearest integers to 2^16 times cosine and sine of a part of a turn."""
+    angle = 2 * precise.pi() * numerator / denominator
+    return [precise.nearest(ONE * precise.cos(angle)), precise.nearest(ONE * precise.sin(angle))]
+
+
+@pytest.mark.parametrize(("azimuths", "polars"), [(4, 4), (64, 16), (8, 512), (1024, 4)])
+def test_ray_tables_are_the_nearest_integers(azimuths, polars):
+    record = hemisphere(azimuths, polars)
+    assert record.column_table.tolist() == [turned(2 * k + 1, 2 * azimuths) for k in range(azimuths)]
+    assert record.row_table.tolist() == [turned(2 * k + 1, 8 * polars)[::-1] for k in range(polars)]
+
+
+@pytest.mark.parametrize("shell", [2, 5, 12])
+def test_tables_of_grid_rays_are_the_nearest_integers(shell):
+    rays = hemisphere_rays(shell, 64, 16)
+    assert rays.column_table.tolist() == [turned(2 * k + 1, 2 * rays.columns) for k in range(rays.columns)]
+    lowest = Decimal(np.pi / 2 + margins.horizon(shell))
+    for row, (sine, cosine) in enumerate(rays.row_table.tolist()):
+        angle = (row + Decimal("0.5")) * lowest / rays.rows
+        assert sine == precise.nearest(ONE * precise.sin(angle))
+        assert cosine == precise.nearest(ONE * precise.cos(angle))
+
+
+@pytest.mark.parametrize(("azimuths", "polars", "bits"), [(64, 16, 32), (512, 256, 32), (2048, 64, 40)])
+def test_weights_are_differences_of_the_rounded_integral(azimuths, polars, bits):
+    weights = Hemisphere(azimuths, polars).polar_weights.tolist()
+    total = 0
+    for row, weight in enumerate(weights):
+        total += weight
+        exact = precise.sin((row + 1) * precise.pi() / 2 / polars) ** 2 * 2**bits / azimuths
+        # Float64 keeps the integral to a thousandth of a unit.
+        assert abs(total - exact) < Decimal("0.501")
+    assert total * azimuths == 1 << bits
+
+
+def test_the_table_of_reciprocals_is_the_chord_lowered_by_half_its_sagitta():
+    value, slope = reciprocal_table()
+    for row in range(512):
+        low, high = Fraction(512 + row, 512), Fraction(513 + row, 512)
+        scale, width = 2**23, Fraction(1, 512)
+        # An eighth of the squared width times 2 / x^3, half of which lowers the value; half a unit of eight raises it.
+        sagitta = scale * width**2 / 8 * 2 / low**3 / 2
+        assert value[row] == int(scale / low - sagitta + 4)
+        assert slope[row] == round(scale / low - scale / high)
+
+
+def test_edges_and_diagonals_are_in_the_order_of_the_documents():
+    assert EDGES == ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3))
+
+
+@pytest.mark.parametrize(("numbers", "bias"), [
+    (Numbers(), 39), (Numbers(exponent_bits=5, vector_fraction=14, fraction_bits=8), 15)])
+def test_a_stored_inverse_distance_is_a_float_with_the_bias_of_the_finest_plane(numbers, bias):
+    fraction, random = numbers.fraction_bits, np.random.default_rng(0)
+    keys = np.concatenate([random.integers(1, numbers.inverse.high, 300), [1, numbers.inverse.high]])
+    for key in keys.tolist():
+        exponent, rest = divmod(key, 1 << fraction)
+        value = Fraction(2) ** (exponent - bias) * (1 + Fraction(rest, 1 << fraction))
+        assert Fraction(float(decode(np.array(key), numbers))) == value
+        # Below 2^44, as `encode` requires.
+        scaled = value * Fraction(2) ** (bias - exponent + 30)
+        assert int(encode(np.array(int(scaled)), np.array(exponent - bias - 30), numbers)) == key
+        assert int(encode(np.array(int(scaled) - 1), np.array(exponent - bias - 30), numbers, up=True)) == key
+        assert int(encode(np.array(int(scaled) + 1), np.array(exponent - bias - 30), numbers, up=True)) \
+            == min(key + 1, numbers.inverse.high)
+
+
+@pytest.mark.parametrize("icu", [Icu(), Icu(settle_bits=6, settle_fraction=3)], ids=str)
+def test_settle_codes_are_floats_from_a_half(icu):
+    config = Config(icu=icu)
+    fraction = icu.settle_fraction
+    assert settle_floor(np.array(0), config) == 0
+    for code in range(1, 1 << icu.settle_bits):
+        floor = int(settle_floor(np.array(code), config))
+        exponent, rest = divmod(code, 1 << fraction)
+        expected = Fraction(2) ** (exponent - 1) * (1 + Fraction(rest, 1 << fraction))
+        assert Fraction(float(decode(np.array(floor), config.numbers))) == expected
+        assert int(settle_code(np.array(floor), config)) == code
+        assert int(settle_code(np.array(floor - 1), config)) == code - 1
+
+
+def test_check_bits_are_those_of_the_published_crc_8():
+    # The check value of CRC-8/SMBUS, polynomial 0x07, of the nine digits.
+    assert check("crc", int.from_bytes(b"123456789", "big"), 72) == 0xF4
+    assert [check("parity", value, 8) for value in (0, 1, 3, 0xFE)] == [0, 1, 0, 1]
+    assert check("none", 0xFF, 8) == 0
+
+
+def test_flits_are_those_of_an_example_by_hand():
+    config = PRESETS["tiny"].replace({"noc.flit_bits": 40, "noc.check": "parity", "noc.columns": 4,
+                                      "noc.rows": 2, "icu.patch_bits": 13})
+    # Destination 5 in bits 0-2, source 3 in 3-5, patch 0x1234 in 6-18; one flit, first and last: parity of 8 + 2 ones.
+    header = 5 | 3 << 3 | 0x1234 << 6
+    assert header == 0x48D1D
+    ones = bin(header).count("1")
+    assert request_flits(config, source=3, destination=5, patch=0x1234) == [
+        (header | (ones + 2) % 2 << 40, True, True)]
+    vertices = [(1, 2, 3), (0xABCDEF, 0x123456, 0xFEDCBA), (0, 0, 0), (0xFFFFFF, 0, 0)]
+    flits = reply_flits(config, source=3, destination=5, patch=0x1234, surface=-2, vertices=vertices)
+    # Surface -2 above the header, from bit 19: 51 bits, so two flits; then 72 bits, two flits, for each vertex.
+    words = [header | 0xFFFFFFFE << 19, 0x000003000002000001, 0xFEDCBA123456ABCDEF, 0, 0xFFFFFF]
+    expected = [word >> shift & 0xFFFFFFFFFF for word in words for shift in (0, 40)]
+    assert [flit[0] & 0xFFFFFFFFFF for flit in flits] == expected
+    assert [flit[1:] for flit in flits] == [(True, False), *[(False, False)] * 8, (False, True)]
+    for number, (flit, first, last) in enumerate(flits):
+        assert flit >> 40 == (bin(expected[number]).count("1") + first + last) % 2
+
+
+def test_a_patch_is_these_sixty_four_bytes():
+    low, high = pack_beats(np.array([[0x030201, 0x060504, 0x090807], [0x0C0B0A, 0x0F0E0D, 0x121110]]))
+    # x in the three lowest bytes, then y, then z, whose highest byte is apart.
+    assert low.astype("<u8").tobytes() == bytes([1, 2, 3, 4, 5, 6, 7, 8, 10, 11, 12, 13, 14, 15, 16, 17])
+    assert high.tobytes() == bytes([9, 18])
+
+
+@pytest.fixture(scope="module")
+def made():
+    scene = case("room1627")
+    plan = schedule(scene.record, scene.geometry, scene.shelling.table, CONFIG, clusters=2, ratio=16, capacity=20,
+                    topology="mesh")
+    image = machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan,
+                          weights=Hemisphere(scene.record.columns, scene.record.rows).polar_weights)
+    return scene, plan, image.to_bytes()
+
+
+class Reader:
+    """An image's bytes by the tables of the page on the memory map, in order: nothing of golden's layout."""
+
+    def __init__(self, data):
+        self._data, self._fields, self._size = data, {}, {}
+        text = PAGE.read_text().partition("## Layout")[2]
+        for name, section in re.findall(r"### (.*)\n((?:(?!###).*\n?)*)", text):
+            self._size[name] = int(re.search(r"One record of (\d+) bytes", section)[1])
+            self._fields[name] = {field: (int(byte), TYPES[kind], int(count or 1)) for byte, field, kind, count in
+                                  re.findall(r"^\| (\d+) \| `(\w+)` \| (\w\d)(?: x (\d+))? \|", section, re.M)}
+        self.regions = list(self._fields)[2:]
+        self._place = {}
+        for number, region in enumerate(self.regions):
+            self._place[region] = struct.unpack_from("<QQ", data, 16 + 16 * number)
+
+    def count(self, region):
+        return self._place[region][1]
+
+    def read(self, region, number, field):
+        byte, kind, count = self._fields[region][field]
+        values = struct.unpack_from(f"<{count}{kind}", self._data,
+                                    self._place[region][0] + number * self._size[region] + byte)
+        return values if count > 1 else values[0]
+
+
+def test_bytes_of_an_image_are_where_the_page_says(made):
+    scene, plan, data = made
+    reader, record, geometry, table = Reader(data), scene.record, scene.geometry, scene.shelling.table
+    assert data[:4] == b"RADE"
+    assert struct.unpack_from("<IQ", data, 4) == (2, len(data))
+    assert len(reader.regions) == 17
+    assert reader.count("patches") == len(geometry)
+    for patch in range(0, len(geometry), 101):
+        top, low = reader.read("patches", patch, "top"), reader.read("patches", patch, "vertex")
+        beats = [int(word) | byte << 64 for word, byte in zip(low, top[1:5], strict=True)]
+        assert [[beat >> 24 * axis & 0xFFFFFF for axis in range(3)] for beat in beats] \
+            == geometry.vertices[patch].tolist()
+        assert reader.read("patches", patch, "id") == patch
+        assert reader.read("patches", patch, "surface") == geometry.surface[patch]
+    assert reader.read("cell_grid", 0, "lower") == tuple(table.lower)
+    assert reader.read("cell_grid", 0, "cell") == table.cell
+    _, y, z = reader.read("cell_grid", 0, "shape")
+    for index in np.ndindex(*table.shape):
+        number = (index[0] * y + index[1]) * z + index[2]
+        if number % 173 == 0:
+            first = reader.read("cells", number, "pointer")
+            entries = range(first, first + reader.read("cells", number, "count"))
+            listed = [reader.read("patch_lists", entry, "patch") for entry in entries]
+            assert listed == table.patches.read(table.entries(np.array([number]))).tolist()
+    for name in "origin", "matrix", "to_global":
+        assert list(reader.read("frustum", 0, name)) == getattr(record, name).ravel().tolist()
+    for name in "columns", "rows", "column_bits", "row_bits", "z_scale", "source", "is_screen":
+        assert reader.read("frustum", 0, name) == int(getattr(record, name))
+    assert list(reader.read("frustum", 0, "grid_origin")) == [
+        int((int(o) - int(low)) * 65536 // table.cell) for o, low in zip(record.origin, table.lower, strict=True)]
+    for column in range(0, record.columns, 7):
+        assert list(reader.read("columns", column, "table")) == turned(2 * column + 1, 2 * record.columns)
+    for row in range(record.rows):
+        assert list(reader.read("rows", row, "table")) == turned(2 * row + 1, 8 * record.rows)[::-1]
+    for cluster, (section, processor) in enumerate(zip(plan.partition.sections, plan.processor, strict=True)):
+        for name in "first_column", "end_column", "first_row", "end_row":
+            assert reader.read("clusters", cluster, name) == getattr(section, name)
+        assert reader.read("clusters", cluster, "processor") == processor
+    for shell in range(2, 2 + reader.count("shells")):
+        assert reader.read("shells", shell - 2, "begin") == (shell - 1) << 16
+        assert reader.read("shells", shell - 2, "end") == shell << 16
+    assert reader.count("hits") == record.columns * record.rows
+    assert reader.read("hits", reader.count("hits") - 1, "patch") == -1
+    assert reader.count("sums") == len(geometry) + 1
