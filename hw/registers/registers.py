@@ -41,7 +41,7 @@ class Registers(wiring.Component):
     ------
     Latency: ``2`` cycles from a read's address to its data outside the window, and from the later one of a write's
     address and data to its answer. A write changes its register, or is a command, in the cycle before the answer. Reads
-    and writes are independent; one of each in flight.
+    and writes are independent; one of each in flight, and the next one waits inside until the answer has been taken.
 
     Raises
     ------

@@ -1,0 +1,195 @@
+# amaranth: UnusedElaboratable=no
+"""Registers under overlapping reads and writes, each transfer in the cycle that the rules predict."""
+
+import random
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
+from hw.registers.register import Access, Field, Register
+from hw.registers.registers import OKAY
+from tb.lib.coverage import Coverage
+from tb.lib.responder import responder
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
+from tb.registers.register_model import RegisterModel
+from tb.registers.register_port import RegisterPort
+
+SMALL = (
+    Register(name="told", access=Access.READ, about="A number of the machine."),
+    Register(name="wide", access=Access.READ, width=50, about="A long one."),
+    Register(name="mode", access=Access.WRITE, width=5, about="Of the host.", reset=9,
+             fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
+    Register(name="place", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
+    Register(name="full", access=Access.WRITE, width=64, about="Two words."),
+    Register(name="go", access=Access.COMMAND, width=12, about="A command."),
+    Register(name="run", access=Access.COMMAND, about="Another one."))
+TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS)}
+COMMANDS = {name: [one.name for one in table if one.access is Access.COMMAND] for name, (table, _) in TABLES.items()}
+CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 6))
+
+
+@responder("o_window", "i_window", after=(1, 4))
+def window(word):
+    """The word with this number."""
+    return [word * 0x10003 & 0xFFFFFFFF]
+
+
+@dataclass(frozen=True)
+class Accesses:
+    """Writes as (gap of the address, gap of the data, address, data, strobe), reads as (gap, address), stalls of their
+    answers and of the window."""
+
+    writes: list
+    reads: list
+    stalls: dict
+
+    @property
+    def schedule(self):
+        """For the bench."""
+        return Schedule(stalls=self.stalls, items={
+            "aw": [(gap, {"addr": address, "prot": gap % 8}) for gap, _, address, *_ in self.writes],
+            "w": [(gap, {"data": data, "strb": strobe}) for _, gap, _, data, strobe in self.writes],
+            "ar": [(gap, {"addr": address, "prot": gap % 8}) for gap, address in self.reads]})
+
+
+def edges(table, address_bits):
+    """Words beside the registers, and the first and the last one below and in the window."""
+    window, end = 1 << address_bits - 3, 1 << address_bits - 2
+    return [len(RegisterModel(table).words), window - 1, window, window + 3, end - 1]
+
+
+def accesses(table, address_bits):
+    """Accesses at random, most of them of registers; bytes without a strobe are anything."""
+    words = RegisterModel(table).words
+    host = [word for word, (one, _) in words.items() if one.access is not Access.READ]
+    word = st.one_of(st.sampled_from(host), st.sampled_from(list(words)), st.sampled_from(edges(table, address_bits)))
+    address = st.builds(lambda word, byte: 4 * word + byte, word, st.sampled_from((0, 0, 0, 1, 2, 3)))
+    data, strobe = st.integers(0, (1 << 32) - 1), st.sampled_from((15, 0, *range(16)))
+    stalls = st.fixed_dictionaries({name: st.lists(CYCLES, max_size=16) for name in ("b", "r", "o_window")})
+
+    def some(places):
+        place = st.sampled_from(places)
+        return st.builds(Accesses, st.lists(st.tuples(CYCLES, CYCLES, place, data, strobe), max_size=16),
+                         st.lists(st.tuples(CYCLES, place), max_size=16), stalls)
+
+    # Of few addresses, so that reads meet writes.
+    return st.lists(address, min_size=1, max_size=4).flatmap(some)
+
+
+def stalled(stalls, number, before):
+    """The first cycle in which a sink is ready after its transfer in cycle ``before``."""
+    return before + 1 + (stalls[number] if number < len(stalls) else 0)
+
+
+def expected_writes(model, one):
+    """Of each write: cycles of address, data, effect and answer; answer, command, and all registers after it."""
+    found, address, data, effect, answer = [], 0, 0, 0, 0
+    for number, (gap, data_gap, place, value, strobe) in enumerate(one.writes):
+        # Address and data of the next write are accepted when the one before has taken effect.
+        address, data = max(address + 1 + gap, effect + 1), max(data + 1 + data_gap, effect + 1)
+        effect = max(address + 1, data + 1, answer)
+        answer = max(effect + 1, stalled(one.stalls["b"], number, answer))
+        found.append((address, data, effect, answer, *model.write(place, value, strobe), dict(model.held)))
+    return found
+
+
+def expected_reads(table, limit, one, writes, replies):
+    """Of each read: cycles of address and answer, the answer, and the cycle of the request to the window."""
+    found, address, effect, answer, request, replies = [], 0, 0, 0, 0, iter(replies)
+    requests = 0
+    for number, (gap, place) in enumerate(one.reads):
+        address = max(address + 1 + gap, effect + 1)
+        if place >= limit // 2:
+            request = max(address + 1, stalled(one.stalls["o_window"], requests, request))
+            requests += 1
+            effect = next(replies)
+            assert effect >= max(request + 1, answer)
+            (value,) = window(place // 4 % (limit // 8))
+            told = {"data": value, "resp": OKAY}
+        else:
+            effect = max(address + 1, answer)
+            model = RegisterModel(table)
+            # A write is visible from the cycle after it has taken effect.
+            held = [after for *_, when, _, _, _, after in writes if when < effect]
+            model.held = held[-1] if held else model.held
+            told = model.read(place, RegisterPort.machine(table, effect))
+        answer = max(effect + 1, stalled(one.stalls["r"], number, answer))
+        found.append((address, answer, told, request if place >= limit // 2 else None))
+    return found
+
+
+def check(bench, name, one):
+    """Everything that comes out, and when; the expected writes and reads."""
+    table, address_bits = TABLES[name]
+    came = bench.run(one.schedule, window)
+    writes = expected_writes(RegisterModel(table), one)
+    reads = expected_reads(table, 1 << address_bits, one, writes, bench.cycles["i_window"])
+    expected = {
+        "aw": [write[0] for write in writes], "w": [write[1] for write in writes], "b": [write[3] for write in writes],
+        "ar": [read[0] for read in reads], "r": [read[1] for read in reads],
+        "o_window": [read[3] for read in reads if read[3]]}
+    assert {port: bench.cycles[port] for port in expected} == expected
+    assert [answer["resp"] for answer in came["b"]] == [write[4] for write in writes]
+    assert came["r"] == [read[2] for read in reads]
+    for command in COMMANDS[name]:
+        found = [(write[2], write[5][1]) for write in writes if write[5] and write[5][0] == command]
+        assert list(zip(bench.cycles[command], came[command], strict=True)) == found
+    return writes, reads
+
+
+@pytest.fixture(scope="module", params=TABLES)
+def bench(request):
+    table, address_bits = TABLES[request.param]
+    return request.param, ScheduleBench(RegisterPort(table, address_bits=address_bits))
+
+
+CASES = ("address before data", "data before address", "both at once", "the next write waits", "the next read waits",
+         "a write and a read answered at once", "a register is read as it changes",
+         "a register is read when it has changed", "a refused write beside a read",
+         "a write beside a read of the window")
+
+
+def met(one, writes, reads):
+    """Cases that a run has met."""
+    for number, (address, data, effect, answer, *_) in enumerate(writes):
+        yield CASES[0 if address < data else 1 if data < address else 2]
+        if number and max(address, data) < writes[number - 1][3]:
+            yield "the next write waits"
+        place = one.writes[number][2]
+        for (read, told, *_), (_, at) in zip(reads, one.reads, strict=True):
+            if told == answer:
+                yield "a write and a read answered at once"
+            if at // 4 == place // 4 and told - 1 in (effect, effect + 1):
+                yield CASES[6 if told - 1 == effect else 7]
+            if writes[number][4] and read < effect < told:
+                yield "a refused write beside a read"
+        if any(request and request < effect < told for _, told, _, request in reads):
+            yield "a write beside a read of the window"
+    if any(address < before for (address, *_), (_, before, *_) in zip(reads[1:], reads, strict=False)):
+        yield "the next read waits"
+
+
+def test_overlapping_accesses(bench):
+    (name, simulation), coverage = bench, Coverage(CASES)
+
+    @settings(SETTINGS, max_examples=100)
+    @given(accesses(*TABLES[name]))
+    def run(one):
+        for case in met(one, *check(simulation, name, one)):
+            coverage.hit(case)
+
+    run()
+    coverage.check()
+
+
+def test_every_word_with_every_strobe(bench):
+    """Its access, its width, and the bytes that a write keeps; words beside the registers and of the window."""
+    (name, simulation), draw = bench, random.Random(1)
+    for word in (*RegisterModel(TABLES[name][0]).words, *edges(*TABLES[name])):
+        values = [(1 << 32) - 1, 0, *(draw.getrandbits(32) for _ in range(16))]
+        strobes = [15, 15, *draw.sample(range(16), 16)]
+        writes = [(2, 2, 4 * word, value, strobe) for value, strobe in zip(values, strobes, strict=True)]
+        check(simulation, name, Accesses(writes, [(1, 4 * word)] * 28, {"b": [], "r": [], "o_window": []}))
