@@ -36,9 +36,9 @@ _WORK = (
                  "third one on caches and cleared memories are the same."),
     click.option("--timeline", type=FILE, help="Write a chart of the machine's utilization in the last cast to this "
                  ".svg."),
-    click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd: all "
-                 "signals of all clusters, some 0.3 MB a cycle with four clusters. Needs a second, slower build of the "
-                 "machine."),
+    click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd: "
+                 "ports and named registers of all modules, some 0.03 MB a cycle with four clusters; beside it a save "
+                 "file for GTKWave (.gtkw). Needs a second, slower build of the machine."),
     click.option("--waves-begin", type=click.IntRange(0), default=0, help="The first cycle of the signals."),
     click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="The number of cycles of the "
                  "signals."),

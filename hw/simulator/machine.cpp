@@ -63,9 +63,13 @@ struct Machine {
     uint64_t now = 0;
 #if VM_TRACE
     VerilatedVcdC waves;
+    bool traced = false;
 
     // Starts with a path, and stops without one.
     void trace(const char* path) {
+        // Of all models: those of separately compiled clusters exist from the first evaluation on.
+        if (!traced) context.trace(&waves, 99);
+        traced = true;
         waves.close();
         if (path) waves.open(path);
     }
@@ -76,8 +80,9 @@ struct Machine {
     }
 
     Machine() {
+        // Separately compiled clusters take the context of their thread.
+        Verilated::threadContextp(&context);
         context.traceEverOn(true);
-        top.trace(&waves, 99);
     }
 #else
     void dump() {}

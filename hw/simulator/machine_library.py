@@ -10,6 +10,7 @@ from golden.stage_progress import StageProgress
 from hw.engine import CLUSTER
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.machine_verilog import cluster_verilog, export_beside, top_verilog
+from hw.simulator.traced_verilog import traced_verilog
 from hw.simulator.verilator import check_tools, verilator_package, verilator_version
 
 __all__ = ["HARNESS", "machine_library"]
@@ -33,7 +34,7 @@ def machine_library(config: Config, *, traced: bool = False, progress: bool = Fa
     config
         The configuration.
     traced
-        The library can write waveforms, and is slower.
+        The library can write waveforms, see `hw.simulator.traced_verilog.traced_verilog`, and is slower.
     progress
         Show the progress of a build on stderr.
 
@@ -51,6 +52,8 @@ def machine_library(config: Config, *, traced: bool = False, progress: bool = Fa
         with bar.stage("export Verilog"), export_beside(config):
             cluster = cluster_verilog(config)
         top = top_verilog(config)
+        if traced:
+            top, cluster = traced_verilog(top), traced_verilog(cluster)
         folder = parent / content_key(top, cluster, HARNESS.read_text(), config.memory.beat_bytes, *_tools(flags))
         with locked(folder):
             if not (folder / _LIBRARY).exists():
@@ -84,9 +87,9 @@ class _Build:
         """From Verilog to the library."""
         (self._work / "top.v").write_text(top)
         (self._work / "cluster.v").write_text(cluster)
-        # One cluster is faster as a part of the whole. Several share one compiled module, which has no waveforms.
+        # One cluster is faster as a part of the whole. Several share one compiled module.
         archives = []
-        if self._config.noc.nodes > 1 and not self._traced:
+        if self._config.noc.nodes > 1:
             archives.append(f"V{CLUSTER}/lib{CLUSTER}.a")
             self._build_around_cluster(cluster, archives[0])
         else:

@@ -14,6 +14,7 @@ from hw.registers.register import WORD_BYTES
 from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET, CastResult
 from hw.simulator.simulated_port import SimulatedPort, complete
 from hw.simulator.utilization import SAMPLED
+from hw.simulator.wave_view import write_wave_view
 
 __all__ = ["SAMPLE_CYCLES", "SimulatedMachine", "WaveformWindow"]
 
@@ -28,7 +29,7 @@ class WaveformWindow:
     Parameters
     ----------
     path
-        The file.
+        The file. A save file for GTKWave with the ports of the units is written beside it (.gtkw).
     begin
         First cycle, counted from the start of the cast.
     cycles
@@ -112,6 +113,7 @@ class SimulatedMachine:
                 self.port.trace(part)
                 complete(self.port.wait(waves.cycles))
                 self.port.trace(None)
+            write_wave_view(waves.path, waves.path.with_suffix(".gtkw"))
         while timeline is not None and complete(self._host.status())["casts"]:
             timeline.append((self.port.cycles - loaded, complete(self._host.counters(SAMPLED))))
             complete(self.port.wait(SAMPLE_CYCLES))

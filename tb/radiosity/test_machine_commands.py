@@ -166,7 +166,7 @@ def test_help_names_the_defaults_of_the_machine(command):
                   "With --preset thesis it has the preset's clusters, network and run-ahead depth.",
                   "[default: mesh; the preset's with --preset thesis]"):
         assert about in text, text
-    waves = "all signals of all clusters, some 0.3 MB a cycle with four clusters. Needs a second, slower build"
+    waves = "some 0.03 MB a cycle with four clusters; beside it a save file for GTKWave (.gtkw). Needs a second"
     assert (waves in text) == (command == "cast")
 
 
@@ -317,6 +317,11 @@ def test_waveforms(folder, clusters):
     # Both edges of the clock in each cycle, and units inside the clusters.
     assert times == list(range(times[0], times[0] + 2 * 50))
     assert text.count("module intersection ") >= clusters
+    view = (folder / "cast.gtkw").read_text()
+    assert view.startswith('[dumpfile] "cast.vcd"\n')
+    assert all(f"-cluster_{number} traversal\n" in view for number in range(clusters))
+    # At most a fifth of what all wires and memories take.
+    assert len(text) < 50 * 20_000 * clusters
     assert len((folder / "counters.csv").read_text().splitlines()) == 1 + 3 * clusters
 
 
