@@ -13,15 +13,15 @@ import click
 import numpy as np
 
 from golden.commands.console import console
+from golden.config import PRESETS
 from golden.noc.topology import Topology
 from golden.schedule.assignment import heaviest_to_nearest, simple
-from golden.schedule.phase import schedule
+from radiosity.benchmarks.ceiling import CELL, HEMISPHERE, RATIO, SCENES, Ceiling
 from radiosity.benchmarks.report import output_option, provenance, write_report
-from radiosity.benchmarks.schedule import CELL, CONFIG, HEMISPHERE, SCENES, Bench
 
+CONFIG = PRESETS["paper"]
 NETWORKS = ("ring", "illiac", "torus", "hypercube", "mesh")
 CLUSTERS = (2, 4, 8, 16, 32, 64)
-RATIO = 64
 # Distances with a column of their own; the last one and all beyond.
 NEAR = 5
 
@@ -50,21 +50,21 @@ class Traffic:
         return self.between * (1 - np.eye(len(self.between), dtype=np.int64))
 
 
-def measure(bench: Bench, clusters: int, points: range) -> Traffic:
+def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
     """Cast from the points with the schedule of the first."""
-    plan = schedule(bench.record(1), bench.geometry, bench.shelling.table, CONFIG, clusters=clusters, ratio=RATIO)
-    home, _ = plan.sets.residence(len(bench.geometry))
+    plan = ceiling.plan(clusters)
+    home, _ = plan.sets.residence(len(ceiling.geometry))
     between, reference = np.zeros((2, clusters, clusters), dtype=np.int64)
     elsewhere = 0
     for point in points:
         requests = []
-        bench.shelling.cast(bench.record(point), plan.partition.sections, plan.subshells, requests=requests)
+        ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells, requests=requests)
         for cluster, asked in enumerate(requests):
             where = home[asked.patches]
             elsewhere += int((where < 0).sum())
             to = np.bincount(where[where >= 0], minlength=clusters)
             between[cluster] += to
-            if point == 1:
+            if point == 0:
                 reference[cluster] += to
     return Traffic(between, elsewhere, reference)
 
@@ -226,9 +226,9 @@ def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
     """Count the links that requests for patches take; SCENES default to lobby, room1627, cubes, man and phone."""
     results = {}
     for name in scenes or SCENES:
-        bench = Bench(name)
+        ceiling = Ceiling(name, CONFIG)
         for clusters in CLUSTERS:
-            results[name, clusters] = measure(bench, clusters, range(1, points + 1))
+            results[name, clusters] = measure(ceiling, clusters, range(points))
         console().note(f"{name}: {len(CLUSTERS)} sizes, {points} castings each")
     write_report(output, [
         "# Requests on the network", "",

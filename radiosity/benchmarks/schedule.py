@@ -9,25 +9,16 @@ from pathlib import Path
 import click
 import numpy as np
 
-from golden.cast.shelling import Shelling
 from golden.commands.console import console
 from golden.config import PRESETS
-from golden.frustum import Hemisphere, hemisphere_record
-from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.low_density import low_density
-from golden.schedule.phase import schedule
 from golden.schedule.usage import cumulative_frequency, effectiveness, usage_order
+from radiosity.benchmarks.ceiling import CELL, HEMISPHERE, POINTS, SCENES, Ceiling
 from radiosity.benchmarks.report import output_option, write_report
 
 CONFIG = PRESETS["paper"]
-HEMISPHERE = Hemisphere(256, 64)
-CELL = 0.0625
-POINTS = (4, 7, 10, 13)
 RATIOS = (16, 64, 256)
 CLUSTERS = (2, 4, 8, 16)
-SCENES = ("lobby", "room1627", "cubes", "man", "phone")
 # The capacity of a section over the mean number of rays.
 CAPACITY = 1.4
 # Shen 1993, tables 6.5 and 6.6: N', and the share of the references at the points.
@@ -39,41 +30,22 @@ THESIS = {
 }
 
 
-class Bench:
-    """A scene seen from its ceiling."""
-
-    def __init__(self, name: str):
-        scene = open_scene(name)
-        self.points, self._down = ceiling_points(scene)
-        self.geometry = PatchGeometry.of(scene, CONFIG.numbers, self.points)
-        self.shelling = Shelling(self.geometry, CONFIG, cell=CELL)
-
-    def record(self, point: int):
-        """The hemisphere at a point, numbered from 1."""
-        return hemisphere_record(HEMISPHERE, self.geometry.coordinates, self.points[point - 1], self._down)
-
-    def references(self, point: int) -> np.ndarray:
-        """Tests of each patch in a casting."""
-        frequency = np.zeros(len(self.geometry), dtype=np.int64)
-        self.shelling.cast(self.record(point), references=frequency)
-        return frequency
-
-    def found(self, ratio: int):
-        """The sparse casting at the reference point."""
-        return low_density(self.record(1), self.geometry, self.shelling.table, CONFIG, ratio=ratio)
+def sparse(ceiling: Ceiling, ratio: int):
+    """The sparse casting at the reference point."""
+    return low_density(ceiling.record(0), ceiling.geometry, ceiling.shelling.table, CONFIG, ratio=ratio)
 
 
-def usage(name: str, bench: Bench) -> list[str]:
+def usage(name: str, ceiling: Ceiling) -> list[str]:
     """Table 6.5 or 6.6 of the thesis beside ours."""
-    lines = [f"### {name}, {len(bench.geometry)} patches", "",
-             "| ratio | | N' | " + " | ".join(f"CUF {point}" for point in POINTS) + " |", "|---" * 7 + "|"]
-    dense = {point: bench.references(point) for point in POINTS}
+    lines = [f"### {name}, {len(ceiling.geometry)} patches", "",
+             "| ratio | | N' | " + " | ".join(f"CUF {point + 1}" for point in POINTS) + " |", "|---" * 7 + "|"]
+    dense = {point: ceiling.references(point) for point in POINTS}
 
     def row(label, count, values):
         lines.append(f"| {label} | {count} | " + " | ".join(f"{value:.3f}" for value in values) + " |")
 
     for ratio in RATIOS:
-        found = bench.found(ratio)
+        found = sparse(ceiling, ratio)
         order = usage_order(found.frequency)
         count, theirs = THESIS[name][ratio]
         row(f"{ratio} | thesis", count, theirs)
@@ -89,26 +61,24 @@ def usage(name: str, bench: Bench) -> list[str]:
     return [*lines, ""]
 
 
-def balance(name: str, bench: Bench, factor: float | None) -> list[str]:
+def balance(name: str, ceiling: Ceiling, factor: float | None) -> list[str]:
     """Largest over mean: tests estimated and true, rays, cell steps, by clusters; and with equal sections."""
     rows = []
     for clusters in CLUSTERS:
         mean = len(HEMISPHERE) // clusters
-        equal = _tests(bench, schedule(bench.record(1), bench.geometry, bench.shelling.table, CONFIG, clusters=clusters,
-                                       ratio=RATIOS[1], ray_capacity=mean))[0]
+        equal = _tests(ceiling, ceiling.plan(clusters, ratio=RATIOS[1], ray_capacity=mean))[0]
         for ratio in RATIOS:
-            plan = schedule(bench.record(1), bench.geometry, bench.shelling.table, CONFIG, clusters=clusters,
-                            ratio=ratio, ray_capacity=factor and int(factor * mean))
-            tests, rays, steps = _tests(bench, plan)
-            others = [_tests(bench, plan, point)[0] for point in POINTS]
+            plan = ceiling.plan(clusters, ratio=ratio, ray_capacity=factor and int(factor * mean))
+            tests, rays, steps = _tests(ceiling, plan)
+            others = [_tests(ceiling, plan, point)[0] for point in POINTS]
             rows.append(f"| {name} | {clusters} | {ratio} | {_over(plan.estimated):.2f} | {_over(tests):.2f} "
                         f"| {np.mean([_over(other) for other in others]):.2f} | {_over(equal):.2f} | {_over(rays):.2f} "
                         f"| {_over(steps):.2f} | {tests.max()} | {steps.max()} |")
     return rows
 
 
-def _tests(bench, plan, point=1):
-    _, counts = bench.shelling.cast(bench.record(point), plan.partition.sections)
+def _tests(ceiling, plan, point=1):
+    _, counts = ceiling.shelling.cast(ceiling.record(point), plan.partition.sections)
     return [np.array([getattr(one, name) for one in counts]) for name in ("tests", "rays", "cell_steps")]
 
 
@@ -121,21 +91,21 @@ def _over(values):
 @output_option("schedule")
 def main(scenes: tuple[str, ...], output: Path) -> None:
     """Compare the scheduler with the thesis' tables; SCENES default to lobby, room1627, cubes, man and phone."""
-    benches = {name: Bench(name) for name in scenes or SCENES}
+    ceilings = {name: Ceiling(name, CONFIG) for name in scenes or SCENES}
     lines = ["# The host's scheduler", "",
              f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, 16 points on the ceiling numbered row by "
              "row, reference point 1.", "", "## Cumulative usage frequency (thesis: tables 6.5 and 6.6)", ""]
-    for name, bench in benches.items():
+    for name, ceiling in ceilings.items():
         if name in THESIS:
-            lines += usage(name, bench)
+            lines += usage(name, ceiling)
             console().note("\n".join(lines[-18:]))
     for factor, title in ((None, "any number of rays in a section"),
                           (CAPACITY, f"at most {CAPACITY} x mean rays in a section")):
         lines += [f"## Balance, largest : mean, {title}", "",
                   "| scene | clusters | ratio | tests, estimated | tests | tests, mean of points 4, 7, 10, 13 "
                   "| tests, equal sections | rays | cell steps | most tests | most cell steps |", "|---" * 11 + "|"]
-        for name, bench in benches.items():
-            rows = balance(name, bench, factor)
+        for name, ceiling in ceilings.items():
+            rows = balance(name, ceiling, factor)
             lines += rows
             console().note("\n".join(rows))
         lines.append("")

@@ -18,57 +18,39 @@ from golden.frustum import Hemisphere, hemisphere_record
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import schedule
+from radiosity.benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
 from radiosity.benchmarks.report import output_option, provenance, write_report
 
 CONFIG = Config()
-SCENES = ("lobby", "room1627", "cubes", "man", "phone")
-CELL, RAYS = 0.0625, (256, 64)
 MOST_TESTS, MOST_STEPS = {"lobby": 2.6, "room1627": 3.3}, 3.2
 THESIS_TESTS = {"lobby": 2.6, "room1627": 4.1}
-CLUSTERS, RATIO = (1, 2, 4, 8, 16), 64
-# The points between which the thesis' phases run, counted from 0.
-POINTS = (3, 6, 9, 12)
+CLUSTERS = (1, 2, 4, 8, 16)
 FAST_SCENES, FAST_RAYS, FAST_CELLS, FAST_POINT = ("room1627", "cubes", "phone"), (512, 128), (0.125, CELL), 5
 REPEATS, LEAST_SPEEDUP = 5, 25
 
 
-class Place:
-    """A scene with what is cast into it from its ceiling."""
-
-    def __init__(self, name: str):
-        self.scene = open_scene(name)
-        self.points, self._down = ceiling_points(self.scene)
-        self.geometry = PatchGeometry.of(self.scene, CONFIG.numbers, self.points)
-        self.shelling = Shelling(self.geometry, CONFIG, cell=CELL)
-
-    def record(self, point: int):
-        """The hemisphere of a point."""
-        return hemisphere_record(Hemisphere(*RAYS), self.geometry.coordinates, self.points[point], self._down)
-
-
-def work(name: str, place: Place) -> str:
+def work(name: str, ceiling: Ceiling) -> str:
     """Counts per ray, mean over all points."""
     total, shells = ShellingCounts(), []
-    for point in range(len(place.points)):
-        _, (counts,) = place.shelling.cast(place.record(point))
-        if counts.patches > len(place.scene):
+    for point in range(len(ceiling.points)):
+        _, (counts,) = ceiling.shelling.cast(ceiling.record(point))
+        if counts.patches > len(ceiling.scene):
             raise SystemExit(f"error: {name}: a patch was fetched twice")
         total += counts
         shells.append(counts.shells)
-    rays, points = total.rays, len(place.points)
+    rays, points = total.rays, len(ceiling.points)
     most = f"{MOST_TESTS[name]}" if name in MOST_TESTS else "-"
-    return (f"| {name} | {len(place.scene)} | {total.tests / rays:.2f} | {most} | {THESIS_TESTS.get(name, '-')} "
+    return (f"| {name} | {len(ceiling.scene)} | {total.tests / rays:.2f} | {most} | {THESIS_TESTS.get(name, '-')} "
             f"| {total.in_windows / rays:.2f} | {total.cell_steps / rays:.2f} | {total.grid_rays / rays:.2f} "
             f"| {total.cells / points:.0f} | {total.patches / points:.0f} | {total.edrc:.1f} | {np.mean(shells):.1f} |")
 
 
-def sectors(name: str, place: Place) -> list[str]:
+def sectors(name: str, ceiling: Ceiling) -> list[str]:
     """What a frustum costs when its sections are cast each by itself."""
     rows = []
     for clusters in CLUSTERS:
-        plan = schedule(place.record(0), place.geometry, place.shelling.table, CONFIG, clusters=clusters, ratio=RATIO)
-        counts = [place.shelling.cast(place.record(point), sectors=plan.partition.sections)[1] for point in POINTS]
+        plan = ceiling.plan(clusters)
+        counts = [ceiling.shelling.cast(ceiling.record(point), sectors=plan.partition.sections)[1] for point in POINTS]
         rays = sum(cluster.rays for frustum in counts for cluster in frustum)
         means = [f"{sum(getattr(cluster, field) for frustum in counts for cluster in frustum) / rays:.2f}"
                  for field in ("cell_steps", "grid_rays", "tests")]
@@ -112,14 +94,15 @@ def speed(name: str) -> list[str]:
 def main(output: Path) -> None:
     """Count the work of shelling and measure its speed beside brute force."""
     fast = [row for name in FAST_SCENES for row in speed(name)]
-    places = {name: Place(name) for name in SCENES}
-    works = [work(name, place) for name, place in places.items()]
-    costs = [row for name, place in places.items() for row in sectors(name, place)]
+    ceilings = {name: Ceiling(name, CONFIG) for name in SCENES}
+    works = [work(name, ceiling) for name, ceiling in ceilings.items()]
+    costs = [row for name, ceiling in ceilings.items() for row in sectors(name, ceiling)]
     lines = [
         "# Shelling", "", provenance("numpy") + ".", "",
         "## Work", "",
-        f"Cell {CELL}, hemispheres of {RAYS[0]} x {RAYS[1]} rays, mean over 16 points of the ceiling. Tests per ray at "
-        f"most as given; cell steps per ray at most {MOST_STEPS}; cells, patches and shells per frustum.", "",
+        f"Cell {CELL}, hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, mean over 16 points of the "
+        f"ceiling. Tests per ray at most as given; cell steps per ray at most {MOST_STEPS}; "
+        "cells, patches and shells per frustum.", "",
         "| scene | patches | tests/ray k | at most | thesis | in windows/ray | cell steps/ray | grid rays/ray | cells "
         "| patches found | EDRC | shells |", "|---" * 12 + "|", *works, "",
         "## Sectors", "",

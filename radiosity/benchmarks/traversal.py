@@ -21,19 +21,13 @@ from golden.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.survival import survivors_by_code
 from golden.ctu.unit import CellTraversalUnit, global_directions
-from golden.frustum import Hemisphere, hemisphere_record
 from golden.icu.ray_memory import RayMemory
 from golden.icu.section_clip import section_clip
-from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import schedule
+from radiosity.benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
 from radiosity.benchmarks.report import output_option, provenance, write_report
 
 CONFIG = Config()
-SCENES = ("lobby", "room1627", "cubes", "man", "phone")
-CELL, RAYS, RATIO = 0.0625, (256, 64), 64
-CLUSTERS, POINTS = (1, 2, 4, 8, 16), (3, 6, 9, 12)
+CLUSTERS = (1, 2, 4, 8, 16)
 # Subshells at once, and shells of each that are ahead of what is known; the first is the barrier.
 WAYS = ((1, 0), (1, 1), (1, CONFIG.ctu.run_ahead), (2, 0), (4, 0), (4, CONFIG.ctu.run_ahead), (8, CONFIG.ctu.run_ahead))
 SLOTS = (1024, 4096, 16384)
@@ -63,32 +57,14 @@ def patch_cycles(work: ShellingCounts) -> int:
     return max(work.walk_cycles, 4 * work.patches)
 
 
-class Place:
-    """A scene, and what is cast into it from its ceiling."""
-
-    def __init__(self, name: str):
-        scene = open_scene(name)
-        self.points, self._down = ceiling_points(scene)
-        self.geometry = PatchGeometry.of(scene, CONFIG.numbers, self.points)
-        self.shelling = Shelling(self.geometry, CONFIG, cell=CELL, by_code=True)
-
-    def record(self, point: int):
-        """The hemisphere of a point."""
-        return hemisphere_record(Hemisphere(*RAYS), self.geometry.coordinates, self.points[point], self._down)
-
-    def plan(self, clusters: int):
-        """The schedule from point 0."""
-        return schedule(self.record(0), self.geometry, self.shelling.table, CONFIG, clusters=clusters, ratio=RATIO)
-
-
-def survival(name: str, place: Place) -> list[str]:
+def survival(name: str, ceiling: Ceiling) -> list[str]:
     """What codes and squares open more than distances."""
-    rows, exact = [], Shelling(place.geometry, CONFIG, cell=CELL)
+    rows, exact = [], Shelling(ceiling.geometry, CONFIG, cell=CELL)
     for clusters in 1, 8:
-        sections, totals = place.plan(clusters).partition.sections, []
-        for shelling in (exact, *(Shelling(place.geometry, CONFIG.replace({"icu.tile_bits": bits}), cell=CELL,
+        sections, totals = ceiling.plan(clusters).partition.sections, []
+        for shelling in (exact, *(Shelling(ceiling.geometry, CONFIG.replace({"icu.tile_bits": bits}), cell=CELL,
                                            by_code=True) for bits in (2, 3))):
-            casts = [shelling.cast(place.record(point), sections) for point in POINTS]
+            casts = [shelling.cast(ceiling.record(point), sections) for point in POINTS]
             totals.append(sum((one for _, counts in casts for one in counts), ShellingCounts()))
             if shelling is exact:
                 expected = [hits for hits, _ in casts]
@@ -103,29 +79,29 @@ def survival(name: str, place: Place) -> list[str]:
     return rows
 
 
-def owned(place: Place, record, sections: tuple[Sector, ...]) -> tuple[np.ndarray, np.ndarray]:
+def owned(ceiling: Ceiling, record, sections: tuple[Sector, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Grid rays and turns of each cluster if each grid ray is sent out once, by the section that it is in."""
     memory = RayMemory(len(record), CONFIG)
-    tests, whole = place.shelling.tests(record, memory), Sector.whole(record)
-    cluster = place.shelling.cluster(record, whole)
+    tests, whole = ceiling.shelling.tests(record, memory), Sector.whole(record)
+    cluster = ceiling.shelling.cluster(record, whole)
     owner = np.empty((record.rows, record.columns), dtype=np.int64)
     for number, section in enumerate(sections):
         owner[section.mask(record)] = number
     sent, turns = np.zeros((2, len(sections)), dtype=np.int64)
-    for stage_place in cluster.schedule(None, tests.window):
+    for position in cluster.schedule(None, tests.window):
         seen = memory.inverse
-        stage = cluster.explore(*stage_place, seen)
+        stage = cluster.explore(*position, seen)
         if stage is None:
             continue
         if stage.shell > 1:
-            unit = CellTraversalUnit(record, place.shelling.table)
+            unit = CellTraversalUnit(record, ceiling.shelling.table)
             rays = unit.rays(stage.shell)
             pyramid = SettlePyramid.of(seen.reshape(owner.shape), whole, CONFIG)
             going = survivors_by_code(rays, pyramid, unit.threshold(stage.shell, CONFIG), whole, record)
             row = np.clip(rays.row_position >> INDEX_FRACTION, 0, record.rows - 1)
             of = owner[row[:, None], rays.column_position >> INDEX_FRACTION][going]
             begin, end = unit.borders(stage.shell)
-            table = place.shelling.table
+            table = ceiling.shelling.table
             walk = Traversal(table.position(record.origin), global_directions(rays.direction[going], record),
                              begin=begin, end=end, shape=table.shape)
             sent += np.bincount(of, minlength=len(sections))
@@ -138,19 +114,19 @@ def owned(place: Place, record, sections: tuple[Sector, ...]) -> tuple[np.ndarra
     return sent, turns
 
 
-def shared(place: Place, record, sections: tuple[Sector, ...]) -> int:
+def shared(ceiling: Ceiling, record, sections: tuple[Sector, ...]) -> int:
     """Patches that more than one section sees, counted once for each section after the first."""
-    window = place.shelling.tests(record, RayMemory(len(record), CONFIG)).patches.window
+    window = ceiling.shelling.tests(record, RayMemory(len(record), CONFIG)).patches.window
     seen = sum((section_clip(window, section, record).rays > 0).astype(int) for section in sections)
     return int(np.maximum(seen - 1, 0).sum())
 
 
-def balance(name: str, place: Place) -> list[str]:
+def balance(name: str, ceiling: Ceiling) -> list[str]:
     """The busiest cell traversal beside the busiest intersection."""
     rows = []
     for clusters in CLUSTERS:
-        plan, pipelines = place.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
-        casts = [place.shelling.cast(place.record(point), plan.partition.sections, plan.subshells)[1]
+        plan, pipelines = ceiling.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
+        casts = [ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells)[1]
                  for point in POINTS]
 
         def worst(cycles, casts=casts):
@@ -162,12 +138,12 @@ def balance(name: str, place: Place) -> list[str]:
         designs = [worst(lambda one, rates=rates, lanes=lanes: rates.cycles(one, lanes)) for rates, lanes in (
             (SLOW_BLIND, pipelines), (SLOW, pipelines), (FAST, pipelines), (FASTER, pipelines), (FASTER, 1))]
         sent, owned_passes = (np.mean([one.max() for one in each]) for each in zip(
-            *(owned(place, place.record(point), plan.partition.sections) for point in POINTS), strict=True))
-        told = np.mean([shared(place, place.record(point), plan.partition.sections) for point in POINTS])
+            *(owned(ceiling, ceiling.record(point), plan.partition.sections) for point in POINTS), strict=True))
+        forwarded = np.mean([shared(ceiling, ceiling.record(point), plan.partition.sections) for point in POINTS])
         rows.append(f"| {name} | {clusters} | {pipelines} | {icu.mean():.0f} "
                     f"| {' | '.join(f'{part.mean():.0f}' for part in parts)} "
                     f"| {' | '.join(_ratio(design, icu) for design in designs)} "
-                    f"| {2 * sent:.0f} | {owned_passes / pipelines:.0f} | {told:.0f} |")
+                    f"| {2 * sent:.0f} | {owned_passes / pipelines:.0f} | {forwarded:.0f} |")
     return rows
 
 
@@ -191,16 +167,16 @@ class Timed:
         Survival sees all hits that are known when a shell begins.
     """
 
-    def __init__(self, place: Place, record, *, rates: Rates, pipelines: int, at_once: int, run_ahead: int):
-        self._place, self._record, self._rates, self._lanes = place, record, rates, pipelines
+    def __init__(self, ceiling: Ceiling, record, *, rates: Rates, pipelines: int, at_once: int, run_ahead: int):
+        self._ceiling, self._record, self._rates, self._lanes = ceiling, record, rates, pipelines
         self._at_once, self._run_ahead = at_once, run_ahead
         self.memory = RayMemory(len(record), CONFIG)
-        self._tests = place.shelling.tests(record, self.memory)
+        self._tests = ceiling.shelling.tests(record, self.memory)
         self.overlap = 0
 
     def cycles(self, sector: Sector, subshells) -> int:
         """From the start to the last hit of a cluster."""
-        cluster = self._place.shelling.cluster(self._record, sector)
+        cluster = self._ceiling.shelling.cluster(self._record, sector)
         schedule = cluster.schedule(subshells, self._tests.window)
         groups = [list(group) for _, group in groupby(schedule, lambda one: one[0])]
         # Of each subshell, when the hits of its shells are known (the first one has shell 1), and when it may begin.
@@ -250,15 +226,15 @@ def _overlap(spans) -> int:
     return total
 
 
-def overlap(name: str, place: Place) -> list[str]:
+def overlap(name: str, ceiling: Ceiling) -> list[str]:
     """Shells that overlap beside a barrier after each."""
     rows = []
     for clusters in 1, 8:
-        plan, pipelines = place.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
+        plan, pipelines = ceiling.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
         for listed, subshells, ways in (("last only", [None] * clusters, WAYS[:3]), ("lists", plan.subshells, WAYS)):
-            record, results = place.record(POINTS[0]), []
+            record, results = ceiling.record(POINTS[0]), []
             for at_once, run_ahead in ways:
-                timed = Timed(place, record, rates=FAST, pipelines=pipelines, at_once=at_once, run_ahead=run_ahead)
+                timed = Timed(ceiling, record, rates=FAST, pipelines=pipelines, at_once=at_once, run_ahead=run_ahead)
                 took = [timed.cycles(sector, one) for sector, one in zip(plan.partition.sections, subshells,
                                                                         strict=True)]
                 results.append((max(took), timed.overlap // clusters, timed.memory.inverse))
@@ -271,20 +247,20 @@ def overlap(name: str, place: Place) -> list[str]:
     return rows
 
 
-def slots(name: str, place: Place) -> list[str]:
+def slots(name: str, ceiling: Ceiling) -> list[str]:
     """Grid rays sent with few slots in the ray memory, of those sent with one for each of them."""
-    record, plan = place.record(POINTS[0]), place.plan(1)
+    record, plan = ceiling.record(POINTS[0]), ceiling.plan(1)
     sector, memory = plan.partition.sections[0], RayMemory(len(record), CONFIG)
-    tests, cluster = place.shelling.tests(record, memory), place.shelling.cluster(record, sector)
+    tests, cluster = ceiling.shelling.tests(record, memory), ceiling.shelling.cluster(record, sector)
     unit = cluster.traversal
     grids = [unit.rays(shell) for shell in range(2, unit.last_shell + 1)]
     sizes = [grid.rows * grid.columns for grid in grids]
     first = np.cumsum([0, *sizes])
     seen = {count: np.full(count, -1) for count in (*SLOTS, int(first[-1]))}
     sent = dict.fromkeys(seen, 0)
-    for stage_place in cluster.schedule(plan.subshells[0], tests.window):
+    for position in cluster.schedule(plan.subshells[0], tests.window):
         inverse = memory.inverse
-        stage = cluster.explore(*stage_place, inverse)
+        stage = cluster.explore(*position, inverse)
         if stage is None:
             continue
         if stage.shell > 1:
@@ -309,17 +285,18 @@ def slots(name: str, place: Place) -> list[str]:
 @output_option("traversal")
 def main(scenes: tuple[str, ...], output: Path) -> None:
     """Compare cell traversal with intersection, cycle by cycle; SCENES default to the thesis' five."""
-    places = {name: Place(name) for name in scenes or SCENES}
+    ceilings = {name: Ceiling(name, CONFIG, by_code=True) for name in scenes or SCENES}
     tables = []
     for measure in survival, slots, balance, overlap:
-        tables.append([row for name, place in places.items() for row in measure(name, place)])
+        tables.append([row for name, ceiling in ceilings.items() for row in measure(name, ceiling)])
         console().note("\n".join(tables[-1]))
     codes, again, balances, overlaps = tables
     ways = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
     write_report(output, [
         "# Cell traversal", "", provenance("numpy") + ".", "",
-        f"Hemispheres of {RAYS[0]} x {RAYS[1]} rays, cell {CELL}, from points 4, 7, 10 and 13 of the ceiling, sections "
-        f"and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated rates.", "",
+        f"Hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, from points 4, 7, 10 and 13 of "
+        f"the ceiling, sections and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated "
+        "rates.", "",
         "## Survival by settle codes", "",
         f"{CONFIG.icu.settle_bits}-bit codes of squares of 4 x 4 and of 8 x 8 rays against exact inverse distances "
         "of single rays, in barrier order; the hits are the same. Cells and grid rays per frustum.", "",
