@@ -81,17 +81,16 @@ def _run(tree, tests, options, limit):
     return ("" if process.returncode == 0 else first[1] if first else "pytest"), round(time.monotonic() - begin, 1)
 
 
-def _copy_of_head(name):
-    """A worktree of the last commit, and the commit; what tests built there before stays."""
-    def git(*words, where=Path()):
-        return subprocess.run(["git", "-C", where, *words], check=True, text=True, capture_output=True).stdout.strip()
+def _git(*words, where=Path()):
+    return subprocess.run(["git", "-C", where, *words], check=True, text=True, capture_output=True).stdout.strip()
 
-    tree, commit = BUILD / name, git("rev-parse", "--short", "HEAD")
+
+def _reset(tree, commit):
+    """Make the worktree ``tree`` that of a commit; what tests built there before stays."""
     if not tree.exists():
-        git("worktree", "prune")
-        git("worktree", "add", "--detach", tree, commit)
-    git("checkout", "--force", "--detach", commit, where=tree)
-    return tree, commit
+        _git("worktree", "prune")
+        _git("worktree", "add", "--detach", tree, commit)
+    _git("checkout", "--force", "--detach", commit, where=tree)
 
 
 def _page(bugs, state):
@@ -117,7 +116,8 @@ def main(listed, ids, tests, whole, options, limit):
     Results so far stay in build/bugs, so a run that was stopped continues.
     """
     bugs, name = read_list(listed), listed.stem
-    tree, commit = _copy_of_head(name)
+    tree, commit = BUILD / name, _git("rev-parse", "--short", "HEAD")
+    _reset(tree, commit)
     record = BUILD / f"{name}.json"
     state = json.loads(record.read_text()) if record.exists() else {}
     options, todo = ["-m", _commit_marks(tree), *options.split()], {}
@@ -134,7 +134,7 @@ def main(listed, ids, tests, whole, options, limit):
         try:
             by, seconds = _run(tree, ran, options, limit)
         finally:
-            _copy_of_head(name)
+            _reset(tree, commit)
         state[number] = {"by": by, "seconds": seconds, "tests": ran, "commit": commit}
         record.write_text(json.dumps(state, indent=1))
         click.echo(f"{number}: {f'killed by {by}' if by else 'SURVIVED'} in {seconds} s")

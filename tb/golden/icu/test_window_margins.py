@@ -22,6 +22,7 @@ from tb.golden.icu.patches import CONFIG, KINDS, hard_patches, hemisphere, scree
 
 SETTINGS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18),
             Icu(cordic_stages=13, cordic_guard=3, angle_bits=21)]
+NAMED = [f"{icu.cordic_stages}-{icu.cordic_guard}-{icu.angle_bits}" for icu in SETTINGS]
 LONG = np.longdouble
 PI = LONG("3.14159265358979323846264338327950288")
 TWO, ROOT2 = Decimal(2), Decimal(2).sqrt()
@@ -43,7 +44,7 @@ def quotient_bound(icu: Icu, bits: int) -> Decimal:
     return 1 + icu.cordic_stages * TWO**icu.cordic_stages / TWO ** (bits - 1 + icu.cordic_guard)
 
 
-@pytest.mark.parametrize("icu", SETTINGS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=NAMED)
 def test_rotations_and_gain_are_those_of_the_angles_of_powers_of_two(icu):
     stages = range(icu.cordic_stages)
     assert rotations(icu).tolist() == [precise.nearest(units(precise.atan(TWO**-stage), icu)) for stage in stages]
@@ -54,7 +55,7 @@ def test_rotations_and_gain_are_those_of_the_angles_of_powers_of_two(icu):
 
 
 @pytest.mark.parametrize("bits", [10, 13, 17])
-@pytest.mark.parametrize("icu", SETTINGS, ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=NAMED)
 def test_bounds_of_angles_and_quotients_are_their_derivations_rounded_up(icu, bits):
     assert angle_bound(icu, bits) <= circular_error(icu, bits) < angle_bound(icu, bits) + 1
     assert quotient_bound(icu, bits) <= linear_error(icu, bits) < quotient_bound(icu, bits) + 1
@@ -79,7 +80,7 @@ def climbed(error, bits, seed=0, count=2000, rounds=80):
 
 @pytest.mark.parametrize(("icu", "bits", "least"), [
     (SETTINGS[0], 17, 0.68), (SETTINGS[1], 17, 0.99), (SETTINGS[1], 10, 0.9), (SETTINGS[0], 10, 0.05),
-    (SETTINGS[3], 17, 0.1)])
+    (SETTINGS[3], 17, 0.1)], ids=map(str, range(5)))
 def test_the_worst_angles_found_are_within_their_bound(icu, bits, least):
     def error(x, y):
         angle, _ = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
@@ -91,7 +92,7 @@ def test_the_worst_angles_found_are_within_their_bound(icu, bits, least):
 
 
 @pytest.mark.parametrize(("icu", "bits", "least"), [(SETTINGS[0], 17, 1), (SETTINGS[1], 17, 1), (SETTINGS[2], 17, 1),
-                                                    (SETTINGS[0], 10, 8)])
+                                                    (SETTINGS[0], 10, 8)], ids=map(str, range(4)))
 def test_the_worst_quotients_found_need_their_bound(icu, bits, least):
     def error(y, x):
         return np.abs(linear(y, x, icu) - y.astype(LONG) / x * 2**icu.cordic_stages)
@@ -101,8 +102,8 @@ def test_the_worst_quotients_found_need_their_bound(icu, bits, least):
     assert least <= worst <= linear_error(icu, bits)
 
 
-@pytest.mark.parametrize("icu", SETTINGS, ids=str)
-@pytest.mark.parametrize("numbers", [Numbers(), Numbers(vertex_bits=13, direction_fraction=12)], ids=str)
+@pytest.mark.parametrize("icu", SETTINGS, ids=NAMED)
+@pytest.mark.parametrize("numbers", [Numbers(), Numbers(vertex_bits=13, direction_fraction=12)], ids=["wide", "narrow"])
 def test_bounds_of_windows_are_their_derivations(icu, numbers):
     errors = sbb.window_errors(Config(icu=icu, numbers=numbers))
     azimuth = angle_bound(icu, numbers.vertex_bits)
@@ -205,7 +206,8 @@ def exact_window(record, config, azimuth, polar, planes):
                    2**icu.sagitta_span_bits - 1)
         lowest.append(lower - int(table[part, span]) * quarter // 2**12 if lower < quarter else lower)
     low, high = min(lowest) - slack, min(int(max(polar)) + polar_error, quarter) + slack
-    rows = [row for row in range(record.rows) if low <= (2 * row + 1) * quarter // (2 * record.rows) <= high]
+    middle = (2 * np.arange(record.rows) + 1) * quarter // (2 * record.rows)
+    rows = np.flatnonzero((middle >= low) & (middle <= high)).tolist()
     if not rows:
         return 0, 0, 0, 0
     sine = precise.sin((2 * rows[0] + 1) * precise.pi() / 4 / record.rows)
@@ -218,10 +220,11 @@ def exact_window(record, config, azimuth, polar, planes):
     return (column % record.columns, count, rows[0], len(rows)) if count > 0 else (0, 0, 0, 0)
 
 
-@pytest.mark.parametrize(("angle_bits", "rows"), [(18, 1024), (24, 1024)])
-def test_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows):
-    # With few bits an angle's unit is a sixteenth of a row, so a margin that is a unit less changes some windows.
-    config = CONFIG.replace({"icu.angle_bits": angle_bits})
+@pytest.mark.parametrize(("angle_bits", "rows", "guard"), [(18, 1024, 6), (24, 1024, 6), (18, 4096, 0)])
+def test_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows, guard):
+    # With few bits an angle's unit is a sixteenth of a row, so a margin that is a unit less changes some windows; so do
+    # the small boxes of the table of sagittas.
+    config = CONFIG.replace({"icu.angle_bits": angle_bits, "icu.cordic_guard": guard, "icu.sagitta_span_bits": 8})
     record, compared = hemisphere(4096, rows), 0
     windows = SphericalWindows(record, config)
     for kind in KINDS[:4]:
