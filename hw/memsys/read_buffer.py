@@ -28,6 +28,10 @@ class ReadBuffer(wiring.Component):
         That slot.
     length : In(burst_bits)
         Length of the burst.
+    offered : In(1)
+        Memory has not accepted the address of a burst, the latest one.
+    offered_slot : In(slot_bits)
+        Its slot: a beat for it is no answer.
     i : In, stream of `MemoryFormats.read_data`
         Beats of memory; the id is the slot. Always ready.
     outstanding, wrong : Out(outstanding)
@@ -50,7 +54,8 @@ class ReadBuffer(wiring.Component):
         self._config, self._formats = config, MemoryFormats(config)
         formats, slots = self._formats, config.memory.outstanding
         super().__init__({
-            "start": In(1), "slot": In(formats.slot_bits), "length": In(formats.burst_bits),
+            "start": In(1), "slot": In(formats.slot_bits), "length": In(formats.burst_bits), "offered": In(1),
+            "offered_slot": In(formats.slot_bits),
             "i": In(stream.Signature(formats.read_data, always_ready=True)), "outstanding": Out(slots),
             "wrong": Out(slots), "beat_slot": Out(formats.slot_bits), "stored": Out(1), "unexpected": Out(1),
             "failed": Out(1),
@@ -76,8 +81,10 @@ class ReadBuffer(wiring.Component):
         m.submodules.counts = counts = Memory(shape=stored, depth=slots, init=[], attrs={"ram_style": "distributed"})
         read, write = buffer.read_port(), buffer.write_port()
         m.d.comb += [read.addr.eq(self.port.addr), read.en.eq(self.port.en), self.port.data.eq(read.data)]
-        comes, beat = Signal(), Signal.like(self.i.payload, reset_less=True)
-        m.d.sync += [comes.eq(self.i.valid), beat.eq(self.i.payload)]
+        comes, early, beat = Signal(), Signal(), Signal.like(self.i.payload, reset_less=True)
+        m.d.sync += [comes.eq(self.i.valid), beat.eq(self.i.payload),
+                     early.eq((self.start & (self.slot == self.i.payload.id))
+                              | (self.offered & (self.offered_slot == self.i.payload.id)))]
         length_read, length_write = lengths.read_port(domain="comb"), lengths.write_port()
         count_read, count_write = counts.read_port(domain="comb"), counts.write_port()
         # By slot: no beat has been stored.
@@ -88,7 +95,7 @@ class ReadBuffer(wiring.Component):
             length_write.addr.eq(self.slot), length_write.data.eq(self.length), length_write.en.eq(self.start),
             *(port.addr.eq(beat.id) for port in (count_read, length_read, count_write)), self.beat_slot.eq(beat.id),
             count.eq(Mux(fresh.bit_select(beat.id, 1), 0, count_read.data)),
-            known.eq(self.outstanding.bit_select(beat.id, 1)),
+            known.eq(self.outstanding.bit_select(beat.id, 1) & ~early),
             count_write.data.beats.eq(count.beats + 1), count_write.data.full.eq(count.full | at_end),
             count_write.en.eq(comes & known), write.addr.eq(Cat(count.beats, beat.id)[:len(write.addr)]),
             write.data.eq(beat.data), write.en.eq(self.stored), self.stored.eq(comes & known & ~count.full),

@@ -93,7 +93,8 @@ class ReadEngine(wiring.Component):
             self.i.ready.eq((level != slots) & (~address.valid | address.ready | ~requests)),
             enters.eq(self.i.valid & self.i.ready), write.addr.eq(newest), write.data.eq(self.i.payload),
             write.en.eq(enters), write.data.bad.eq(~requests), buffer.start.eq(enters & requests),
-            buffer.slot.eq(newest), buffer.length.eq(self.i.payload.length)]
+            buffer.slot.eq(newest), buffer.length.eq(self.i.payload.length), buffer.offered.eq(address.valid),
+            buffer.offered_slot.eq(address.payload.id)]
         with m.If(address.ready):
             m.d.sync += address.valid.eq(0)
         with m.If(enters):

@@ -17,7 +17,8 @@ __all__ = ["WriteEngine"]
 class WriteEngine(wiring.Component):
     """Sends the data of bursts, and answers each request once, when all of it has been written or cannot be.
 
-    All bursts have id 0, so memory answers them in order. The data of a bad burst are accepted and discarded.
+    All bursts have id 0, so memory answers them in order. An answer is expected once memory has accepted address and
+    data of a burst. The data of a bad burst are accepted and discarded.
 
     When memory is silent for too long the engine *gives up*: all bursts, and those that arrive meanwhile, are errors at
     once, and their data are discarded; the rest of a burst whose transaction has been issued is sent without any byte
@@ -72,8 +73,10 @@ class WriteEngine(wiring.Component):
         m.submodules.order = order = Queue(StructLayout({
             "tag": self._tag, "first": formats.beat_bits, "ends": 1, "issued": 1}), depth=slots)
         gives_up = Signal()
-        # Outstanding transactions; those of them whose burst is still in the queue.
-        outstanding, queued = Signal(range(slots + 1)), Signal(range(slots + 1))
+        # Outstanding transactions; those of them whose burst is still in the queue, and those whose data memory has
+        # accepted.
+        outstanding, queued, accepted = (Signal(range(slots + 1), name=name) for name in (
+            "outstanding", "queued", "accepted"))
 
         # Beats of the present burst that the client has still to send, and those that memory has still to receive: the
         # same beats while they are joint.
@@ -117,7 +120,9 @@ class WriteEngine(wiring.Component):
         wrong, leaves = Signal(), Signal()
         head, response = order.o.payload, self.i_response
         free = ~head.ends | ~self.o.valid | self.o.ready
-        expected = (outstanding != 0) & (response.payload.id == 0)
+        # Memory may accept the address of the newest burst after its data.
+        unaddressed = self.o_address.valid & (sent_left == 0) & ~self.o_data.valid
+        expected = (accepted > unaddressed) & (response.payload.id == 0)
         answers = Signal()
         error = wrong | ~head.issued | gives_up | response.payload.response[1]
         m.d.comb += [
@@ -125,6 +130,8 @@ class WriteEngine(wiring.Component):
             order.o.ready.eq(leaves), response.ready.eq(gives_up | ~expected | (order.o.valid & head.issued & free)),
             answers.eq(response.valid & response.ready & expected)]
         m.d.sync += [outstanding.eq(outstanding + (enters & issues) - answers),
+                     accepted.eq(accepted + (self.o_data.valid & self.o_data.ready & self.o_data.payload.last)
+                                 - answers),
                      queued.eq(queued + (enters & issues) - (leaves & head.issued))]
         with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
