@@ -43,8 +43,8 @@ class MemoryModel:
         Channels, see above, on which nothing moves now.
     reads, writes
         Bursts: first address, beats.
-    asked
-        Reads that have not been answered.
+    asked, busy
+        Reads that have not been answered; something has not.
     faulty
         It has broken rules of AXI.
     """
@@ -61,7 +61,7 @@ class MemoryModel:
         self.silent = set()
         self.reads, self.writes = [], []
         self._now = 0
-        # Reads: when they are due, id, addresses still to come. Writes: when, id, error.
+        # Reads: when they are due; of each beat still to come id, data, response, last. Writes: when, id, response.
         self._due_reads, self._due_writes = [], deque()
         self._open = deque()
         self.out = {"arready": 0, "awready": 0, "wready": 0, "rvalid": 0, "rid": 0, "rdata": 0, "rresp": 0, "rlast": 0,
@@ -72,25 +72,31 @@ class MemoryModel:
         """See above."""
         return len(self._due_reads)
 
+    @property
+    def busy(self) -> bool:
+        """See above."""
+        return bool(self._due_reads or self._due_writes or self._open or self.out["rvalid"] or self.out["bvalid"])
+
     def inject(self, **pins: int) -> None:
         """Give a beat or an answer that nobody asked for: ``rid`` and so on, or ``bid`` and so on."""
         self.faulty = True
         if "bid" in pins:
             self._due_writes.appendleft((0, pins["bid"], pins.get("bresp", 0)))
         else:
-            self._due_reads.insert(0, (0, pins["rid"], deque([(pins.get("rdata", 0), 0, pins.get("rlast", 1))])))
+            beat = pins["rid"], pins.get("rdata", 0), 0, pins.get("rlast", 1)
+            self._due_reads.insert(0, (0, deque([beat])))
 
     def cut(self, beats: int) -> None:
         """The last read gets so many beats too few or (if negative) too many."""
         self.faulty = True
-        _, _, left = self._due_reads[-1]
+        _, left = self._due_reads[-1]
         for _ in range(-beats):
-            data, response, _ = left.pop()
-            left.extend([(data, response, 0), (data, response, 1)])
+            *beat, _ = left.pop()
+            left.extend([(*beat, 0), (*beat, 1)])
         for _ in range(beats):
             left.pop()
-            data, response, _ = left.pop()
-            left.append((data, response, 1))
+            *beat, _ = left.pop()
+            left.append((*beat, 1))
 
     def step(self, pins: dict[str, int]) -> dict[str, int]:
         """From the manager's pins in a cycle to what the memory gives in the next one."""
@@ -99,9 +105,7 @@ class MemoryModel:
         if pins["arvalid"] and out["arready"]:
             self._read(pins)
         if pins["awvalid"] and out["awready"]:
-            self._check_place(pins["awaddr"], pins["awlen"])
-            self._open.append([pins["awid"], pins["awaddr"], pins["awlen"] + 1, 0])
-            self.writes.append((pins["awaddr"], pins["awlen"] + 1))
+            self._accept(pins)
         if pins["wvalid"] and out["wready"]:
             self._write(pins)
         for channel in "ar", "aw":
@@ -128,6 +132,11 @@ class MemoryModel:
         assert self.base <= address, f"{address:#x} is outside the memory"
         assert end <= self.base + len(self.data), f"{address:#x} is outside the memory"
 
+    def _accept(self, pins):
+        self._check_place(pins["awaddr"], pins["awlen"])
+        self._open.append([pins["awid"], pins["awaddr"], pins["awlen"] + 1, 0])
+        self.writes.append((pins["awaddr"], pins["awlen"] + 1))
+
     def _read(self, pins):
         first, beats = pins["araddr"], pins["arlen"] + 1
         self._check_place(first, beats - 1)
@@ -137,8 +146,9 @@ class MemoryModel:
             at = first + k * self._bytes
             word = self.data[at - self.base:at - self.base + self._bytes]
             failed = self._fails(at)
-            left.append((0 if failed else int.from_bytes(word, "little"), ERROR if failed else 0, int(k == beats - 1)))
-        self._due_reads.append((self._due(), pins["arid"], left))
+            left.append((pins["arid"], 0 if failed else int.from_bytes(word, "little"), ERROR if failed else 0,
+                         int(k == beats - 1)))
+        self._due_reads.append((self._due(), left))
 
     def _next_beat(self):
         due = [read for read in self._due_reads if read[0] <= self._now]
@@ -147,8 +157,8 @@ class MemoryModel:
         if not due or not self._moves("r"):
             return {"rvalid": 0}
         read = self._random.choice(due)
-        _, number, left = read
-        data, response, last = left.popleft()
+        _, left = read
+        number, data, response, last = left.popleft()
         if not left:
             self._due_reads.remove(read)
         return {"rvalid": 1, "rid": number, "rdata": data, "rresp": response, "rlast": last}
@@ -163,5 +173,8 @@ class MemoryModel:
         burst[1], burst[2] = burst[1] + self._bytes, burst[2] - 1
         if not burst[2]:
             self._open.remove(burst)
-            due = max([self._due(), *(when for when, _, _ in self._due_writes)])
-            self._due_writes.append((due, burst[0], ERROR if burst[3] else 0))
+            self._answer(burst)
+
+    def _answer(self, burst):
+        due = max([self._due(), *(when for when, _, _ in self._due_writes)])
+        self._due_writes.append((due, burst[0], ERROR if burst[3] else 0))
