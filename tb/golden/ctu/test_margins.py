@@ -147,34 +147,50 @@ def test_grid_rays_of_a_screen_are_half_a_step_from_every_slope(shell):
             assert width / count <= step < width / (count - 1)
 
 
-def all_near(position, reach, middles):
-    """Whether rays' middles are within a reach of grid rays' positions, exactly; less than 10^-9 counts as beyond."""
-    return np.abs(middles - position[..., None]) <= reach[..., None] - 1e-9
+# A reach is rounded up and has one unit more, which its derivation does not need.
+SPARE = 1 / 256 - 1e-9
 
 
 @pytest.mark.parametrize("rays", [(64, 16), (4096, 1024), (128, 4096)])
-def test_every_ray_within_the_reach_of_a_grid_ray_is_near_it_to_the_last_unit(rays):
+def test_every_ray_within_the_reach_of_a_grid_ray_is_near_it_with_a_unit_to_spare(rays):
     azimuths, polars = rays
-    rounded = 0
     for shell in range(2, 40, 1 if polars == 16 else 5):
         grid = hemisphere_rays(shell, azimuths, polars)
         lowest, psi = np.pi / 2 + margins.horizon(shell), margins.angle(shell)
         polar = (np.arange(grid.rows) + 0.5) * (lowest / grid.rows)
         position, reach = polar * polars / (np.pi / 2), np.full(grid.rows, psi * polars / (np.pi / 2))
-        near = all_near(position, reach, np.arange(polars) + 0.5)
+        near = np.abs(np.arange(polars) + 0.5 - position[:, None]) <= reach[:, None] + SPARE
         held = (np.arange(polars) >= grid.first_row[:, None]) \
             & (np.arange(polars) < (grid.first_row + grid.row_count)[:, None])
         assert held[near].all()
-        rounded += np.count_nonzero(held & ~near)
         assert np.count_nonzero(held & ~near) < 0.05 * grid.rows + 1
-        # Columns: those of the first grid ray are representative, the others are the same shifted.
         position = (np.arange(grid.columns) + 0.5) * azimuths / grid.columns
         reach = margins.azimuth_reach(psi, polar) * azimuths / (2 * np.pi)
         for column in range(0, grid.columns, 1 + grid.columns // 10):
             away = np.abs((np.arange(azimuths) + 0.5 - position[column] + azimuths / 2) % azimuths - azimuths / 2)
-            near = away <= reach[:, None] - 1e-9
+            near = away <= reach[:, None] + SPARE
             first, count = grid.first_column[:, column, None], grid.column_count[:, column, None]
             assert ((np.arange(azimuths) - first) % azimuths < count)[near].all()
+
+
+@pytest.mark.parametrize("pixels", [(50, 31), (1000, 999)])
+def test_every_pixel_within_the_reach_of_a_grid_ray_is_near_it_with_a_unit_to_spare(pixels):
+    half_angles, bits = (0.9, 0.45), tuple((size - 1).bit_length() for size in pixels)
+    half = [angle * size / 2**bit for angle, size, bit in zip(half_angles, pixels, bits, strict=True)]
+    scale = 1.125 * max(*half, 1.0)
+    for shell in range(2, 40):
+        grid = screen_rays(shell, pixels, bits, half_angles)
+        step = 2 * (0.5 - float(slack(shell, scale))) / (np.sqrt(2) * shell)
+        near_rays = (grid.first_column[0], grid.column_count[0]), (grid.first_row, grid.row_count)
+        for axis, (first, length) in enumerate(near_rays):
+            count = len(first)
+            edge = half[axis] + margins.screen_border(shell, half[axis], scale)
+            slope = ((2 * np.arange(count) + 1) / count - 1) * edge
+            middle = (np.arange(pixels[axis]) + 0.5) * 2 * half[axis] / pixels[axis] - half[axis]
+            spare = SPARE * 2 * half[axis] / pixels[axis]
+            near = np.abs(middle - slope[:, None]) <= margins.screen_reach(shell, half[axis], step, scale) + spare
+            index = np.arange(pixels[axis])
+            assert ((index >= first[:, None]) & (index < (first + length)[:, None]))[near].all()
 
 
 @pytest.mark.parametrize("rays", [(64, 16), (512, 1024)])
