@@ -26,7 +26,7 @@ from hw.simulator.simulated_machine import SAMPLE_CYCLES
 from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
 from hw.simulator.utilization import utilization
 from radiosity.machine_cast import write_counters
-from tb.system.test_engine import SMALL
+from tb.system.small_machine import ONE_CLUSTER, SMALL
 
 # A small machine with little of everything.
 MACHINE = ("--method", "machine", "--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
@@ -258,7 +258,7 @@ def test_a_cast_adds_up_its_clusters():
     assert cast.links(PRESETS["tiny"]) == 1.0
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_cast(folder):
     report = json.loads(run(radiosity.cli.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)
     found = report["machine"]
@@ -283,7 +283,7 @@ def test_cast(folder):
     assert len(re.search(r'<polyline points="([^"]*)"', chart)[1].split()) > 4
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_the_timeline_ends_with_the_cast(folder, monkeypatch):
     kept = []
     monkeypatch.setattr("radiosity.machine_cast.write_timeline", lambda path, samples, *_, **__: kept.extend(samples))
@@ -325,7 +325,7 @@ def test_waveforms(folder, clusters):
     assert len((folder / "counters.csv").read_text().splitlines()) == 1 + 3 * clusters
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_a_difference_is_reported(folder, monkeypatch):
     expected = golden.memory_map.MemoryImage.with_results
 
@@ -340,7 +340,7 @@ def test_a_difference_is_reported(folder, monkeypatch):
     assert "differences from golden: 1 hit, " in result.stdout
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_form_factors_are_goldens(folder):
     result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
     assert result.exit_code == 0, result.stderr
@@ -352,7 +352,7 @@ def test_form_factors_are_goldens(folder):
     assert "frusta" in result.stdout
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_an_image_is_goldens_with_all_of_its_options(folder):
     view = ("--size", "24x24", "--eye", "278,273,-600", "--target", "278,273,0", "--fov", "45", "--sky", "0.1,0.2,0.3",
             "--tone", "linear", *COARSE)

@@ -14,7 +14,7 @@ from hw.host import Host
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
 from tb.system.scenes import frusta
-from tb.system.test_engine import SMALL
+from tb.system.small_machine import SMALL
 
 __all__ = ["BASELINE", "FRUSTA", "cycles_of"]
 

@@ -6,12 +6,13 @@ import json
 import pytest
 
 from tb.system.cycles import BASELINE, FRUSTA, cycles_of
+from tb.system.small_machine import ONE_CLUSTER
 
 # What a frustum may take more or less; where that is meant, `python -m tb.system.cycles` writes the baseline anew.
 SHARE = 0.02
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 @pytest.mark.parametrize("name", FRUSTA)
 def test_cycles_stay(name):
     expected = json.loads(BASELINE.read_text())[name]

@@ -29,17 +29,9 @@ from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.memory_model import MemoryModel
 from tb.system.cocotb_port import CocotbPort
 from tb.system.scenes import frusta, load, save
+from tb.system.small_machine import BASE, LISTS, SMALL
 
 MODULE = "tb.system.test_engine"
-BASE = 0x1_0000_4000
-# Room for small frusta, and little of it: resident sets, lists and caches that are too small.
-SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generation_bits": 2,
-         "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
-         "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
-         "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
-         "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.near_cell_bits": 5, "noc.rows": 1}
-# With subshell lists.
-LISTS = {"ctu.subshell_bits": 6}
 
 
 class Bench:

@@ -14,7 +14,7 @@ from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.lib.configurations import config_of
 from tb.system.scenes import frusta
-from tb.system.test_engine import LISTS, SMALL
+from tb.system.small_machine import LISTS, ONE_CLUSTER, SMALL
 
 CONFIG = config_of(SMALL | {"noc.columns": 1})
 
@@ -67,7 +67,7 @@ def test_all_counters_are_those_of_the_cast(monkeypatch):
         assert counters["cycles"] == 7
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_what_is_the_same_is_not_loaded_again():
     given = frusta("cornell", CONFIG, cell=0.5, points=(5, 1))
     other = frusta("cornell", CONFIG, cell=0.25, points=(5,))[0]
@@ -95,7 +95,7 @@ def test_what_is_the_same_is_not_loaded_again():
         assert set(second.shared) == set(SHARED_COUNTERS)
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_a_machine_without_lists():
     bare = config_of(SMALL | {"noc.columns": 1})
     given = frusta("cornell", bare, cell=0.5, points=(5,))[0]

@@ -21,11 +21,11 @@ from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
 from tb.system.scenes import frusta, save
-from tb.system.test_engine import SMALL, Bench, third_party_memory
+from tb.system.small_machine import BASE, ONE_CLUSTER, SMALL
+from tb.system.test_engine import Bench, third_party_memory
 
 CHANGES = SMALL | {"noc.columns": 1}
 CONFIG = config_of(CHANGES)
-BASE = 0x1_0000_4000
 # Least speedup over a testbench whose memory runs Python in each cycle.
 FASTER = 2
 
@@ -61,7 +61,7 @@ def test_a_driver_waits_for_its_port_only():
         complete(waits())
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_hits_and_sums_are_golden(given):
     for memory in ({"latency": 1}, {"latency": 10}, {"latency": 3, "spread": 30, "shuffles": True, "seed": 5}):
         with port_for(given, **memory) as port:
@@ -75,7 +75,7 @@ def test_hits_and_sums_are_golden(given):
             assert port.written_beats >= 2 * len(given[0].hits.patch)
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_latency_costs_cycles_and_the_seed_repeats_them(given):
     def cycles(**memory):
         with port_for(given, **memory) as port:
@@ -89,7 +89,7 @@ def test_latency_costs_cycles_and_the_seed_repeats_them(given):
     assert len({cycles(seed=seed, **chance) for seed in range(1, 6)}) > 1
 
 
-@pytest.mark.sim
+@ONE_CLUSTER
 def test_errors_and_resets(given):
     places = addresses(ENGINE_REGISTERS)
     with port_for(given) as port:
