@@ -144,7 +144,15 @@ class Host:
         return value
 
     async def write(self, name: str, value: int) -> None:
-        """Write a register."""
+        """Write a register.
+
+        Raises
+        ------
+        ValueError
+            The register has fewer bits than the value.
+        """
+        if not 0 <= value < 1 << register(name).width:
+            raise ValueError(f"{name} must be from 0 to {(1 << register(name).width) - 1}, not {value!r}")
         for word in range(register(name).words):
             part = value >> 8 * WORD_BYTES * word & (1 << 8 * WORD_BYTES) - 1
             await self._port.write(self._addresses[name] + WORD_BYTES * word, part)

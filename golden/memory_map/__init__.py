@@ -21,10 +21,11 @@ from golden.memory_map.layout import (
     NONE,
     REGIONS,
     VERSION,
+    WEIGHT_BITS,
     Field,
     Region,
 )
 
 __all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS",
-           "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "Field", "MemoryImage", "Region", "from_bytes",
-           "machine_image", "pack_beats", "unpack_beats"]
+           "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage", "Region",
+           "from_bytes", "machine_image", "pack_beats", "unpack_beats"]

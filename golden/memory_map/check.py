@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from golden.errors import InputError
-from golden.memory_map.layout import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS
+from golden.memory_map.layout import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
 
 __all__ = ["check_image"]
 
@@ -46,6 +46,7 @@ def check_image(image: Mapping[str, np.ndarray]):
     _within(shells["first_row"], shells["rows"], len(image["grid_rows"]), "shells", "grid_rows")
     _within(shells["first_column"], shells["columns"], len(image["grid_columns"]), "shells", "grid_columns")
     _check_grid_rays(shells)
+    _require((image["rows"]["weight"] < 1 << WEIGHT_BITS).all(), f"rows.weight must be below {1 << WEIGHT_BITS}")
     for region, count in (("columns", columns), ("rows", rows), ("hits", columns * rows), ("residence", patches),
                           ("sums", patches + 1)):
         _require(len(image[region]) == count, f"{region} must be {count} records, not {len(image[region])}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 __all__ = ["ALIGNMENT", "ENTRY", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE",
-           "REGIONS", "VERSION", "Field", "Region", "region_offsets"]
+           "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region", "region_offsets"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 2
@@ -19,6 +19,8 @@ NONE = -1
 GRID_SHAPE_BITS = 10
 GRID_SIDE_BITS = 12
 GRID_RAY_BITS = 20
+# Of the weight of a ray; those of a hemisphere are 2^40 together at most.
+WEIGHT_BITS = 42
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ REGIONS = (
     )),
     Region("rows", "frustum", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
-        Field("weight", "u8", "form factor of one ray in units of 2^-W; screen: 0"),
+        Field("weight", "u8", f"form factor of one ray in units of 2^-W, below 2^{WEIGHT_BITS}; screen: 0"),
         Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),
         Field("reserved", "u4", "0"),
     )),

@@ -6,14 +6,14 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
 from hw.formats import Formats, shape
+from hw.icu.icu_tables import WEIGHT_BITS
 
-__all__ = ["PHASES", "WEIGHT_BITS", "IcuFormats", "TableKind"]
+__all__ = ["PHASES", "WEIGHT_BITS", "WEIGHT_SUM_BITS", "IcuFormats", "TableKind"]
 
 # A patch has four vertices, and four edges: setup works on one of them per phase.
 PHASES = 4
-
-# Bits of the weight of a ray.
-WEIGHT_BITS = 42
+# Of the sum of the weights of the rays of several frusta.
+WEIGHT_SUM_BITS = WEIGHT_BITS + 2
 
 
 class TableKind(enum.Enum, shape=2):
@@ -78,7 +78,7 @@ class IcuFormats(Formats):
         # That of m = N / V is within this range for every configuration that is allowed.
         self.factor_exponent = signed(8)
         self.angle = unsigned(icu.angle_bits)
-        self.weight_sum = unsigned(WEIGHT_BITS + 2)
+        self.weight_sum = unsigned(WEIGHT_SUM_BITS)
         self.coordinate = signed(max(icu.angle_bits + 1, icu.cordic_stages + 2))
         self.slot = unsigned(icu.slot_bits)
         self.tile_index = unsigned(icu.side_bits - icu.tile_bits)

@@ -9,6 +9,7 @@ from golden.icu.inverse_distance import BOUND_BITS, SMALLEST
 from golden.icu.plane_factor import GUARD, NEAREST_PLANE
 from golden.icu.sbb import GAIN_FRACTION, SAGITTA_BITS, sagitta_table, window_errors
 from golden.icu.settle_code import scale
+from golden.memory_map import WEIGHT_BITS
 
 __all__ = ["BOUND_BITS", "DIAGONAL", "EDGES", "GAIN_FRACTION", "GUARD", "NEAREST_PLANE", "SAGITTA_BITS", "SMALLEST",
-           "gain", "linear_error", "sagitta_table", "scale", "window_errors"]
+           "WEIGHT_BITS", "gain", "linear_error", "sagitta_table", "scale", "window_errors"]

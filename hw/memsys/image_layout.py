@@ -31,12 +31,12 @@ def halves(region: str, field: str) -> list[tuple[int, bool]]:
     return [(byte // WORD_BYTES, byte % WORD_BYTES != 0) for byte in range(first, first + 4 * count, 4)]
 
 
-class RuleKind(enum.Enum, shape=3):
+class RuleKind(enum.Enum, shape=4):
     """What must hold of the numbers of a record.
 
     ``BELOW``: a < records of the table. ``MAYBE``: so, or -1. ``RANGE``: a + b <= records. ``SPAN``: a < b <= records.
     ``SAME``: a = records. ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows and columns <
-    2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`.
+    2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word < 2^`WEIGHT_BITS`.
     """
 
     NONE = 0
@@ -47,6 +47,7 @@ class RuleKind(enum.Enum, shape=3):
     SAME = 5
     SMALL = 6
     GRID = 7
+    WEIGHT = 8
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ def _rules():
         # A high half alone is checked with the next word.
         word = last // WORD_BYTES + (early and not b)
         yield Rule(names.index(region), word, kind, names.index(table), early)
-    for region, field, kind in (("cell_grid", "shape", RuleKind.SMALL), ("shells", "first_ray", RuleKind.GRID)):
+    for region, field, kind in (("cell_grid", "shape", RuleKind.SMALL), ("shells", "first_ray", RuleKind.GRID),
+                                ("rows", "weight", RuleKind.WEIGHT)):
         for word in dict.fromkeys(word for word, _ in halves(region, field)):
             yield Rule(names.index(region), word, kind, names.index(region), early=False)
 

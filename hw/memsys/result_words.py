@@ -13,7 +13,8 @@ __all__ = ["ResultWords"]
 
 
 class ResultWords(wiring.Component):
-    """Two words for each hit, one for each sum, and after the last sum one more: ``total`` less all sums.
+    """Two words for each hit, one for each sum, and after the last sum one more: ``total`` less all sums, modulo
+    2^`WEIGHT_SUM_BITS`.
 
     An item that is not the next one is discarded; the words of records that no item belongs to are not enabled.
 

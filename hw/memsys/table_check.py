@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS
+from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
 from hw.lib.pipeline import Pipeline
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import COUNT_BITS, RULES, RegionNumber, RuleKind
@@ -68,10 +68,10 @@ class TableCheck(wiring.Component):
                         kind == RuleKind.SAME.value, ~same, 0))))),
             kind, below, within, ends, rises, none, same)
         exceeds = pipeline.combine(
-            lambda kind, shape, grid: Mux(kind == RuleKind.SMALL.value, shape,
-                                          Mux(kind == RuleKind.GRID.value, grid, 0)),
+            lambda kind, shape, grid, weight: Mux(kind == RuleKind.SMALL.value, shape, Mux(
+                kind == RuleKind.GRID.value, grid, Mux(kind == RuleKind.WEIGHT.value, weight, 0))),
             kind, pipeline.register(lambda a, b: (a >> GRID_SHAPE_BITS).any() | (b >> GRID_SHAPE_BITS).any(), a, b),
-            self._add_grid_rays(pipeline, a))
+            self._add_grid_rays(pipeline, a), pipeline.register(lambda b: b >> WEIGHT_BITS - 32 != 0, b))
         fault = pipeline.register(lambda breaks, exceeds: Mux(
             breaks, Const(Fault.POINTER.value, 4), Mux(exceeds, Const(Fault.SIZE.value, 4), 0)), breaks, exceeds)
         for name in "item", "tag":

@@ -25,7 +25,8 @@ class WriteDma(wiring.Component):
         i_hit, i_sum --'
 
     Hit of (column, row): record row x columns + column. Sum of patch p: record p; the record after the last patch is
-    the rest of ``total``, the weight of the rays that hit nothing.
+    the rest of ``total``, the weight of the rays that hit nothing. ``total`` is not checked: of one that is too
+    small the rest is modulo 2^`WEIGHT_SUM_BITS`.
 
     A command accepts all items up to ``last``. An item without a record ends it with `Fault.PLACE`: a section that is
     no part of the frustum, hits in another order than row by row, more or fewer of them, or sums of other patches than

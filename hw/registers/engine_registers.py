@@ -1,6 +1,7 @@
 """The engine's registers."""
 
 from golden.memory_map import REGIONS
+from hw.icu.icu_formats import WEIGHT_SUM_BITS
 from hw.registers.error_code import CODE_BITS
 from hw.registers.register import Access, Field, Register
 
@@ -50,7 +51,9 @@ ENGINE_REGISTERS = (
     Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. Write this and "
              "the next register only while no results are written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="total", access=Access.WRITE, width=64, about="The sum of the weights of all rays of a frustum."),
+    Register(name="total", access=Access.WRITE, width=WEIGHT_SUM_BITS, about="The sum of the weights of all rays "
+             "since the sums were last written. The record after the last patch is this less all sums, modulo "
+             f"2^{WEIGHT_SUM_BITS}."),
     Register(name="results", access=Access.WRITE, width=3, about="Results to write.", fields=(
         _flag("hits", "the hits"),
         _flag("sums", "the sums of all frusta since they were last written; hits are read out in any case"),

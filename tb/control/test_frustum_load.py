@@ -8,12 +8,12 @@ from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, Screen, screen_record
-from golden.memory_map import REGIONS, machine_image
+from golden.memory_map import GRID_RAY_BITS, REGIONS, WEIGHT_BITS, machine_image
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
-from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.memsys.image_layout import RegionNumber
 from hw.memsys.memory_formats import MemoryFormats
 from tb.ctu.grid_load import unit_writes
@@ -135,6 +135,33 @@ def test_a_frustum_without_shells_follows_one_with_some(given):
     items = list(words(image, CLUSTER))
     _, numbers = load(items + [item for item in items if item["region"] == RegionNumber.FRUSTUM.value])
     assert (numbers["last_shell"], numbers["near_cells"]) == (1, 0)
+
+
+def word(region, record, number, data):
+    """A word of a record."""
+    return {"region": RegionNumber[region].value, "record": record, "word": number, "data": data}
+
+
+def test_the_largest_numbers_come_through():
+    ctu, icu, weight = CONFIG.ctu, CONFIG.icu, (1 << WEIGHT_BITS) - 1
+    near, listed, shell = 1 << ctu.near_cell_bits, 1 << ctu.subshell_bits, 1 << ctu.shell_bits
+    side, rays = 1 << icu.side_bits, (1 << GRID_RAY_BITS) - 1
+    found, numbers = load([
+        *(word("FRUSTUM", 0, number, side << 32 | side) for number in range(3)), word("CLUSTERS", 0, 0, side << 32),
+        word("CLUSTERS", 0, 1, side << 32), word("CLUSTERS", 0, 3, listed), word("ROWS", side - 1, 1, weight),
+        word("NEAR_CELLS", near - 1, 0, 5), *(word("SHELLS", shell - 3, number, 0) for number in range(4)),
+        word("SHELLS", shell - 3, 4, rays), word("SUBSHELLS", listed - 1, 0, 7 << 32 | 3),
+        # A list that is too long is refused when it is cast; what does not fit the table is not written.
+        word("SUBSHELLS", listed, 0, 9 << 32 | 9)])
+    assert found["o_table"] == [{"kind": TableKind.WEIGHT.value, "index": side - 1, "data": weight}]
+    assert found["o_near"] == [{"address": near - 1, "cell": 5}]
+    assert found["o_subshell"] == [{"address": listed - 1, "patch": 3, "shell": 7}]
+    (grid,) = found["o_grid"]
+    assert grid["index"] == shell - 1
+    assert unpack(CtuFormats(CONFIG).grid_shell, grid["data"])["first_ray"] == rays
+    assert (numbers["near_cells"], numbers["last_shell"], numbers["subshells"]) == (near, shell - 1, listed)
+    assert (numbers["section"]["end_column"], numbers["section"]["end_row"]) == (side, side)
+    assert (numbers["numbers"]["columns"], numbers["numbers"]["rows"]) == (side, side)
 
 
 def test_latency():

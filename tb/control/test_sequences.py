@@ -15,7 +15,8 @@ from hw.memsys.image_layout import RegionNumber
 from hw.memsys.result_formats import ResultKind
 from tb.lib.timing import documented_latency
 
-CONFIG = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "icu.rays": 1 << 12})
+CONFIG = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "icu.rays": 1 << 12,
+                                   "icu.side_bits": 11})
 CLUSTERS = 4
 
 
@@ -234,7 +235,10 @@ def test_a_cast_is_over_with_the_last_of_all(work, drains, final, last):
 
 
 @pytest.mark.parametrize(("columns", "rows", "fits"), [
-    (64, 64, True), (64, 65, False), (65, 64, False), (1, 1, True), (1024, 4, True), (1024, 5, False), (61, 61, True)])
+    (64, 64, True), (64, 65, False), (65, 64, False), (1, 1, True), (1024, 4, True), (1024, 5, False), (61, 61, True),
+    # 255, 256 and 257 tiles of 4 x 4 rays, the last of them cut or whole; the ray memory has 256.
+    (60, 68, True), (1020, 1, True), (1021, 1, True), (1024, 1, True), (1025, 1, False), (1028, 4, False),
+    (1, 1024, True), (1, 1025, False), (2048, 2048, False)])
 def test_a_section_must_fit_the_ray_memory(columns, rows, fits):
     begun, ended = cast(columns, rows)
     assert ("wrong" not in ended) == fits

@@ -234,10 +234,15 @@ def broken(image, region, field, value, row=0):
     ("shells", "rows", 1 << 12, "must"),
     ("shells", "first_ray", 1, r"shells.first_ray must be the number of grid rays of the shells before"),
     ("frustum", "columns", 7, "must"),
+    ("rows", "weight", 1 << 42, "rows.weight must be below 4398046511104"),
 ])
 def test_tables_that_point_outside_are_refused(image, region, field, value, message):
     with pytest.raises(InputError, match=f"memory image: .*{message}"):
         from_bytes(broken(image, region, field, value))
+
+
+def test_the_largest_weight_is_accepted(image):
+    assert from_bytes(broken(image, "rows", "weight", (1 << 42) - 1))["rows"]["weight"][0] == (1 << 42) - 1
 
 
 def grown(image, **records):

@@ -1,10 +1,11 @@
-"""Sizes: what the machine has bits for passes, and one more does not."""
+"""Pointers and sizes: the last record, or what the machine has bits for, passes, and one more does not."""
 
+import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
-from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS
+from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, REGIONS, WEIGHT_BITS
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import RegionNumber
 from hw.memsys.table_check import TableCheck
@@ -14,8 +15,18 @@ CONFIG = PRESETS["tiny"]
 SHAPE, SIDE, RAYS = 1 << GRID_SHAPE_BITS, 1 << GRID_SIDE_BITS, 1 << GRID_RAY_BITS
 
 
-def faults(region, records):
-    """Of each word; the tables that the records point into are as large as can be."""
+# A pointer, or a first record and a number of records, and the table that it points into.
+POINTERS = (("patch_lists", "patch", "patches"), ("patches", "id", "patches"), ("residence", "cluster", "clusters"),
+            ("subshells", "patch", "patches"), ("residents", "patch", "patches"), ("near_cells", "cell", "cells"))
+RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subshell", "subshells", "subshells"),
+          ("clusters", "first_resident", "residents", "residents"), ("shells", "first_row", "rows", "grid_rows"),
+          ("shells", "first_column", "columns", "grid_columns"))
+SECTIONS = (("first_column", "end_column", "columns"), ("first_row", "end_row", "rows"))
+NONE = (1 << 32) - 1
+
+
+def faults(region, records, tables=None):
+    """Of each word; the tables that the records point into have so many records, or as many as can be."""
     dut, found = TableCheck(config=CONFIG, tag=1), []
     words = [(number, word, low | high << 32) for number, record in enumerate(records)
              for word, (low, high) in enumerate(zip(record[::2], record[1::2], strict=True))]
@@ -30,6 +41,9 @@ def faults(region, records):
                 record, word, data = words[cycle]
                 ctx.set(dut.i.payload.item, {"region": RegionNumber[region], "record": record, "word": word,
                                              "data": data})
+                if tables is not None:
+                    name = RegionNumber(ctx.get(dut.table)).name.lower()
+                    ctx.set(dut.limit, tables.get(name, (1 << 32) - 1))
             if ctx.get(dut.o.valid):
                 found.append(Fault(ctx.get(dut.o.payload.fault)))
             await ctx.tick()
@@ -65,3 +79,57 @@ def test_cells_along_an_axis(axis):
         wanted = [Fault.NONE] * 4
         wanted[2 + axis // 2] = fault
         assert found == wanted, (axis, value)
+
+
+def test_weights_of_rays():
+    for weight, fault in ((1 << WEIGHT_BITS) - 1, Fault.NONE), (1 << WEIGHT_BITS, Fault.SIZE), (1 << 63, Fault.SIZE):
+        (found,) = faults("ROWS", [[NONE, NONE, weight & NONE, weight >> 32, NONE, 0]])
+        assert found == [Fault.NONE, fault, Fault.NONE], weight
+
+
+def check_limits(region, cases):
+    """Each case: fields of a record, the others 0; records of the tables that it points into; whether it may pass."""
+    (layout,) = (one for one in REGIONS if one.name == region)
+    for tables in {tuple(tables.items()) for _, tables, _ in cases}:
+        some = [(values, passes) for values, given, passes in cases if tuple(given.items()) == tables]
+        records = np.zeros(len(some), dtype=layout.dtype)
+        if region == "clusters":
+            records["end_column"] = records["end_row"] = 1
+        for record, (values, _) in zip(records, some, strict=True):
+            for name, value in values.items():
+                record[name] = np.array(value, dtype="<u4").view(record[name].dtype)
+        words = [np.frombuffer(one.tobytes() + bytes(-one.nbytes % 8), dtype="<u4").tolist() for one in records]
+        for found, (values, passes) in zip(faults(region.upper(), words, dict(tables)), some, strict=True):
+            assert {*found, Fault.NONE} == ({Fault.NONE} if passes else {Fault.NONE, Fault.POINTER}), (values, tables)
+
+
+@pytest.mark.parametrize(("region", "field", "table"), POINTERS)
+def test_pointers(region, field, table):
+    check_limits(region, [
+        ({field: value}, {table: count}, value < count or (region == "residence" and value == NONE))
+        for count in (1, 7, NONE) for value in {0, count - 1, count, (count + 1) & NONE, NONE - 1, NONE}])
+
+
+@pytest.mark.parametrize(("region", "first", "count", "table"), RANGES)
+def test_ranges(region, first, count, table):
+    """Sums of two numbers that have 32 bits each do not wrap."""
+    numbers = [(0, 0, 0), (0, 1, 0), (3, 4, 7), (3, 5, 7), (3, 3, 7), (7, 0, 7), (8, 0, 7), (0, 7, 7), (0, 8, 7),
+               (NONE, 1, NONE), (NONE, 0, NONE)]
+    # Shells have few rows and columns.
+    numbers += [(1 << 31, 1 << 31, NONE), (NONE, NONE, NONE)] if region != "shells" else []
+    check_limits(region, [({first: begin, count: length}, {table: records}, begin + length <= records)
+                          for begin, length, records in numbers])
+
+
+@pytest.mark.parametrize(("first", "end", "table"), SECTIONS)
+def test_sections(first, end, table):
+    numbers = ((0, 1, 1), (0, 0, 1), (1, 1, 1), (0, 2, 1), (3, 7, 7), (3, 8, 7), (6, 7, 7), (7, 7, 7), (5, 4, 7),
+               (NONE, 0, 7), (0, NONE, NONE))
+    check_limits("clusters", [({first: begin, end: last}, {table: records}, begin < last <= records)
+                              for begin, last, records in numbers])
+
+
+@pytest.mark.parametrize("field", ["columns", "rows"])
+def test_rays_of_a_frustum(field):
+    rays = {"columns": 16, "rows": 16}
+    check_limits("frustum", [(rays | {field: value}, rays, value == 16) for value in (0, 15, 16, 17, NONE)])

@@ -129,6 +129,58 @@ def test_images_beyond_the_capacity_are_refused(frustum, changes, message):
         check_image(frustum.image, CONFIG.replace(changes))
 
 
+# By region: its capacity, and records that it has room for besides.
+CAPACITIES = {
+    "columns": ("Columns", 1 << CONFIG.icu.side_bits, 0), "rows": ("Rows", 1 << CONFIG.icu.side_bits, 0),
+    "patches": ("Patches", 1 << CONFIG.icu.patch_bits, 0), "cells": ("Cells", CONFIG.memsys.scene_cells, 0),
+    "near_cells": ("Cells of shell 1", 1 << CONFIG.ctu.near_cell_bits, 0),
+    "shells": ("Shells", 1 << CONFIG.ctu.shell_bits, 2),
+    "grid_rows": ("Rows of grid rays", 1 << CONFIG.ctu.grid_row_bits, 0),
+    "grid_columns": ("Columns of grid rays", 1 << CONFIG.ctu.grid_column_bits, 0)}
+
+
+@pytest.mark.parametrize("region", CAPACITIES)
+def test_capacities(frustum, region):
+    what, most, besides = CAPACITIES[region]
+    for count in most - 1, most, most + 1:
+        records = np.zeros(count - besides, dtype=frustum.image[region].dtype)
+        image = MemoryImage({**frustum.image.regions, region: records})
+        if count <= most:
+            check_image(image, CONFIG)
+        else:
+            with pytest.raises(InputError, match=rf"{what} must be at most {most} \(.*\), not {count}"):
+                check_image(image, CONFIG)
+
+
+@pytest.mark.parametrize(("field", "most", "message"), [
+    ("residents", CONFIG.memsys.own_patches, "Patches of a resident set"),
+    ("subshells", CONFIG.ctu.subshells, "Subshells of a cluster"), ("end_column", 256, "Tiles of a section")])
+def test_capacities_of_a_cluster(frustum, field, most, message):
+    clusters = frustum.image["clusters"].copy()
+    # Of 4 x 4 rays each.
+    clusters["first_column"], clusters["first_row"], clusters["end_row"] = 0, 0, 16
+    clusters["end_column"], clusters["subshells"], clusters["residents"] = 64, 0, 0
+    image = MemoryImage({**frustum.image.regions, "clusters": clusters})
+    for value in range(max(0, most - 1), most + 2):
+        clusters[field][1] = value
+        if value <= most:
+            check_image(image, CONFIG)
+        else:
+            with pytest.raises(InputError, match=f"{message} must be at most"):
+                check_image(image, CONFIG)
+
+
+@pytest.mark.parametrize(("name", "most"), [("total", (1 << 44) - 1), ("regions", (1 << 17) - 1), ("policy", 3),
+                                            ("image", (1 << 64) - 1)])
+def test_registers_hold_what_is_written(port, name, most):
+    host = Host(port, CONFIG)
+    asyncio.run(host.write(name, most))
+    assert asyncio.run(host.read(name)) == most
+    for value in -1, most + 1:
+        with pytest.raises(ValueError, match=f"{name} must be from 0 to {most}, not {value}"):
+            asyncio.run(host.write(name, value))
+
+
 def test_clusters_are_their_nodes(frustum):
     clusters = frustum.image["clusters"].copy()
     clusters["processor"] = np.array([1, 0])

@@ -1,0 +1,96 @@
+# amaranth: UnusedElaboratable=no
+"""Regions of an image: as long as they may be, one record fewer, and one more."""
+
+import pytest
+
+from golden.config import PRESETS
+from golden.memory_map import MAGIC, REGIONS, VERSION
+from hw.memsys.fault import Fault
+from hw.memsys.image_header import ImageHeader
+from hw.memsys.image_layout import HEADER_WORDS, RECORD_BYTES
+from tb.lib.responder import Responder
+from tb.lib.schedules import Schedule, ScheduleBench
+
+CONFIG = PRESETS["tiny"]
+MEMORY = 1 << CONFIG.memory.address_bits
+BYTES = {region.name: size for region, size in zip(REGIONS, RECORD_BYTES, strict=True)}
+PLACE, SIZE = 1 << 20, 1 << 36
+# Of the machine, see `Config`.
+MOST = {
+    "cell_grid": 1, "frustum": 1, "cells": CONFIG.memsys.scene_cells, "patches": 1 << CONFIG.icu.patch_bits,
+    "columns": 1 << CONFIG.icu.side_bits, "rows": 1 << CONFIG.icu.side_bits,
+    "near_cells": 1 << CONFIG.ctu.near_cell_bits, "shells": (1 << CONFIG.ctu.shell_bits) - 2,
+    "grid_rows": 1 << CONFIG.ctu.grid_row_bits, "grid_columns": 1 << CONFIG.ctu.grid_column_bits}
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return ScheduleBench(ImageHeader(config=CONFIG), patience=400, watchdog=10_000)
+
+
+def fault(bench, *, place=PLACE, size=SIZE, offsets=(), **counts):
+    """The fault of a header with regions of so many records, by default none of wrong length."""
+    counts = dict.fromkeys(BYTES, 0) | {"columns": 4, "rows": 4, "sums": 1} | counts
+    counts["hits"] = counts["hits"] or counts["columns"] * counts["rows"]
+    words = [MAGIC | VERSION << 32, size]
+    for name, count in counts.items():
+        words += [dict(offsets).get(name, 4096), count]
+    read = Responder("o_extent", "i_word", lambda extent: [
+        {"data": word, "last": number == HEADER_WORDS - 1} for number, word in enumerate(words)])
+    came = bench.run(Schedule(items={"i": [(0, place)]}), read)
+    assert came["o_extent"] == [{"address": place, "length": HEADER_WORDS - 1, "narrow": 0}]
+    (found,) = came["o"]
+    return Fault(found)
+
+
+@pytest.mark.parametrize("region", MOST)
+def test_the_most_records(bench, region):
+    for count in MOST[region] - 1, MOST[region], MOST[region] + 1:
+        others = {"residence": count, "sums": count + 1} if region == "patches" else {}
+        expected = Fault.NONE if count <= MOST[region] else Fault.REGION
+        assert fault(bench, **{region: count}, **others) is expected, count
+
+
+@pytest.mark.parametrize(("counts", "passes"), [
+    ({"patches": 9, "residence": 9, "sums": 10}, True), ({"patches": 9, "residence": 8, "sums": 10}, False),
+    ({"patches": 9, "residence": 10, "sums": 10}, False), ({"patches": 9, "residence": 9, "sums": 9}, False),
+    ({"patches": 9, "residence": 9, "sums": 11}, False), ({"columns": 7, "rows": 5, "hits": 35}, True),
+    ({"columns": 7, "rows": 5, "hits": 34}, False), ({"columns": 7, "rows": 5, "hits": 36}, False),
+    ({"columns": 1024, "rows": 1024, "hits": 1 << 20}, True), ({"columns": 1024, "rows": 1024, "hits": 1}, False)])
+def test_regions_as_long_as_others(bench, counts, passes):
+    assert fault(bench, **counts) is (Fault.NONE if passes else Fault.REGION)
+
+
+@pytest.mark.parametrize("region", BYTES)
+def test_regions_end_within_the_image(bench, region):
+    """Each is the last one and ends with the image, or one byte beyond, or begins at another multiple."""
+    counts = {"patches": 1, "residence": 1, "sums": 2, "columns": 1, "rows": 1, "hits": 1, region: 1}
+    counts |= {"sums": 2}
+    size = BYTES[region] * counts[region]
+    for offset, passes in (SIZE - -(-size // 64) * 64, True), (SIZE - -(-size // 64) * 64 + 64, False), (SIZE, False):
+        assert fault(bench, offsets={region: offset}, **counts) is (Fault.NONE if passes else Fault.REGION), offset
+    for offset, passes in (4096 + 64, True), (4096 + 8, False), (4096 + 32, False), (4096 + 1, False):
+        assert fault(bench, offsets={region: offset}, **counts) is (Fault.NONE if passes else Fault.REGION), offset
+    for tail in range(-2, 3):
+        # The size of an image need not be a multiple of anything.
+        assert fault(bench, size=4096 + size + tail, **counts, offsets=dict.fromkeys(set(BYTES) - {region}, 0)) is (
+            Fault.NONE if tail >= 0 else Fault.REGION), tail
+
+
+@pytest.mark.parametrize("region", ["patch_lists", "clusters", "subshells", "residents"])
+def test_lengths_do_not_wrap(bench, region):
+    """Of tables that the machine reads in parts: up to 2^32 records, in an image of any size."""
+    largest = (1 << 32) - 1
+    room = BYTES[region] * largest + 4096
+    assert fault(bench, size=MEMORY - PLACE, **{region: largest}) is (
+        Fault.NONE if room <= MEMORY - PLACE else Fault.REGION)
+    assert fault(bench, size=4096 + BYTES[region], **{region: largest}) is Fault.REGION
+    assert fault(bench, **{region: 1 << 32}) is Fault.REGION
+
+
+@pytest.mark.parametrize(("place", "size", "passes"), [
+    (PLACE, MEMORY - PLACE, True), (PLACE, MEMORY - PLACE + 1, False), (0, MEMORY, False), (0, MEMORY - 1, True),
+    (MEMORY - 8192, 8192, True), (MEMORY - 8192, 8193, False), (PLACE, 1 << 63, False), (PLACE, 0, False)])
+def test_images_end_within_memory(bench, place, size, passes):
+    """An image that fills all of memory has a size of one bit too many."""
+    assert fault(bench, place=place, size=size) is (Fault.NONE if passes else Fault.REGION)
