@@ -50,9 +50,9 @@ demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"
 	$(BIN)/python -m radiosity demo $(OUT)/demo
 
-test: lint ## lint, then all tests but two kinds: the blocks in Verilator (make sim) and the long ones (make nightly)
-	@echo "== tests, two at a time; left out: the blocks in Verilator (make sim) and the long ones (make nightly)"
-	$(BIN)/pytest -n 2 -m "not nightly and not sim"
+test: lint ## lint, then the tests of a commit, whole frusta on the engine among them; not those of make sim and make nightly
+	@echo "== tests, two at a time; left out: testbenches of blocks in Verilator (make sim), long ones (make nightly)"
+	$(BIN)/pytest -n 2 --dist loadgroup -m "not nightly and not sim"
 
 sim: $(STAMP) ## tests of the hardware's blocks, in Verilator too; BLOCK=icu for one block
 	@if [ -z "$(BENCHES)" ]; then \
@@ -60,7 +60,7 @@ sim: $(STAMP) ## tests of the hardware's blocks, in Verilator too; BLOCK=icu for
 	  exit 1; \
 	fi
 	@echo "== regressions of $(BLOCK)"
-	$(BIN)/pytest -n 2 -m "not nightly" $(BENCHES)
+	$(BIN)/pytest -n 2 --dist loadgroup -m "not nightly" $(BENCHES)
 
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
 	$(BIN)/pytest -n 2 tb/formal
@@ -77,7 +77,7 @@ report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
 nightly: $(STAMP) ## the tests that make test leaves out: the long ones, and the blocks in Verilator
-	$(BIN)/pytest -n 2 -m "nightly or sim"
+	$(BIN)/pytest -n 2 --dist loadgroup -m "nightly or sim"
 
 pictures: $(STAMP) ## render the pictures of the documentation again
 	$(BIN)/python -m radiosity pictures docs/pictures

@@ -1,16 +1,18 @@
 """A plugin of pytest: CPU seconds of each folder of tests, with those of the programs that the tests run.
 
 ``pytest -p tb.lib.cpu_times -n 2 -m "not nightly and not sim"`` writes out/cpu-times.csv. CPU time depends less than
-wall time on what else the machine does.
+wall time on what else the machine does. ``python -m tb.lib.cpu_times`` prints what each tenth of that time protects.
 """
 
+import csv
 import os
+import sys
 from collections import defaultdict
 from pathlib import Path
 
 import pytest
 
-__all__ = []
+__all__ = ["tenths"]
 
 OUTPUT = Path("out") / "cpu-times.csv"
 _NAME = "cpu seconds"
@@ -53,3 +55,27 @@ def pytest_sessionfinish():
         OUTPUT.parent.mkdir(parents=True, exist_ok=True)
         rows = [f"{folder},{count},{seconds:.1f}" for folder, (count, seconds) in sorted(_found.items())]
         OUTPUT.write_text("\n".join(["folder,tests,cpu_seconds", *rows, ""]))
+
+
+def tenths(seconds: dict[str, float]) -> str:
+    """What each tenth of the time is for, as Markdown: folders by their seconds, the largest first.
+
+    Parameters
+    ----------
+    seconds
+        CPU seconds of each folder.
+    """
+    tenth, rows, end = sum(seconds.values()) / 10, [[] for _ in range(10)], 0.0
+    for folder, spent in sorted(seconds.items(), key=lambda item: -item[1]):
+        begin, end = end, end + spent
+        for number, row in enumerate(rows):
+            share = min(end, (number + 1) * tenth) - max(begin, number * tenth)
+            if share >= 0.5:
+                row.append(f"`{folder}` {share:.0f} s")
+    return "\n".join(["| tenth | folders |", "|---|---|", *(
+        f"| {number} | {', '.join(row)} |" for number, row in enumerate(rows, 1)), ""])
+
+
+if __name__ == "__main__":
+    with OUTPUT.open(newline="") as file:
+        sys.stdout.write(tenths({row["folder"]: float(row["cpu_seconds"]) for row in csv.DictReader(file)}))
