@@ -16,7 +16,7 @@ from golden.memsys.cell_table import CellTable
 from golden.scene.scene import Scene
 from tb.golden.cast.frusta import CELLS, room
 
-__all__ = ["late_entries", "shuttered"]
+__all__ = ["late_entries", "shuttered", "stays"]
 
 # Distance of the tiny patch from its cell's border, and of the sliver behind it.
 WITHIN, BEHIND = 0.01, 0.02
@@ -79,7 +79,7 @@ def late_entries(record: FrustumRecord, table: CellTable, ray: int, *, shells: i
     for shell in range(1, shells + 1):
         for cell in unit.open(shell, alone).tolist():
             opened.setdefault(cell, shell)
-    for cell, begin, end in _stays(record, table, ray):
+    for cell, begin, end in stays(record, table, ray):
         distance = begin + WITHIN
         if begin < 1 or end < begin + 2 * WITHIN or distance > shells - 1.5:
             continue
@@ -89,7 +89,7 @@ def late_entries(record: FrustumRecord, table: CellTable, ray: int, *, shells: i
             yield distance
 
 
-def _stays(record, table, ray):
+def stays(record, table, ray):
     """Cells along one ray with the distances at which it enters and leaves each."""
     along = record.all_directions()[ray] @ record.to_global.T / 2.0**(2 * FRACTION)
     walk = Traversal(table.position(record.origin), np.rint(along * 2.0**FRACTION).astype(np.int64)[None], begin=0,
