@@ -138,12 +138,12 @@ async def a_ray_per_cycle(dut):
 ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "latencies")
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
     simulate(make(), MODULE, ALL, simulator=simulator, name=f"ctu_ray_banks-{simulator}")
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_rate(simulator):
     simulate(make(MANY), MODULE, ("a_ray_per_cycle",), simulator=simulator, name=f"ctu_ray_banks_rate-{simulator}")
 

@@ -312,7 +312,7 @@ ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "one_ac
        "a_return_to_one_request", "returns_block_retries")
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
     simulate(make(), MODULE, ALL, simulator=simulator, name=f"ctu_ray_memory-{simulator}")
 

@@ -124,6 +124,7 @@ def run(name, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4),
              policies=policies, cycles=cycles)
 
 
+@pytest.mark.nightly
 def test_a_frustum_of_two_clusters():
     run("two", ("whole_frusta",), shares=(1.0,))
 
