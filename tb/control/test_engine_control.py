@@ -87,6 +87,16 @@ def test_every_command_in_every_state(bench):
     coverage.check()
 
 
+@pytest.mark.parametrize("source", ["memory", "clusters", "timeout", "networks"])
+def test_a_fault_in_every_state(bench, source):
+    coverage = Coverage(STATES)
+    for plan in SCRIPTS.values():
+        for cycle in range(plan.cycles - 8):
+            changed = replace(plan, **happens(source, cycle, "load"), cycles=max(40, cycle + 20))
+            coverage.hit(state(check(bench, changed), cycle))
+    coverage.check()
+
+
 def test_of_several_commands_the_lowest_counts(bench):
     for value in range(1 << register("command").width):
         for cycle in 1, 8, 24:
