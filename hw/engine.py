@@ -283,9 +283,12 @@ class Engine(wiring.Component):
             control.write_over.valid.eq(result.o_over.valid), control.write_over.payload.eq(result.o_over.payload),
             control.casts.eq(sum(cluster.busy for cluster in clusters).any()),
             *(control.clusters[number].eq(cluster.fault) for number, cluster in enumerate(clusters))]
-        for name in ("read", "write"):
+        # A command keeps its windows: the host writes them in several words, and at any time.
+        for name, begins in ("read", control.loading | control.casting), ("write", control.writing):
             window = getattr(port, f"{name}_window")
-            m.d.comb += [getattr(window, side).eq(getattr(registers, f"{name}_{side}")) for side in ("base", "limit")]
+            with m.If(begins):
+                m.d.sync += [getattr(window, side).eq(getattr(registers, f"{name}_{side}"))
+                             for side in ("base", "limit")]
         m.d.comb += [
             registers.magic.eq(MAGIC), registers.version.eq(VERSION), registers.clusters.eq(len(clusters)),
             registers.status.eq(control.status), registers.error.eq(control.error.code),

@@ -45,11 +45,11 @@ ENGINE_REGISTERS = (
     Register(name="regions", access=Access.WRITE, width=len(REGIONS), about="Regions to read, a bit each in the order "
              "of the memory map; not `residents`, of which the patches are read, and those that the machine writes."),
     Register(name="image", access=Access.WRITE, width=64, about="Address of the image, a multiple of 64."),
-    Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. Write this and "
-             "the next register only while the machine is idle."),
+    Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. This and the "
+             "next register are taken when a load or a cast begins."),
     Register(name="read_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. Write this and "
-             "the next register only while no results are written."),
+    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. This and "
+             "the next register are taken when results begin to be written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
     Register(name="total", access=Access.WRITE, width=WEIGHT_SUM_BITS, about="The sum of the weights of all rays "
              "since the sums were last written. The record after the last patch is this less all sums, modulo "

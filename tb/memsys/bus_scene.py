@@ -55,14 +55,22 @@ class BusScene:
         return Cache.of(memsys, lines=lines).access(np.array([key for _, key in mine]))[0]
 
     def check(self, kind: RequestKind, mine: list[tuple[int, int]], hit, beats: list[dict],
-              failed=lambda kind, key: False) -> None:
-        """The beats of all replies of one kind. Of what ``failed`` only the error is looked at."""
+              failed=lambda kind, key: False, *, errors: bool = False) -> int:
+        """Compare the beats of all replies of one kind. Of what ``failed`` only the error is compared; with ``errors``
+        any reply may be one. Returns the number of errors.
+        """
+        wrong = 0
         ends = [k + 1 for k, beat in enumerate(beats) if beat["last"]]
         replies = [beats[a:b] for a, b in pairwise([0, *ends])]
         for (cluster, key), held, reply in zip(mine, hit, replies, strict=True):
             assert {beat["cluster"] for beat in reply} == {cluster}
             assert {beat["hit"] for beat in reply} == {int(held)}, (kind, key)
-            if failed(kind, key):
+            part, cell = divmod(key, 1 << self._formats.cell_bits)
+            # A part behind the list's end is an error, or empty if the one before it was full.
+            no_part = kind is RequestKind.CELL and self._config.memsys.reply_ids * part > self._cells[cell][1]
+            unreadable = errors and not no_part and all(beat["error"] for beat in reply)
+            wrong += unreadable
+            if failed(kind, key) or unreadable:
                 assert all(beat["error"] for beat in reply), (kind, key)
                 continue
             data = [beat["data"] for beat in reply]
@@ -71,12 +79,11 @@ class BusScene:
                 assert data == [key, *(sum(part << 24 * axis for axis, part in enumerate(one))
                                        for one in self._vertices[key])]
                 continue
-            part, cell = divmod(key, 1 << self._formats.cell_bits)
             pointer, count = self._cells[cell]
             ids = self._config.memsys.reply_ids
             entries = self._lists[pointer:pointer + count][ids * part:ids * part + ids]
-            # A part behind the list's end is an error, or empty if the one before it was full.
-            assert any(beat["error"] for beat in reply) == (ids * part > count)
+            assert any(beat["error"] for beat in reply) == no_part
             assert data[:len(entries)] == [pack(self._formats.cell_beat, {
                 "number": entry, "is_id": 1, "more": ids * part + ids < count}) for entry in entries]
             assert len(reply) == max(1, len(entries))
+        return wrong

@@ -27,6 +27,8 @@ from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Sink, Source
 from tb.memsys.bus_scene import BusScene
+from tb.memsys.faulty_memory import READ_FAULTS, BusFault, FaultyMemory
+from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.test_third_party_memory import Regions, attach, stall
 
 MODULE = "tb.memsys.test_bus_at_memory"
@@ -36,6 +38,8 @@ SMALL = {"memsys.reply_ids": 4, "memsys.cache_fetches": 4, "icu.patch_bits": 8, 
          "memory.outstanding": 4, "memory.burst_beats": 8, "memory.length_bits": 5, "memory.timeout_bits": 12}
 POLICIES = list(CachePolicy)
 SHARED = ("i_invalidate", "i_request", "o_reply", "scene", "bases")
+# Until late beats have come.
+ATTEMPTS = 40
 # What memory cannot read: these patches, and these cells' records, 16 bytes together.
 FAILED = {RequestKind.PATCH: (5,), RequestKind.CELL: (2, 3)}
 
@@ -81,8 +85,8 @@ class Bench:
         dut.window.value = pack(window, {"base": BASE, "limit": BASE + len(self.scene.image)})
         dut.clear.value = 0
 
-    async def ask(self, policy, requests, failed=lambda kind, key: False):
-        """From empty caches on; golden's hits and records."""
+    async def ask(self, policy, requests, failed=lambda kind, key: False, **given):
+        """From empty caches on; golden's hits and records. Returns the number of errors; see `BusScene.check`."""
         for sink in self.sinks:
             sink.items.clear()
         await Source(self.dut, "i_invalidate").send([policy.value])
@@ -96,10 +100,12 @@ class Bench:
             for came, sink in zip(replies, self.sinks, strict=True):
                 came += [unpack(self.formats.bus_reply, item) for item in sink.items[len(came):]]
         await ClockCycles(self.dut.clk, 20)
+        errors = 0
         for kind, came, sink in zip(RequestKind, replies, self.sinks, strict=True):
             assert len(sink.items) == len(came), "something came after the last reply"
             hit = self.scene.hits(by_kind[kind], policy.name.lower(), LINES)
-            self.scene.check(kind, by_kind[kind], hit, came, failed)
+            errors += self.scene.check(kind, by_kind[kind], hit, came, failed, **given)
+        return errors
 
     def fault(self):
         """Code and address."""
@@ -153,6 +159,44 @@ async def a_target_that_raises(dut):
 
 
 @cocotb.test()
+async def faults_of_the_bus(dut):
+    """What memory has not answered as it must is an error or right; so is the next request, at once. Memory stays."""
+    await start(dut, cycles=400_000)
+    draw, config = random.Random(options()["seed"]), config_of(options()["changes"])
+    scene = BusScene(config)
+
+    def fresh():
+        return FaultyMemory(config, scene.image, base=BASE, latency=5, spread=9, shuffles=True)
+
+    memory, bench = fresh(), Bench(dut)
+    port = ModelAtPort(dut, memory)
+    for kind in READ_FAULTS:
+        memory.arm(BusFault(kind=kind, burst=draw.randrange(9), beat=draw.randrange(8)))
+        policy = draw.choice(POLICIES)
+        errors = await bench.ask(policy, scene.requests(50, seed=len(kind)), errors=True)
+        assert memory.struck, kind
+        assert not (errors and kind in ("unasked beat", "last beat again")), kind
+        for _ in range(ATTEMPTS):
+            errors = await bench.ask(policy, scene.requests(30, seed=1), errors=True)
+            if not errors:
+                break
+        assert bool(errors) == memory.lost, kind
+        assert bench.fault()[0] is READ_FAULTS[kind]
+        if memory.lost:
+            port.stop()
+            await reset(dut)
+            memory = fresh()
+            port = ModelAtPort(dut, memory)
+        dut.clear.value = 1
+        await ClockCycles(dut.clk, 2)
+        dut.clear.value = 0
+        await bench.ask(policy, scene.requests(20, seed=2))
+        assert bench.fault()[0] is Fault.NONE
+        assert memory.data == scene.image
+    port.stop()
+
+
+@cocotb.test()
 async def reset_in_flight(dut):
     """Memory too is reset; nothing of before comes after it."""
     await start(dut, cycles=60_000)
@@ -181,3 +225,9 @@ def test_at_a_memory_of_others(simulator, bits):
     simulate(BusAtMemory(config=config_of(changes)), MODULE,
              ("every_pair_of_stalls", "a_target_that_raises", "reset_in_flight"), simulator=simulator,
              name=f"bus_at_memory-{bits}-{simulator}", changes=changes)
+
+
+def test_faults_of_the_bus():
+    changes = {**SMALL, "memory.timeout_bits": 7}
+    simulate(BusAtMemory(config=config_of(changes)), MODULE, ("faults_of_the_bus",), simulator="icarus",
+             name="bus_at_memory-faults", changes=changes)

@@ -414,7 +414,7 @@ def test_the_port(simulator):
 
 def sizes(name, *marks, **changes):
     return pytest.param(name, {f"memory.{parameter}": value for parameter, value in changes.items()}, id=name,
-                        marks=[SIMULATORS[1].marks[0], *marks])
+                        marks=marks)
 
 
 @pytest.mark.parametrize(("name", "changes"), [

@@ -1,5 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
+import random
 from itertools import pairwise
 from pathlib import Path
 
@@ -30,13 +31,15 @@ from tb.lib.scoreboard import check
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Sink, Source
 from tb.lib.timing import documented_latency
+from tb.memsys.faulty_memory import READ_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort
-from tb.memsys.memory_model import MemoryModel
 
 MODULE = "tb.memsys.test_preload_dma"
 STREAMS = ("i", "o", "o_done")
 SMALL = {"memory.outstanding": 8, "memory.burst_beats": 8, "memory.length_bits": 5, "memory.timeout_bits": 10}
 BASE = 0x7_0000_1000
+# Until late beats have come.
+ATTEMPTS = 40
 LOADED = [region for region in REGIONS if region.life != "result"]
 OWN = ("clusters", "subshells", "residents", "patches")
 NUMBER = {region.name: k for k, region in enumerate(REGIONS)}
@@ -91,7 +94,7 @@ class Bench:
         members = PreloadDma(config=self.config).signature.members
         self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
         self.data = Path(options()["image"]).read_bytes() if data is None else data
-        self.model = MemoryModel(self.config, self.data, base=BASE, seed=seed, **memory)
+        self.model = FaultyMemory(self.config, self.data, base=BASE, seed=seed, **memory)
         self.port = ModelAtPort(dut, self.model)
         window = MemoryFormats(self.config).window
         dut.window.value = pack(window, {"base": BASE, "limit": BASE + len(self.data)})
@@ -258,6 +261,34 @@ async def malformed_tables(dut):
 
 
 @cocotb.test()
+async def faults_of_the_bus(dut):
+    """Tables that memory has not answered as it must end with a fault, or are right; so are the next ones, at once."""
+    await start(dut, cycles=300_000)
+    draw, bench = random.Random(options()["seed"]), Bench(dut, latency=4, spread=5, shuffles=True)
+    names = ("clusters", "cells", "patches")
+    for kind in READ_FAULTS:
+        bench.model.arm(BusFault(kind=kind, burst=draw.randrange(12), beat=draw.randrange(8)))
+        code, _ = await bench.load(names)
+        assert bench.model.struck, kind
+        harmless = kind in ("unasked beat", "last beat again")
+        assert code is (Fault.NONE if harmless else Fault.READ_REPLY), kind
+        if harmless:
+            bench.compare(names, 0)
+        for _ in range(ATTEMPTS):
+            if (await bench.load(names))[0] is Fault.NONE:
+                break
+        else:
+            assert bench.model.lost, kind
+            bench.stop()
+            await reset(dut)
+            bench = Bench(dut, latency=4, spread=5, shuffles=True)
+            assert (await bench.load(names))[0] is Fault.NONE
+        bench.compare(names, 0)
+        assert bench.model.data == bench.data
+    bench.stop()
+
+
+@cocotb.test()
 async def reset_in_flight(dut):
     """Nothing of before comes out after it."""
     await start(dut, cycles=50_000)
@@ -298,7 +329,8 @@ async def a_word_per_cycle(dut):
     bench.stop()
 
 
-ALL = ("the_whole_image", "every_pair_of_stalls", "malformed_tables", "reset_in_flight", "a_word_per_cycle")
+ALL = ("the_whole_image", "every_pair_of_stalls", "malformed_tables", "faults_of_the_bus",
+       "reset_in_flight", "a_word_per_cycle")
 CLUSTERS = 2
 
 

@@ -32,8 +32,8 @@ from tb.lib.runner import BUILD, SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
+from tb.memsys.faulty_memory import WRITE_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort
-from tb.memsys.memory_model import MemoryModel
 from tb.memsys.test_third_party_memory import attach, stall
 
 MODULE = "tb.memsys.test_write_dma"
@@ -41,6 +41,8 @@ STREAMS = ("i", "i_hit", "i_sum", "o_done")
 SMALL = {"memory.outstanding": 4, "memory.burst_beats": 8, "memory.length_bits": 4, "memory.timeout_bits": 10}
 BASE = 0x3_0000_2000
 COLUMNS, ROWS, CLUSTERS = 64, 16, 2
+# Until late answers have come.
+ATTEMPTS = 40
 
 
 class Writes(wiring.Component):
@@ -93,7 +95,7 @@ class Bench:
         self.done = Sink(dut, "o_done")
         self.memory = self.port = None
         if model:
-            self.memory = MemoryModel(self.config, self.data, base=BASE, seed=self.seed, **memory)
+            self.memory = FaultyMemory(self.config, self.data, base=BASE, seed=self.seed, **memory)
             self.port = ModelAtPort(dut, self.memory)
 
     def hits(self, hits, section):
@@ -204,7 +206,8 @@ async def what_has_no_place(dut):
     for name, section, change, rows in (
             ("rows beyond the last one", outside, None, 2), ("too wide", Sector(8, COLUMNS + 1, 2, 5), None, 0),
             ("no column", Sector(8, 8, 2, 5), "one", 0), ("no row", Sector(8, 9, 5, 5), "one", 0),
-            ("too few", part, "short", 0), ("too many", part, "long", 3), ("another order", part, "swapped", 0)):
+            ("too few", part, "short", 0), ("too many", part, "long", 3), ("another order", part, "swapped", 0),
+            ("another row", part, "rows", 0)):
         bench = Bench(dut, latency=4)
         hits = drawn_hits(bench.image, seed)
         items = bench.hits(hits, section) if section is not outside else bench.hits(
@@ -218,6 +221,9 @@ async def what_has_no_place(dut):
             items = [*items[:-1], {**items[-1], "last": False}, *items[:3], {**items[0], "last": True}]
         elif change == "swapped":
             items[3], items[4], right = items[4], items[3], [Sector(4, 7, 2, 3)]
+        elif change == "rows":
+            # Of the same column.
+            items[1], items[9], right = items[9], items[1], [Sector(4, 5, 2, 3)]
         assert await bench.write(ResultKind.HITS, items, section=section) is Fault.PLACE, name
         bench.compare(bench.written(hits, right), or_before=True)
         bench.memory.data[:] = bench.data
@@ -225,15 +231,15 @@ async def what_has_no_place(dut):
         bench.compare(bench.written(hits, [part]))
         bench.stop()
     for name, change in (("too few", "short"), ("too many", "long"), ("another patch", "other"), ("no record", None),
-                         ("overflow", "overflow")):
+                         ("another order", "swapped"), ("overflow", "overflow")):
         bench = Bench(dut, latency=4)
         hits = drawn_hits(bench.image, seed)
         items, total = bench.sums(hits)
-        right = {"short": 20, "long": len(items) - 1, "other": 7, "overflow": 7, None: 0}[change]
+        right = {"short": 20, "long": len(items) - 1, "other": 7, "swapped": 7, "overflow": 7, None: 0}[change]
         last = {**items[7], "last": True}
         given = {"short": [*items[:20], {**items[20], "last": True}], None: [last],
                  "long": [*items[:-1], {**items[-1], "last": False}, last],
-                 "other": [*items[:7], *items[8:]],
+                 "other": [*items[:7], *items[8:]], "swapped": [*items[:7], items[8], items[7], *items[9:]],
                  "overflow": [*items[:7], {**items[7], "overflow": 1}, *items[8:]]}[change]
         count = 1 if change is None else None
         assert await bench.write(ResultKind.SUMS, given, total=total, count=count) is (
@@ -264,6 +270,35 @@ async def errors_of_memory(dut):
     dut.window.value = pack(window, {"base": wrong - 64, "limit": BASE + len(bench.data)})
     assert await bench.write_hits(hits, section) is Fault.WRITE_REPLY
     bench.compare(bench.written(hits, [Sector(0, 16, 1, 3)]), or_before=True)
+    bench.stop()
+
+
+@cocotb.test()
+async def faults_of_the_bus(dut):
+    """Results that memory has not answered as it must end with a fault, or are right; so are the next ones, at once."""
+    await start(dut, cycles=300_000)
+    draw, bench = np.random.default_rng(options()["seed"]), Bench(dut, latency=4, spread=5)
+    section = Sector(2, 40, 3, 6)
+    for kind in WRITE_FAULTS:
+        bench.memory.data[:], hits = bench.data, drawn_hits(bench.image, len(kind))
+        # Only the first burst is alone.
+        burst = 0 if kind == "answer before the data" else int(draw.integers(5))
+        bench.memory.arm(BusFault(kind=kind, burst=burst, beat=0))
+        code = await bench.write_hits(hits, section)
+        assert bench.memory.struck, kind
+        assert code is (Fault.NONE if kind in ("unasked answer", "answer again") else Fault.WRITE_REPLY), kind
+        bench.compare(bench.written(hits, [section]), or_before=True)
+        for _ in range(ATTEMPTS):
+            if await bench.write_hits(hits, section) is Fault.NONE:
+                break
+            bench.compare(bench.written(hits, [section]), or_before=True)
+        else:
+            assert bench.memory.lost, kind
+            bench.stop()
+            await reset(dut)
+            bench = Bench(dut, latency=4, spread=5)
+            assert await bench.write_hits(hits, section) is Fault.NONE
+        bench.compare(bench.written(hits, [section]))
     bench.stop()
 
 
@@ -334,8 +369,8 @@ async def at_the_memory_of_others(dut):
     bench.stop()
 
 
-ALL = ("a_whole_image", "every_pair_of_stalls", "what_has_no_place", "errors_of_memory", "reset_in_flight",
-       "a_word_per_cycle", "at_the_memory_of_others")
+ALL = ("a_whole_image", "every_pair_of_stalls", "what_has_no_place", "errors_of_memory", "faults_of_the_bus",
+       "reset_in_flight", "a_word_per_cycle", "at_the_memory_of_others")
 
 
 @pytest.fixture(scope="module")
