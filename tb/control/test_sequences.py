@@ -228,9 +228,23 @@ def test_latency():
 
 
 @pytest.mark.parametrize(("work", "drains", "final", "last"), [
-    ((), 40, 30, 40), ((), 20, 60, 60), (((10, 90), (12, 50)), 40, 30, 90), (((10, 20), (12, 33)), 30, 40, 40)])
+    ((), 40, 30, 40), ((), 20, 60, 60), (((10, 90), (12, 50)), 40, 30, 90), (((10, 20), (12, 33)), 30, 40, 40),
+    # A patch enters in the cycle in which another one leaves.
+    (((10, 12), (12, 60)), 20, 20, 60), (((10, 12), (12, 14), (14, 16)), 20, 30, 30)])
 def test_a_cast_is_over_with_the_last_of_all(work, drains, final, last):
     _, ended = cast(40, 10, work=work, drains=drains, final=final)
+    assert last < ended["after"] <= last + 5
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_patches_enter_and_leave_at_random(seed):
+    draw = random.Random(seed)
+    enters, leaves = sorted(draw.sample(range(1, 60), 24)), []
+    for first in enters:
+        leaves.append(next(cycle for cycle in range(first + draw.randrange(1, 30), 200) if cycle not in leaves))
+    drains, final = draw.randrange(20, 100), draw.randrange(20, 100)
+    _, ended = cast(40, 10, work=tuple(zip(enters, leaves, strict=True)), drains=drains, final=final, seed=seed)
+    last = max(*leaves, drains, final)
     assert last < ended["after"] <= last + 5
 
 
