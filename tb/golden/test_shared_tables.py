@@ -152,7 +152,7 @@ def made():
                     topology="mesh")
     image = machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan,
                           weights=Hemisphere(scene.record.columns, scene.record.rows).polar_weights)
-    return scene, plan, image.to_bytes()
+    return scene, plan, image
 
 
 class Reader:
@@ -170,6 +170,9 @@ class Reader:
         for number, region in enumerate(self.regions):
             self._place[region] = struct.unpack_from("<QQ", data, 16 + 16 * number)
 
+    def fields(self, region):
+        return list(self._fields[region])
+
     def count(self, region):
         return self._place[region][1]
 
@@ -181,7 +184,8 @@ class Reader:
 
 
 def test_bytes_of_an_image_are_where_the_page_says(made):
-    scene, plan, data = made
+    scene, plan, image = made
+    data = image.to_bytes()
     reader, record, geometry, table = Reader(data), scene.record, scene.geometry, scene.shelling.table
     assert data[:4] == b"RADE"
     assert struct.unpack_from("<IQ", data, 4) == (2, len(data))
@@ -224,3 +228,16 @@ def test_bytes_of_an_image_are_where_the_page_says(made):
     assert reader.count("hits") == record.columns * record.rows
     assert reader.read("hits", reader.count("hits") - 1, "patch") == -1
     assert reader.count("sums") == len(geometry) + 1
+
+
+def test_every_field_of_every_region_is_where_the_page_says(made):
+    image = made[2]
+    reader = Reader(image.to_bytes())
+    for region in reader.regions:
+        records = image[region]
+        assert reader.count(region) == len(records)
+        for number in {0, len(records) // 2, len(records) - 1} if len(records) else ():
+            for field in reader.fields(region):
+                value = reader.read(region, number, field)
+                assert np.ravel(records[field][number]).tolist() == (
+                    list(value) if isinstance(value, tuple) else [value]), (region, field)

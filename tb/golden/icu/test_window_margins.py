@@ -82,13 +82,25 @@ def climbed(error, bits, seed=0, count=2000, rounds=80):
     (SETTINGS[0], 17, 0.68), (SETTINGS[1], 17, 0.99), (SETTINGS[1], 10, 0.9), (SETTINGS[0], 10, 0.05),
     (SETTINGS[3], 17, 0.1)], ids=map(str, range(5)))
 def test_the_worst_angles_found_are_within_their_bound(icu, bits, least):
+    assert least < climbed(error_of_angles(icu), bits) / circular_error(icu, bits) <= 1
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("icu", SETTINGS, ids=NAMED)
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_no_long_search_finds_an_angle_beyond_its_bound(icu, seed):
+    for bits in 10, 13, 17:
+        assert climbed(error_of_angles(icu), bits, seed, count=8000, rounds=120) <= circular_error(icu, bits)
+
+
+def error_of_angles(icu):
     def error(x, y):
         angle, _ = circular(x << icu.cordic_guard, y << icu.cordic_guard, icu)
         turn = 2**icu.angle_bits
         exact = np.arctan2(y.astype(LONG), x.astype(LONG)) / (2 * PI) * turn
         return np.abs((angle - exact + turn / 2) % turn - turn / 2)
 
-    assert least < climbed(error, bits) / circular_error(icu, bits) <= 1
+    return error
 
 
 @pytest.mark.parametrize(("icu", "bits", "least"), [(SETTINGS[0], 17, 1), (SETTINGS[1], 17, 1), (SETTINGS[2], 17, 1),
@@ -220,15 +232,17 @@ def exact_window(record, config, azimuth, polar, planes):
     return (column % record.columns, count, rows[0], len(rows)) if count > 0 else (0, 0, 0, 0)
 
 
-@pytest.mark.parametrize(("angle_bits", "rows", "guard"), [(18, 1024, 6), (24, 1024, 6), (18, 4096, 0)])
-def test_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows, guard):
+WINDOWS = pytest.mark.parametrize(("angle_bits", "rows", "guard"), [(18, 1024, 6), (24, 1024, 6), (18, 4096, 0)])
+
+
+def check_windows(angle_bits, rows, guard, seed, count):
     # With few bits an angle's unit is a sixteenth of a row, so a margin that is a unit less changes some windows; so do
     # the small boxes of the table of sagittas.
     config = CONFIG.replace({"icu.angle_bits": angle_bits, "icu.cordic_guard": guard, "icu.sagitta_span_bits": 8})
     record, compared = hemisphere(4096, rows), 0
     windows = SphericalWindows(record, config)
     for kind in KINDS[:4]:
-        directions, planes = setup(hard_patches(kind, 11, 60))
+        directions, planes = setup(hard_patches(kind, seed, count))
         azimuth, polar = windows.angles(directions)
         window = windows.windows(directions, planes)
         for patch in range(len(directions)):
@@ -237,7 +251,19 @@ def test_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows,
             if expected is not None:
                 compared += 1
                 assert tuple(int(value[patch]) for value in vars(window).values()) == expected, (kind, patch)
-    assert compared > 120
+    assert compared > 2 * count
+
+
+@WINDOWS
+def test_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows, guard):
+    check_windows(angle_bits, rows, guard, 11, 60)
+
+
+@pytest.mark.nightly
+@WINDOWS
+@pytest.mark.parametrize("seed", range(20, 30))
+def test_many_windows_of_hemispheres_have_their_margins_to_the_unit(angle_bits, rows, guard, seed):
+    check_windows(angle_bits, rows, guard, seed, 400)
 
 
 def test_windows_of_screens_have_their_margins_to_the_unit():
