@@ -26,6 +26,8 @@ SIZES = tuple(1 << bits for bits in range(3, 13))
 NAMES = {CachePolicy.DIRECT: "direct", CachePolicy.LFU: "fully associative, LFU", CachePolicy.LRU: "4-way, LRU"}
 # What the resident set is compared with: lines of a cluster's own cache.
 OWN_LINES = (32, 64, 128, 256, 512)
+# Requests, and lines, of a shorter table.
+FIRST, FIRST_LINES = 3000, (16, 64)
 # Bits of a key. A patch is five beats of 72 bits, wherever it is.
 KEY_BITS, PATCH_BITS = 16, 5 * 72
 
@@ -40,6 +42,13 @@ def misses(policy: CachePolicy, lines: int, keys: np.ndarray, **options) -> int:
 def ratios(string: np.ndarray) -> dict[CachePolicy, list[float]]:
     """Miss ratios under each policy, size by size."""
     return {policy: [misses(policy, lines, string) / max(1, len(string)) for lines in SIZES] for policy in NAMES}
+
+
+def beginning(name: str, string: np.ndarray) -> str:
+    """A row of miss ratios of the first requests for patches, which the tests replay in hardware."""
+    first = string[:FIRST]
+    cells = [f"{misses(policy, lines, first) / len(first):.3f}" for lines in FIRST_LINES for policy in NAMES]
+    return f"| {name} | {' | '.join(cells)} |"
 
 
 def cache_bits(lines: int) -> int:
@@ -57,11 +66,11 @@ def resident(name: str, strings: Strings) -> list[str]:
     home = np.full(1 + max(int(string.max()) for frustum in strings.asked.patches for string in frustum
                            if len(string)), -1)
     for lines in OWN_LINES:
-        room = cache_bits(lines) // PATCH_BITS
+        capacity = cache_bits(lines) // PATCH_BITS
         frequency, own, near, cached, total = strings.plan.found.frequency, 0, 0, 0, 0
         home[:] = -1
         for cluster, held in enumerate(strings.plan.sets.patches):
-            kept = held[np.argsort(-frequency[held], kind="stable")[:room]]
+            kept = held[np.argsort(-frequency[held], kind="stable")[:capacity]]
             home[kept[kept < len(home)]] = cluster
         for cluster in range(CLUSTERS):
             string = np.concatenate([frustum[cluster] for frustum in strings.asked.patches])
@@ -69,8 +78,8 @@ def resident(name: str, strings: Strings) -> list[str]:
             near += int((home[string] >= 0).sum())
             cached += len(string) - misses(CachePolicy.LRU, lines, string)
             total += len(string)
-        rows.append(f"| {name} | {lines} | {cache_bits(lines) // 8} | {room} | {own / total:.3f} | {near / total:.3f} "
-                    f"| {cached / total:.3f} |")
+        rows.append(f"| {name} | {lines} | {cache_bits(lines) // 8} | {capacity} | {own / total:.3f} "
+                    f"| {near / total:.3f} | {cached / total:.3f} |")
     return rows
 
 
@@ -88,7 +97,7 @@ def write_chart_of(folder: Path, name: str, curves: dict[str, dict[CachePolicy, 
 @output_option("caches")
 def main(scenes: tuple[str, ...], output: Path) -> None:
     """Write tables and charts for SCENES (default: the five of the thesis)."""
-    tables, sets = [], []
+    tables, sets, firsts = [], [], []
     for name in scenes or SCENES:
         strings = cast_strings(name, CONFIG, clusters=CLUSTERS, hemisphere=HEMISPHERE, cell=CELL)
         curves = {what: ratios(string) for what, string in strings.joined().items()}
@@ -97,6 +106,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
                 tables.append(f"| {name} | {what} | {len(string)} | {len(np.unique(string))} | {NAMES[policy]} | "
                               + " | ".join(f"{value:.3f}" for value in values) + " |")
         sets += resident(name, strings)
+        firsts.append(beginning(name, strings.joined()["patches"]))
         write_chart_of(output.parent, name, curves)
         console().note("\n".join(tables[-2 * len(NAMES):]))
     lines = [
@@ -107,6 +117,9 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "## Miss ratio against lines", "",
         "| scene | string | requests | different | placement | " + " | ".join(str(size) for size in SIZES) + " |",
         "|---" * (5 + len(SIZES)) + "|", *tables, "",
+        f"## Miss ratio of the first {FIRST} requests for patches", "",
+        "| scene | " + " | ".join(f"{lines}: {NAMES[policy]}" for lines in FIRST_LINES for policy in NAMES) + " |",
+        "|---" * (1 + len(FIRST_LINES) * len(NAMES)) + "|", *firsts, "",
         "## Resident set and cache of equal bytes", "",
         "Share of the clusters' requests for patches that are answered: by the cluster's own resident set; by that of "
         "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.", "",

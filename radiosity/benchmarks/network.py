@@ -165,6 +165,20 @@ def shares(results: dict[tuple[str, int], Traffic]) -> list[str]:
     return [*lines, ""]
 
 
+def links(results: dict[tuple[str, int], Traffic]) -> list[str]:
+    """Links per request and the share of requests to a neighbour, with the networks side by side."""
+    lines = ["## Links per request to another cluster, and the share of these requests that go to a neighbour", "",
+             "Cluster i is node i.", "",
+             "| scene | clusters | " + " | ".join(NETWORKS) + " |", "|---" * (2 + len(NETWORKS)) + "|"]
+    for (name, clusters), traffic in results.items():
+        cells = []
+        for network in NETWORKS:
+            counts = distances(traffic, Topology.of(network, clusters), simple(clusters))
+            cells.append(f"{mean(counts):.2f}, {counts[1] / max(1, counts.sum()):.3f}")
+        lines.append(f"| {name} | {clusters} | {' | '.join(cells)} |")
+    return [*lines, ""]
+
+
 def strategies(results: dict[tuple[str, int], Traffic]) -> list[str]:
     """Mean links by assignment."""
     names = list(assignments(next(iter(results.values())), Topology.of("mesh", next(iter(results))[1])))
@@ -235,5 +249,5 @@ def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
         f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, one ray of {RATIO} cast to prepare a phase at "
         f"ceiling point 1 of 16, {points} castings of the phase; a cluster asks once a casting for each patch that it "
         f"finds. {provenance('numpy')}.", "",
-        *where_they_go(results, points), *hop_counts(results, points), *shares(results), *strategies(results),
-        *claims(results), *proximity()])
+        *where_they_go(results, points), *hop_counts(results, points), *shares(results), *links(results),
+        *strategies(results), *claims(results), *proximity()])

@@ -122,7 +122,7 @@ def run(case: Case, window: Window, seed: int) -> Curve:
     loads = np.concatenate([loads, between])
     found = [*curve.found, *look(between, seed + 100)]
     order = np.argsort(loads, kind="stable")
-    return Curve(loads=loads[order], found=[found[place] for place in order], bound=most)
+    return Curve(loads=loads[order], found=[found[number] for number in order], bound=most)
 
 
 def table(curves: dict[Case, Curve]) -> list[str]:
@@ -138,6 +138,26 @@ def table(curves: dict[Case, Curve]) -> list[str]:
         ) if theirs else [""] * 4
         lines.append(f"| {case} | {case.traffic} | {case.length} | {curve.low:.1f} | {low} | {curve.saturation:.3f} "
                      f"| {saturation} | {ratio} | {curve.bound:.3f} | {curve.found[-1].accepted:.3f} | {accepted} |")
+    return [*lines, ""]
+
+
+def saturations(curves: dict[Case, Curve]) -> list[str]:
+    """The same loads with the networks side by side."""
+    lines = ["## Saturation by network", "",
+             "In brackets BookSim's figures. Low load: of the mesh with one channel.", "",
+             "| nodes, traffic, flits of a packet | low load | "
+             + " | ".join(f"{topology}, {channels} VC" for topology, channels in NETWORKS) + " |",
+             "|---" * (2 + len(NETWORKS)) + "|"]
+    for side, traffic, length in dict.fromkeys((case.side, case.traffic, case.length) for case in curves):
+        theirs, cells = BOOKSIM.get((side, length, traffic), {}), []
+        for topology, channels in NETWORKS:
+            case = Case(side=side, topology=topology, channels=channels, traffic=traffic, length=length)
+            known = theirs.get(channels) if topology == "mesh" else None
+            curve = curves.get(case)
+            if not cells:
+                cells.append(f"{curve.low:.1f}" + (f" ({known[0]:.1f})" if known else ""))
+            cells.append(f"{curve.saturation:.3f}" + (f" ({known[1]:.3f})" if known else "") if curve else "")
+        lines.append(f"| {side} x {side}, {traffic}, {length} | {' | '.join(cells)} |")
     return [*lines, ""]
 
 
@@ -207,4 +227,4 @@ def main(sides: tuple[str, ...], traffic: tuple[str, ...], seed: int, output: Pa
         "(`radiosity/benchmarks/traffic.py`). BookSim 2 counts one cycle more at the node. "
         "The delay law gives, for one flit and uniform traffic, "
         f"{law}. Seed {seed}. {provenance('numpy')}.", "",
-        *table(curves), *latencies(curves), *charts(curves, output.parent)])
+        *table(curves), *saturations(curves), *latencies(curves), *charts(curves, output.parent)])

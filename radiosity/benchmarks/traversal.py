@@ -147,6 +147,15 @@ def balance(name: str, ceiling: Ceiling) -> list[str]:
     return rows
 
 
+def by_clusters(balances: list[str]) -> list[str]:
+    """Designs B and C with the numbers of clusters side by side."""
+    cells = {}
+    for row in balances:
+        values = [cell.strip() for cell in row.strip("|").split("|")]
+        cells.setdefault(values[0], []).append(f"{values[9]}, {values[10]}")
+    return [f"| {name} | {' | '.join(found)} |" for name, found in cells.items()]
+
+
 def _ratio(cycles, against):
     longer = np.count_nonzero(cycles > against)
     bold = "**" if longer else ""
@@ -319,6 +328,9 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "",
         "| scene | clusters | pipelines | ICU | looked at | 2 x sent | turns / pipelines | turns | A | B | C | D | E "
         "| owner: 2 x sent | owner: turns / pipelines | forwarded |", "|---" * 16 + "|", *balances, "",
+        "Designs B and C alone:", "",
+        f"| scene | {' | '.join(map(str, CLUSTERS))} |", "|---" * (1 + len(CLUSTERS)) + "|",
+        *by_clusters(balances), "",
         "## Overlap", "",
         f"Cycles of the busiest cluster, design C, point 4; {MEMORY} cycles from a cell to its patches and "
         f"{INTERSECTION} from there to the settle map. The hits are the same.", "",

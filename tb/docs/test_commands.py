@@ -1,5 +1,7 @@
+# amaranth: UnusedElaboratable=no
 """Commands that pages show are run, and the figures that they quote are compared with what the commands print."""
 
+import ast
 import contextlib
 import importlib
 import re
@@ -15,8 +17,14 @@ from click.testing import CliRunner
 import golden.cli
 import hw.cli
 import radiosity.cli
+import tb.bugs.injection
 from golden.config import PRESETS
-from hw.history import last_records, read_history
+from hw.board.board_shell import BoardShell
+from hw.history import Commit, last_records, read_history
+from hw.lib.inspection import inspect
+from hw.report import Row, make_unit
+from hw.synthesis.family import Area
+from hw.synthesis.flow import Clock
 from tb.docs.language import ROOT
 from tb.docs.page_commands import Command, commands_of, missing_rows, pages, tables_of
 
@@ -28,9 +36,29 @@ FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 
 # What takes longer than a commit's tests may: a simulator's build, place and route, images.
 SLOW = re.compile(r"--method machine|radiosity (render|formfactors|verilog|board|report)|-m hw (report|verilog|board)")
-# What the nightly leaves to targets of their own, or to other tests: it takes hours, or writes into docs/.
-ELSEWHERE = re.compile(r"radiosity (bench|demo)|-m hw (figures|registers)|--record|--unit (Intersection|Traversal)Unit"
-                       r"|report (\w+)(?!.*--unit)| board(?!.*--no-bitstream)")
+# Benchmarks: the nightly runs each once and compares the tables of all pages.
+BENCHMARK = re.compile(r"radiosity bench \w")
+# Place and route of whole blocks and of the board, which take hours: they run here without the tools of synthesis.
+# Other tests have these tools, with smaller units.
+WITHOUT_TOOLS = re.compile(r"hw report (.*--record|\w+(?!.*--unit))"
+                           r"| board(?!.*--no-bitstream)")
+# Where that which a command does is run: the module, its test, and what this calls.
+ELSEWHERE = {
+    WITHOUT_TOOLS.pattern: [
+        ("tb/synthesis/test_figures.py", "test_area_and_clock_stay", "measure("),
+        ("tb/synthesis/test_report.py", "test_another_family_has_its_cells_and_no_clock", '["report", "ctu"'),
+        ("tb/board/test_ulx3s.py", "test_bitstream", "build(")],
+    "-m hw figures": [("tb/synthesis/test_figures.py", "test_the_command_writes_what_has_changed", '["figures"]')],
+    "make (setup|lint|test|sim|formal|nightly|report|bench)": [],
+    "make demo": [("tb/docs/test_commands.py", "test_the_demo", "demo")],
+    "make pictures": [("tb/radiosity/test_reports.py", "test_pictures_report_their_files", 'run("pictures"')],
+    "make docs": [("tb/docs/test_site.py", "test_the_site_is_built_and_all_its_links_lead_somewhere", "invoke(main")],
+    "tb.board.picture": [("tb/board/test_decoder.py", "test_picture", "main")],
+    "tb.mutation": [("tb/mutation/test_mutants.py", "test_mutants_survive_without_checks", "")],
+    "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
+    "tb.system.cycles": [("tb/system/test_cycles.py", "test_cycles_stay", "cycles_of(")],
+    "pytest": [],
+}
 # Settings of the programs, which a command keeps from its first context: its help option goes by both names.
 HELP = {"help_option_names": ["-h", "--help"]}
 
@@ -57,6 +85,16 @@ def is_run(command):
     if command.not_run or not command.is_complete:
         return False
     return not is_mention(command) if entry(command.words) else command.words[:2] == ("python", "-c")
+
+
+def elsewhere(command):
+    """The entries of `ELSEWHERE` for a command."""
+    return [pattern for pattern in ELSEWHERE if re.search(pattern, shlex.join(command.words))]
+
+
+def is_elsewhere(command):
+    """Whether a command is not run with the others of its page."""
+    return bool(BENCHMARK.search(shlex.join(command.words)) or elsewhere(command))
 
 
 def parse(group, words):
@@ -107,7 +145,7 @@ def test_commands_are_accepted(command, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def known_options():
-    return options_of(radiosity.cli.main) | options_of(golden.cli.main) | options_of(hw.cli.main)
+    return set().union(*map(options_of, (radiosity.cli.main, golden.cli.main, hw.cli.main, tb.bugs.injection.main)))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -145,7 +183,8 @@ def run(command, folder):
 
 
 def check(commands, folder):
-    """Run them in a folder and compare what they print."""
+    """Run them in a folder and compare what they print. Some write into docs/, which a checkout has."""
+    (folder / "docs").mkdir()
     for command in commands:
         printed = " ".join(run(command, folder).split())
         for text in command.prints:
@@ -154,7 +193,7 @@ def check(commands, folder):
 
 def selected(page, slow):
     """The commands of a page that a run has: slow ones bring those along whose files they read."""
-    commands = [one for one in PAGES[page] if is_run(one) and not ELSEWHERE.search(shlex.join(one.words))]
+    commands = [one for one in PAGES[page] if is_run(one) and not is_elsewhere(one)]
     if slow:
         return commands if any(SLOW.search(shlex.join(one.words)) for one in commands) else []
     return [one for one in commands if not SLOW.search(shlex.join(one.words)) and one.words[1] != "-c"]
@@ -173,6 +212,80 @@ def test_slow_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
     check(selected(page, slow=True), tmp_path)
 
 
+@pytest.mark.parametrize("command", [one for one in COMMANDS if not one.not_run and one.is_complete], ids=str)
+def test_every_command_is_run(command):
+    if entry(command.words):
+        # A sentence that only names a command says nothing that could be wrong but the name.
+        assert is_mention(command) or is_run(command)
+    else:
+        assert is_run(command) or command.words[0] in FOREIGN or len(elsewhere(command)) == 1
+
+
+@pytest.mark.parametrize("where", [where for tests in ELSEWHERE.values() for where in tests], ids=lambda one: one[1])
+def test_tests_that_run_commands_exist(where):
+    module, name, called = where
+    tests = {node.name: ast.unparse(node) for node in ast.parse((ROOT / module).read_text()).body
+             if isinstance(node, ast.FunctionDef)}
+    assert called.replace('"', "'") in tests[name]
+
+
+@pytest.mark.parametrize("pattern", ELSEWHERE)
+def test_every_entry_is_of_a_command(pattern):
+    assert any(pattern in elsewhere(command) for command in COMMANDS)
+
+
+@pytest.fixture
+def no_tools(monkeypatch):
+    """Synthesis, place and route that measure nothing; figures are recorded nowhere."""
+    def measure(block, unit, config, folder, *, family, seeds, options):
+        made.append(unit)
+        folder.mkdir(parents=True, exist_ok=True)
+        return Row(unit=unit, area=Area(lut=1, ff=2, dsp=3, bram=4),
+                   latency=inspect(lambda: make_unit(block, unit, config), lambda one: getattr(one, "latency", None)),
+                   clocks=tuple(Clock(seed=seed, mhz=100.0, path="a path") for seed in seeds))
+
+    made = []
+    monkeypatch.setattr("hw.report.measure", measure)
+    monkeypatch.setattr("hw.history.measured_commit", lambda: Commit(name="a", date="2026-01-01"))
+    monkeypatch.setattr("hw.history.add_record", lambda record: None)
+    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda *_: "tools")
+    monkeypatch.setattr("hw.board.ulx3s.build", lambda shell, folder, **_: made.append(shell) or [folder / "board.bit"])
+    return made
+
+
+@pytest.mark.parametrize("command", [one for one in COMMANDS if is_run(one)
+                                     and WITHOUT_TOOLS.pattern in elsewhere(one)], ids=str)
+def test_long_commands_run_without_the_tools_of_synthesis(command, no_tools, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run(command, tmp_path)
+    assert no_tools
+    assert list(tmp_path.rglob("*.md")) or isinstance(no_tools[0], BoardShell)
+
+
+@pytest.mark.parametrize("command", [one for one in COMMANDS if one.words[0] == "make" and one.is_complete], ids=str)
+def test_targets_have_recipes(command):
+    done = subprocess.run(["make", "--dry-run", *command.words[1:]], cwd=ROOT, check=True, capture_output=True,
+                          text=True)
+    assert done.stdout
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("command", [one for one in COMMANDS if "pytest" in (one.words[0], *one.words[2:3])
+                                     and not one.not_run], ids=str)
+def test_tests_of_pages_are_found(command):
+    given = command.words[1 if command.words[0] == "pytest" else 3:]
+    done = subprocess.run([sys.executable, "-m", "pytest", "--collect-only", "-q", *given], cwd=ROOT, check=True,
+                          capture_output=True, text=True)
+    assert re.search(r"^\d+(/\d+)? tests collected", done.stdout, re.MULTILINE)
+
+
+@pytest.mark.nightly
+def test_the_demo(tmp_path):
+    result = CliRunner().invoke(radiosity.cli.main, ["demo", str(tmp_path / "demo")])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "demo" / "report.md").exists()
+
+
 @pytest.mark.parametrize("command", [one for one in COMMANDS if "-P" in one.words and one.is_complete], ids=str)
 def test_parameters_of_commands_exist(command):
     given = [word for option, word in pairwise(command.words) if option == "-P"]
@@ -189,13 +302,21 @@ def test_tables_quote_commands_that_exist(page, words):
     assert any(shlex.join(one.words) == shlex.join(words) for one in PAGES[page])
 
 
+BENCHMARKS = sorted({one.words for one in COMMANDS if is_run(one) and BENCHMARK.search(shlex.join(one.words))})
+
+
 @pytest.mark.nightly
-@pytest.mark.parametrize(("page", "words", "rows"), TABLES, ids=lambda value: getattr(value, "name", None))
-def test_tables_are_what_their_command_prints(page, words, rows, tmp_path, monkeypatch):
+@pytest.mark.parametrize("words", BENCHMARKS, ids=shlex.join)
+def test_benchmarks_print_what_pages_quote(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    printed = run(Command(page, 0, words), tmp_path)
+    check([one for one in COMMANDS if one.words == words][:1], tmp_path)
     written = "\n".join(path.read_text() for path in tmp_path.rglob("*.md"))
-    assert not missing_rows(rows, f"{printed}\n{written}")
+    assert {page.name: missing_rows(rows, written) for page, quoted, rows in TABLES
+            if quoted == words and missing_rows(rows, written)} == {}
+
+
+def test_every_benchmark_is_shown():
+    assert {words[2] for words in BENCHMARKS} == set(radiosity.cli.main.get_command(None, "bench").list_commands(None))
 
 
 def test_rows_are_compared_as_far_as_they_are_quoted():
@@ -216,11 +337,12 @@ def test_figures_of_prints_stand_on_their_page():
 
 
 def test_the_readme_quotes_the_recorded_area():
-    quotes = re.findall(r"<!-- history: (\S+) (\d+) (\d+) (\d+) -->", (ROOT / "README.md").read_text())
+    quotes = re.findall(r"<!-- history: (\S+) (\d+) (\d+) -->", (ROOT / "README.md").read_text())
     assert quotes
+    recorded = {key[-1]: record for key, record in last_records(read_history()).items()
+                if key[:3] == ("ecp5", "small", "")}
     for unit, *figures in quotes:
-        last = last_records(read_history())["ecp5", "small", "", "icu", unit]
-        assert [int(figure) for figure in figures] == [last.lut, last.dsp, round(sorted(last.mhz)[len(last.mhz) // 2])]
+        assert [int(figure) for figure in figures] == [recorded[unit].lut, recorded[unit].dsp]
 
 
 @pytest.mark.parametrize(("text", "expected"), [

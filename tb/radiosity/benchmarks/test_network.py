@@ -8,9 +8,10 @@ import pytest
 from golden.noc.topology import Topology
 from golden.schedule.assignment import simple
 from golden.schedule.sections import cut_sections
-from radiosity.benchmarks.network import Traffic, assignments, by_place, distances, mean
-from radiosity.benchmarks.network_load import Curve
+from radiosity.benchmarks.network import Traffic, assignments, by_place, distances, links, mean
+from radiosity.benchmarks.network_load import Case, Curve, saturations
 from radiosity.benchmarks.traffic import Measurement
+from radiosity.benchmarks.traversal import by_clusters
 from radiosity.chart import Line, write_chart
 
 
@@ -45,6 +46,22 @@ def test_saturation_is_the_last_load_before_the_first_that_takes_three_times_as_
     assert curve(10, 12, 15, 32.9, 33.1).saturation == 0.4
     assert curve(10, 12, np.inf, 20, 20).saturation == 0.01
     assert curve(10, 12, 13, 14, 15).saturation == 0.6
+
+
+def test_networks_stand_side_by_side():
+    one, two = (Case(side=4, topology="mesh", channels=channels, traffic="uniform", length=1) for channels in (1, 2))
+    torus = Case(side=4, topology="torus", channels=2, traffic="uniform", length=1)
+    curves = {one: curve(10, 12, 15, 32.9, 33.1), two: curve(10, 12, 13, 14, 15), torus: curve(9, 9, 9, 9, 9)}
+    row = saturations(curves)[-2]
+    assert row == "| 4 x 4, uniform, 1 | 11.0 (12.5) | 0.400 (0.660) | 0.600 (0.749) |  | 0.600 |  |"
+    between = np.array([[9, 8, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
+    traffic = Traffic(between, 0, between)
+    assert links({("lobby", 4): traffic})[-2] == f"| lobby | 4 {'| 1.00, 1.000 ' * 5}|"
+
+
+def test_designs_stand_side_by_side():
+    rows = [f"| lobby | {count} | 2 | 3 | 4 | 5 | 6 | 7 | A | B{count} | C{count} | D |" for count in (1, 2)]
+    assert by_clusters(rows) == ["| lobby | B1, C1 | B2, C2 |"]
 
 
 def test_charts_are_drawn_as_far_as_there_are_points(tmp_path):
