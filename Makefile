@@ -76,8 +76,10 @@ bench: $(STAMP) ## all benchmarks (about an hour), tables in out/bench/; one of 
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
-nightly: $(STAMP) ## the tests that make test leaves out: the long ones, and the blocks in Verilator
-	$(BIN)/pytest -n 2 --dist loadgroup -m "nightly or sim"
+nightly: $(STAMP) ## the long tests, the blocks in Verilator, and new examples of Hypothesis; SEED=N replays a run
+	@seed=$${SEED:-$$(od -An -N4 -tu4 /dev/urandom | tr -d ' ')}; \
+	echo "== nightly tests; again: SEED=$$seed make nightly"; \
+	SEED=$$seed $(BIN)/pytest -n 2 --dist loadgroup -m "nightly or sim or hypothesis"
 
 pictures: $(STAMP) ## render the pictures of the documentation again
 	$(BIN)/python -m radiosity pictures docs/pictures

@@ -1,9 +1,25 @@
-"""Rules of every run of tests: none is skipped, and tests that share what is expensive to make run in one process."""
+"""Rules of every run of tests: none is skipped, tests that share what is expensive to make run in one process, and
+SEED in the environment replays what a run has drawn.
+"""
+
+import os
 
 import pytest
 
 _SHARED = ("module", "session")
 _skipped: list[str] = []
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config):
+    """Hypothesis draws from the run's seed."""
+    if "SEED" in os.environ:
+        config.option.hypothesis_seed = int(os.environ["SEED"])
+
+
+def pytest_report_header():
+    """What replays the run."""
+    return f"SEED={os.environ['SEED']}" if "SEED" in os.environ else "the same seed and examples as in every run"
 
 
 def pytest_collection_modifyitems(items):
