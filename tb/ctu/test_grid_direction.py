@@ -1,7 +1,6 @@
 from functools import partial
 
 import numpy as np
-import pytest
 
 from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import global_directions
@@ -10,26 +9,13 @@ from golden.stimulus.ctu.grid_rays import draw_rays
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.grid_direction import GridDirection
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import DEPTHS
-from tb.lib.runner import SIMULATORS
 
 RAYS = 200
 # Entries that are drawn to find such as are at halves.
 MANY = 200_000
-VARIANTS = [{"icu.product_registers": depth} for depth in DEPTHS]
-
-
-def make(config):
-    return GridDirection(config=config, tag=9)
-
-
-def vectors(config):
-    return of_record(random_hemisphere, config)
-
-
-def screen_vectors(config):
-    return of_record(random_screen, config)
+FRUSTA = (random_hemisphere, random_screen)
 
 
 def of_record(frustum, config):
@@ -44,7 +30,8 @@ def of_record(frustum, config):
         items.append({"tag": tag, "column": rays.column_table[column].tolist(), "row": rays.row_table[row].tolist()})
         directions.append(rays.direction[row, column])
     turned = global_directions(np.array(directions), record).tolist()
-    return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()}, items=items,
+    return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()},
+                   inputs={"i": items},
                    expected={"o": [{"tag": tag, "direction": turned[tag]} for tag in range(RAYS)]})
 
 
@@ -68,20 +55,15 @@ def vectors_at_halves(frustum, seed, config):
     nearest = random.permutation(nearest)[:len(nearest) & ~3]
     directions = global_directions(local[nearest], record).tolist()
     return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()},
-                   items=[{"tag": tag, "column": column[place].tolist(), "row": row[place].tolist()}
-                          for tag, place in enumerate(nearest)],
+                   inputs={"i": [{"tag": tag, "column": column[place].tolist(), "row": row[place].tolist()}
+                                 for tag, place in enumerate(nearest)]},
                    expected={"o": [{"tag": tag, "direction": direction} for tag, direction in enumerate(directions)]})
 
 
-AT_HALVES = [partial(vectors_at_halves, frustum, seed) for seed in range(3)
-             for frustum in (random_hemisphere, random_screen)]
-
-
-@pytest.mark.parametrize("vectors", [vectors, screen_vectors, *AT_HALVES[:2]])
-def test_every_depth(vectors):
-    check_block(make, vectors, variants=VARIANTS)
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("grid_direction", make, vectors, screen_vectors, *AT_HALVES, simulator=simulator)
+class TestGridDirection(Bench):
+    component, arguments = GridDirection, {"tag": 9}
+    variants = [{"icu.product_registers": depth} for depth in DEPTHS]
+    cases = {frustum.__name__: partial(of_record, frustum) for frustum in FRUSTA} | {
+        f"{frustum.__name__} at halves, {seed}": Case(
+            partial(vectors_at_halves, frustum, seed), None if seed == 0 else [])
+        for seed in range(3) for frustum in FRUSTA}

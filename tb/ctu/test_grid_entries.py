@@ -1,27 +1,15 @@
+from functools import partial
+
 import numpy as np
-import pytest
 
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_entries import GridEntries
 from tb.ctu.grid_load import GridPlaces, grid_writes
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
-from tb.lib.runner import SIMULATORS
+from tb.lib.bench import Bench, Vectors
 
 RAYS, SHELLS = 400, range(2, 16)
-
-
-def make(config):
-    return GridEntries(config=config, tag=9)
-
-
-def vectors(config):
-    return of_record(random_hemisphere, config)
-
-
-def screen_vectors(config):
-    return of_record(random_screen, config)
 
 
 def of_record(frustum, config):
@@ -43,14 +31,11 @@ def of_record(frustum, config):
         # The second number of a screen's entries is 0.
         expected.append({"tag": tag, "begin": begin, "length": end - begin, "row": one.row_table[row].tolist(),
                          "column": one.column_table[column].tolist()})
-    return Vectors(items=items, expected={"o": expected}, tables=grid_writes(rays, config, ways=ways))
+    return Vectors(inputs={"i": items}, expected={"o": expected},
+                   first={"i_table": grid_writes(rays, config, ways=ways)})
 
 
-@pytest.mark.parametrize("vectors", [vectors, screen_vectors])
-def test_entries_of_the_tables(vectors):
-    check_block(make, vectors, variants=[{}])
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("grid_entries", make, vectors, screen_vectors, simulator=simulator)
+class TestGridEntries(Bench):
+    component, arguments = GridEntries, {"tag": 9}
+    variants = [{}]
+    cases = {frustum.__name__: partial(of_record, frustum) for frustum in (random_hemisphere, random_screen)}

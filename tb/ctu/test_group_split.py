@@ -3,77 +3,39 @@
 import random
 from itertools import pairwise
 
-import pytest
 from amaranth.lib.data import StructLayout
-from amaranth.sim import Simulator
+from hypothesis import given
+from hypothesis import strategies as st
 
 from golden.config import PRESETS
 from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.group_split import GroupSplit
-from tb.lib.stall_patterns import STALLS
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
 from tb.lib.timing import documented_latency
 
 RAY = StructLayout({"ray": 12, "column": 10, "stage": 4})
-GROUPS = 200
+SPLIT = GroupSplit(RAY)
+BENCH = ScheduleBench(SPLIT, watched=["leaves"])
 
 
-def run(groups, *, source="none", sink="none"):
-    """The rays with their cycles, the cycle of the first group, and how often one has left its place."""
-    dut = GroupSplit(RAY)
-    stalls, stops = STALLS[source](1), STALLS[sink](2)
-    came, taken, left = [], [], 0
-
-    async def drive(ctx):
-        for first, count in groups:
-            while next(stalls):
-                ctx.set(dut.i.valid, 0)
-                await ctx.tick()
-            ctx.set(dut.i.payload, {"first": first, "count": count})
-            ctx.set(dut.i.valid, 1)
-            await ctx.tick().until(dut.i.ready)
-        ctx.set(dut.i.valid, 0)
-
-    async def take(ctx):
-        nonlocal left
-        wanted, cycle = sum(count for _, count in groups), 0
-        while len(came) < wanted:
-            ready = not next(stops)
-            ctx.set(dut.o.ready, ready)
-            _, _, given, leaves, valid, ray = await ctx.tick().sample(
-                dut.i.valid & dut.i.ready, dut.leaves, dut.o.valid, dut.o.payload)
-            cycle += 1
-            assert cycle < 100 * GROUPS, "the bench hangs"
-            if given:
-                taken.append(cycle)
-            left += leaves
-            if valid and ready:
-                came.append((cycle, {name: ray[name] for name in RAY.members}))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.add_testbench(take)
-    simulator.run()
-    return came, taken[0], left, dut.latency
+def check(schedule):
+    groups = schedule.values("i")
+    assert BENCH.run(schedule)["o"] == [
+        {**first, "ray": (first["ray"] + k) % (1 << 12), "column": (first["column"] + k) % (1 << 10)}
+        for first, count in (group.values() for group in groups) for k in range(count)]
+    assert sum(BENCH.history["leaves"]) == len(groups), "each group must make room once"
 
 
-def drawn(seed):
-    generator = random.Random(seed)
-    return [({"ray": generator.randrange(4000), "column": generator.randrange(1000), "stage": generator.randrange(16)},
-             generator.randint(1, GRID_GROUP)) for _ in range(GROUPS)]
-
-
-@pytest.mark.parametrize(("source", "sink"), [("none", "none"), ("random", "bursts"), ("bursts", "random")])
-def test_every_ray_once_and_in_order(source, sink):
-    groups = drawn(3)
-    came, _, left, _ = run(groups, source=source, sink=sink)
-    assert [ray for _, ray in came] == [
-        {**first, "ray": first["ray"] + k, "column": first["column"] + k} for first, count in groups
-        for k in range(count)]
-    assert left == len(groups), "each group must make room once"
+@SETTINGS
+@given(schedules({"i": st.fixed_dictionaries({"first": payloads(RAY), "count": st.integers(1, GRID_GROUP)})}, ["o"]))
+def test_every_ray_once_and_in_order(schedule):
+    check(schedule)
 
 
 def test_a_ray_per_cycle_after_the_latency():
-    came, first, _, latency = run(drawn(4))
-    assert latency == documented_latency(GroupSplit, PRESETS["tiny"]) == came[0][0] - first
-    assert {after - before for (before, _), (after, _) in pairwise(came)} == {1}
+    count = random.Random(4)
+    check(Schedule(items={"i": [(0, {"first": {"ray": 30 * k, "column": k, "stage": k % 16},
+                                     "count": count.randint(1, GRID_GROUP)}) for k in range(100)]}))
+    left = BENCH.cycles["o"]
+    assert left[0] - BENCH.cycles["i"][0] == SPLIT.latency == documented_latency(GroupSplit, PRESETS["tiny"])
+    assert {b - a for a, b in pairwise(left)} == {1}

@@ -2,7 +2,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import pytest
 
 from golden.ctu.grid_rays import INDEX_FRACTION
 from golden.stimulus.ctu.grid_rays import draw_rays
@@ -11,23 +10,10 @@ from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.near_window import NearWindow
 from tb.ctu.grid_load import GridPlaces, grid_writes
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS
-from tb.lib.runner import SIMULATORS
 
 RAYS = 240
-
-
-def make(config):
-    return NearWindow(config=config, tag=9)
-
-
-def vectors(config):
-    return of_record(random_hemisphere, config)
-
-
-def screen_vectors(config):
-    return of_record(random_screen, config)
 
 
 def of_record(frustum, config):
@@ -53,8 +39,8 @@ def of_record(frustum, config):
     counts = np.array([item["window"]["column_count"] for item in expected])
     assert (counts == record.columns).any(), "some rays must stand for all columns"
     assert (counts < record.columns).any(), "some rays must not"
-    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, items=items,
-                   expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
+    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, inputs={"i": items},
+                   expected={"o": expected}, first={"i_table": grid_writes(rays, config, thresholds=thresholds)})
 
 
 def neighbours(frustum, config):
@@ -124,24 +110,12 @@ def of_neighbours(config, record, rays, chosen):
         expected.append({"tag": tag, "threshold": thresholds[one.shell], "window": {
             "column_first": first, "column_count": count, "row_first": one.first_row[row],
             "row_count": one.row_count[row]}})
-    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, items=items,
-                   expected={"o": expected}, tables=grid_writes(rays, config, thresholds=thresholds))
+    return Vectors(ports={"is_screen": int(record.is_screen), "columns": record.columns}, inputs={"i": items},
+                   expected={"o": expected}, first={"i_table": grid_writes(rays, config, thresholds=thresholds)})
 
 
-NEIGHBOURS = [partial(of, frustum) for of in (neighbours, far_neighbours)
-              for frustum in (random_hemisphere, random_screen)]
-
-
-@pytest.mark.parametrize("vectors", NEIGHBOURS)
-def test_windows_of_neighbours(vectors):
-    check_block(make, vectors, variants=CONFIGURATIONS.values())
-
-
-@pytest.mark.parametrize("vectors", [vectors, screen_vectors])
-def test_windows_of_golden(vectors):
-    check_block(make, vectors, variants=CONFIGURATIONS.values())
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("near_window", make, vectors, screen_vectors, *NEIGHBOURS, simulator=simulator)
+class TestNearWindow(Bench):
+    component, arguments = NearWindow, {"tag": 9}
+    variants = CONFIGURATIONS.values()
+    cases = {f"{of.__name__}, {frustum.__name__}": partial(of, frustum)
+             for of in (of_record, neighbours, far_neighbours) for frustum in (random_hemisphere, random_screen)}

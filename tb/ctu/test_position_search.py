@@ -1,18 +1,21 @@
 # amaranth: UnusedElaboratable=no
 
 import numpy as np
-from amaranth.sim import Simulator
+import pytest
 
 from golden.config import PRESETS
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.position_search import PositionSearch
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
+FORMATS = CtuFormats(CONFIG)
 ENTRIES, SEARCHES = 120, 80
 SPREAD = 900
 # Of the bounds.
-HIGHEST = (1 << CtuFormats(CONFIG).position_bound.width - 1) - 1
+HIGHEST = (1 << FORMATS.position_bound.width - 1) - 1
+BENCH = ScheduleBench(PositionSearch(formats=FORMATS, address=FORMATS.grid_row_address), patience=60)
 
 
 def searches(random, positions):
@@ -28,47 +31,23 @@ def searches(random, positions):
         yield {"first": first, "count": count, "low": low, "end": end}
 
 
-def test_counts_of_what_is_less():
-    formats, random = CtuFormats(CONFIG), np.random.default_rng(1)
-    search = PositionSearch(formats=formats, address=formats.grid_row_address)
+@pytest.mark.parametrize("stalls", [[], [1 + number % 4 for number in range(SEARCHES)]])
+def test_counts_of_what_is_less(stalls):
+    random = np.random.default_rng(1)
     positions = np.sort(random.integers(-SPREAD, SPREAD, ENTRIES))
     positions[ENTRIES // 2:ENTRIES // 2 + 9] = positions[ENTRIES // 2]
-    done = []
-
-    async def drive(ctx):
-        for address, position in enumerate(positions.tolist()):
-            ctx.set(search.i_write.payload, {"address": address, "position": position})
-            ctx.set(search.i_write.valid, 1)
-            await ctx.tick()
-        ctx.set(search.i_write.valid, 0)
-        for number, given in enumerate(searches(random, positions)):
-            ctx.set(search.i.payload, given)
-            ctx.set(search.i.valid, 1)
-            await ctx.tick().until(search.i.ready)
-            ctx.set(search.i.valid, 0)
-            cycles = 1
-            while not ctx.get(search.o.valid):
-                await ctx.tick()
-                cycles += 1
-            # What has been found stays until it is taken.
-            await ctx.tick().repeat(1 + number % 4)
-            part = positions[given["first"]:given["first"] + given["count"]]
-            assert ctx.get(search.o.valid)
-            for name in "low", "end":
-                found = ctx.get(search.o.payload[name])
-                assert found["count"] == (part < given[name]).sum(), given
-                # The least and the most bound with as many below.
-                places = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
-                assert found["least"] == places[found["count"]] + 1, given
-                assert found["most"] == places[found["count"] + 1], given
-            assert cycles == documented_latency(PositionSearch, CONFIG, count=given["count"])
-            ctx.set(search.o.ready, 1)
-            await ctx.tick()
-            ctx.set(search.o.ready, 0)
-            done.append(given)
-
-    simulator = Simulator(search)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
-    assert len(done) == SEARCHES
+    given = list(searches(random, positions))
+    came = BENCH.run(Schedule(
+        first={"i_write": [{"address": address, "position": int(position)}
+                           for address, position in enumerate(positions)]},
+        items={"i": [(0, search) for search in given]}, stalls={"o": stalls}))["o"]
+    for search, found in zip(given, came, strict=True):
+        part = positions[search["first"]:search["first"] + search["count"]]
+        # The least and the most bound with as many below.
+        places = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
+        for name in "low", "end":
+            count = (part < search[name]).sum()
+            assert found[name] == {"count": count, "least": places[count] + 1, "most": places[count + 1]}, search
+    if not stalls:
+        assert [b - a for a, b in zip(BENCH.cycles["i"], BENCH.cycles["o"], strict=True)] == [
+            documented_latency(PositionSearch, CONFIG, count=search["count"]) for search in given]

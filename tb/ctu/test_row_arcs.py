@@ -16,7 +16,7 @@ from tb.lib.timing import documented_latency
 
 CONFIG = config_of({})
 COMPONENT = RowArcs(config=CONFIG)
-BENCH = ScheduleBench(COMPONENT, ["i_table", "i"], ["o"])
+BENCH = ScheduleBench(COMPONENT)
 
 
 @pytest.mark.parametrize(("kind", "sector"), [
@@ -27,8 +27,7 @@ def test_columns_of_the_sector(kind, sector):
     for shell, rays in stages.rays.items():
         rows += [(shell, row, places.first_row[shell] + row) for row in range(rays.rows)]
     came = BENCH.run(Schedule(
-        items={"i_table": [(0, write) for write in stages.tables],
-               "i": [(0 if number else len(stages.tables) + 2, place) for number, (*_, place) in enumerate(rows)]},
+        first={"i_table": stages.tables}, items={"i": [(2 * (not k), place) for k, (*_, place) in enumerate(rows)]},
         stalls={"o": [0] * 20 + [k % 5 for k in range(40)]}), frustum=stages.ports["frustum"])["o"]
     assert len(came) == len(rows)
     masks = {shell: sector_rays(rays, stages.sector, stages.record) for shell, rays in stages.rays.items()}

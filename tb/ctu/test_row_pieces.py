@@ -17,7 +17,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({})
-BENCH = ScheduleBench(RowPieces(config=CONFIG), ["i_table", "i"], ["o"], patience=60)
+BENCH = ScheduleBench(RowPieces(config=CONFIG), patience=60)
 LOWEST, HIGHEST = -(1 << 27), (1 << 27) - 1
 
 
@@ -33,8 +33,7 @@ def test_pieces_of_whole_rows_and_of_a_window():
     given = [{**stage, "window": whole}, {**stage, "window": later, "stage": 1},
              {**stage, "window": both, "stage": 2}, {"rows": 0, "final": 1}]
     came = BENCH.run(Schedule(
-        items={"i_table": [(0, write) for write in stages.tables],
-               "i": [(0 if number else len(stages.tables) + 2, one) for number, one in enumerate(given)]}, stalls={}),
+        first={"i_table": stages.tables}, items={"i": [(2 * (not k), one) for k, one in enumerate(given)]}),
         frustum=stages.ports["frustum"])["o"]
     position, columns = rays.column_position, rays.columns
     first, low, over = (int((position < bound).sum()) for bound in (half, half + 512, half - 512))
@@ -76,8 +75,7 @@ def test_rows_between_the_same_columns_are_searched_for_once():
     given = {"shell": shell, "row": place["row"] + int(rows[0]), "row_number": int(rows[0]), "rows": len(rows),
              "first_column": place["column"], "columns": rays.columns, "window": whole}
     came = BENCH.run(Schedule(
-        items={"i_table": [(0, write) for write in stages.tables],
-               "i": [(len(stages.tables) + 2, given), (0, {"rows": 0, "final": 1})]}, stalls={}),
+        first={"i_table": stages.tables}, items={"i": [(2, given), (0, {"rows": 0, "final": 1})]}),
         frustum=stages.ports["frustum"])["o"]
     pieces = [(item["row"] - place["row"], item["column"] - place["column"], item["count"]) for item in came[:-2]]
     spans = [np.flatnonzero(mask[row]) for row in rows]

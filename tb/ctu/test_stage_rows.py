@@ -14,7 +14,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({"ctu.run_ahead": 15})
-BENCH = ScheduleBench(StageRows(config=CONFIG), ["i_table", "i", "i_over"], ["o"], patience=60)
+BENCH = ScheduleBench(StageRows(config=CONFIG), patience=60)
 # Of the windows as many as there may be stages in flight.
 SHELLS, WINDOWS = 4, slice(0, 4)
 
@@ -24,8 +24,7 @@ def played(kind, *, sector, seed, items=WINDOWS, stalls=()):
     stages = WindowStages(kind, CONFIG, seed=seed, sector=sector, last_shell=SHELLS)
     stages.only(items)
     came = BENCH.run(Schedule(
-        items={"i_table": [(0, write) for write in stages.tables],
-               "i": [(0 if number else len(stages.tables) + 2, item) for number, item in enumerate(stages.items)]},
+        first={"i_table": stages.tables}, items={"i": [(2 * (not k), item) for k, item in enumerate(stages.items)]},
         stalls={"o": list(stalls)}), **stages.ports)["o"]
     return stages, came
 

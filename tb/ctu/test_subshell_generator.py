@@ -4,30 +4,23 @@
 
 from itertools import pairwise
 
-import cocotb
 import numpy as np
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
-from cocotb.triggers import ClockCycles, RisingEdge
 
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.subshell_generator import ListError, SubshellGenerator
 from hw.ctu.subshell_table import SubshellTable
-from tb.lib.clocking import reset, start
+from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.no_x import assert_known
-from tb.lib.payload import pack
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
-from tb.lib.stream import Sink, Source
 from tb.lib.timing import documented_latency
 
-MODULE = "tb.ctu.test_subshell_generator"
 CONFIG = config_of({"ctu.subshell_bits": 6})
 TABLE, PATCHES, MOST_SHELLS = 64, (1 << CONFIG.icu.patch_bits) - 100, (1 << CONFIG.ctu.shell_bits) - 1
 # Bits of a number in the table.
@@ -58,10 +51,6 @@ class Listed(wiring.Component):
         m.d.comb += [self.o.valid.eq(generator.o.valid), generator.o.ready.eq(self.o.ready),
                      self.o.payload.subshell.eq(generator.o.payload), self.o.payload.error.eq(generator.error)]
         return m
-
-
-LISTED = Listed(CONFIG)
-BENCH = ScheduleBench(LISTED, ["i_load", "i"], ["o"])
 
 
 def lists(seed):
@@ -100,88 +89,54 @@ def expected(entries, given):
     return [*made, LAST], ListError.NONE
 
 
-@pytest.mark.parametrize("stalls", [(), [k * k % 7 for k in range(300)]])
-def test_lists_right_and_wrong(stalls):
-    entries, given = lists(1)
-    coverage = Coverage(["a list", "none", "of the whole table", *(f"error {error.name}" for error in ListError)])
-    loads = [(0, {"address": address, **entry}) for address, entry in enumerate(entries)]
-    came = BENCH.run(Schedule(
-        items={"i_load": loads, "i": [(TABLE + 2 if not number else 0, one) for number, one in enumerate(given)]},
-        stalls={"o": list(stalls)}))["o"]
-    for number, one in enumerate(given):
-        subshells, error = expected(entries, one)
-        part, came = came[:len(subshells)], came[len(subshells):]
-        assert [item["subshell"] for item in part] == subshells, number
-        assert part[-1]["error"] == error.value, number
-        assert not any(item["error"] for item in part[:-1])
-        coverage.hit_all({"a list": len(subshells) > 1, "none": not one["count"],
-                          "of the whole table": one["count"] == TABLE, f"error {error.name}": True})
-    assert not came
-    coverage.check()
+def loads(entries):
+    """The table's writes."""
+    return {"i_load": [{"address": address, **entry} for address, entry in enumerate(entries)]}
 
 
-def test_an_entry_per_cycle():
-    entries, _ = lists(1)
-    came = BENCH.run(Schedule(
-        items={"i_load": [(0, {"address": address, **entry}) for address, entry in enumerate(entries)],
-               "i": [(TABLE + 2, {"first": 0, "count": 20, "patches": PATCHES}),
-                     (9, {"first": 0, "count": 0, "patches": PATCHES})]}, stalls={}))["o"]
-    assert len(came) == 22
-    begins, leaves = BENCH.cycles["i"], BENCH.cycles["o"]
-    assert leaves[0] - begins[0] == documented_latency(SubshellGenerator, CONFIG) + LISTED.table_latency
-    assert {b - a for a, b in pairwise(leaves[:20])} == {1}, "entries must leave without a gap"
-    assert leaves[21] - begins[1] == 3
-
-
-def bits(name, value):
-    return pack(LISTED.signature.members[name].signature.members["payload"].shape, value)
-
-
-async def played(dut, source, sink, entries, given, number=0):
-    """Some of the lists, one after the other, and what must come of them."""
-    given = given[number % 3::3]
-    await Source(dut, "i_load").send(
-        bits("i_load", {"address": address, **entry}) for address, entry in enumerate(entries))
-    starts, taken = Source(dut, "i", stalls=source), Sink(dut, "o", stalls=sink)
+def vectors(entries, given):
+    """What comes of lists."""
     wanted = []
     for one in given:
         subshells, error = expected(entries, one)
-        wanted += [bits("o", {"subshell": subshell, "error": error.value if subshell is subshells[-1] else 0})
-                   for subshell in subshells]
-    await starts.send([bits("i", one) for one in given])
-    while len(taken.items) < len(wanted):
-        await RisingEdge(dut.clk)
-    await ClockCycles(dut.clk, 20)
-    assert taken.items == wanted
-    taken.stop()
+        wanted += [{"subshell": subshell, "error": error.value * (subshell is subshells[-1])} for subshell in subshells]
+    return Vectors(inputs={"i": given}, first=loads(entries), expected={"o": wanted})
 
 
-@cocotb.test()
-async def every_pair_of_stalls(dut):
-    """Under each pair of stall patterns lists come as they are."""
-    await start(dut, cycles=100_000)
-    for number, (source, sink) in enumerate(STALL_PAIRS):
-        await played(dut, STALLS[source](number), STALLS[sink](number + 50), *lists(options()["seed"] + number), number)
-        if number == 0:
-            assert_known(dut, ["i", "o"])
+class TestSubshellGenerator(Bench):
+    variants, splits = ({},), False
+    simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
+
+    def make(self, config):
+        return Listed(CONFIG)
+
+    def latency(self, component, config):
+        return documented_latency(SubshellGenerator, CONFIG) + component.table_latency
+
+    def vectors(self, config):
+        return vectors(*lists(1))
+
+    def drawn(self, config, seed):
+        entries, given = lists(seed)
+        return vectors(entries, given[seed % 3::3])
+
+    def check_times(self, given, cycles, latency):
+        begins, leaves = cycles["i"], cycles["o"]
+        assert leaves[0] - begins[0] == latency
+        assert {b - a for a, b in pairwise(leaves[:20])} == {1}, "entries must leave without a gap"
 
 
-@cocotb.test()
-async def reset_in_flight(dut):
-    """Nothing of a list is left after a reset."""
-    await start(dut, cycles=20_000)
-    entries, given = lists(7)
-    for cut in (1, 2, 4, 7, 13):
-        sending = cocotb.start_soon(Source(dut, "i").send([bits("i", given[0])]))
-        dut.o__ready.value = 1
-        await ClockCycles(dut.clk, cut)
-        sending.cancel()
-        dut.i__valid.value = 0
-        await reset(dut)
-        await played(dut, None, None, entries, given)
+def test_lists_hold_every_case():
+    entries, given = lists(1)
+    coverage = Coverage(["a list", "none", "of the whole table", *(f"error {error.name}" for error in ListError)])
+    for one in given:
+        subshells, error = expected(entries, one)
+        coverage.hit_all({"a list": len(subshells) > 1, "none": not one["count"],
+                          "of the whole table": one["count"] == TABLE, f"error {error.name}": True})
+    coverage.check()
 
 
-@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
-def test_in_the_simulator(simulator):
-    simulate(Listed(CONFIG), MODULE, ("every_pair_of_stalls", "reset_in_flight"), simulator=simulator,
-             name=f"subshell-generator-{simulator}")
+def test_the_end_of_an_empty_list():
+    bench = ScheduleBench(Listed(CONFIG))
+    bench.run(Schedule(first=loads(lists(1)[0]), items={"i": [(4, {"first": 0, "count": 0, "patches": PATCHES})]}))
+    assert bench.cycles["o"][0] - bench.cycles["i"][0] == 3

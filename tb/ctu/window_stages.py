@@ -99,9 +99,10 @@ class WindowStages:
             made.append({"shell": shell, "last": 1, **stage})
         return [*made, {"final": 1}]
 
-    def only(self, items: slice) -> None:
+    def only(self, items: slice) -> "WindowStages":
         """Leave all windows away but some and the last subshell."""
         self._give([*self.subshells[items], self.subshells[-1]])
+        return self
 
     def hit(self, coverage) -> None:
         """Count the cases that these windows are."""

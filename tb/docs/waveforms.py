@@ -19,7 +19,7 @@ from hw.noc.router import Router
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.register import addresses
 from hw.registers.registers import Registers
-from tb.ctu.test_cell_traversal import Case
+from tb.ctu.test_cell_traversal import long_rays
 from tb.docs.timing_diagram import Lane, draw_lanes, give, record, stream_lanes
 from tb.icu import test_screening
 
@@ -39,7 +39,7 @@ class Waveform:
 def _screening():
     """Rays one after the other, with a gap."""
     component = Screening(config=CONFIG, tag=9)
-    items = test_screening.vectors(CONFIG).items[:10]
+    items = test_screening.TestScreening().vectors(CONFIG).inputs["i"][:10]
     given, result = component.i.payload, component.o.payload
     lanes = [*stream_lanes("i", component.i, lambda tag: f"{tag}", given.tag),
              *stream_lanes("o", component.o, lambda value: f"{value >> 1} {'in' if value & 1 else 'out'}",
@@ -58,7 +58,7 @@ def _screening():
 
 def _cell_traversal():
     """Rays into the ring; cells out."""
-    component, case = CellTraversal(config=CONFIG, tag=12), Case.long(CONFIG)
+    component, given = CellTraversal(config=CONFIG, tag=12), long_rays(CONFIG)
     met = component.o.payload
     lanes = [*stream_lanes("i", component.i, str, component.i.payload.tag),
              *stream_lanes("o", component.o, lambda value: f"{value >> 1}{' end' if value & 1 else ''}",
@@ -66,9 +66,9 @@ def _cell_traversal():
 
     async def drive(ctx):
         ctx.set(component.o.ready, 1)
-        for name, value in case.ports.items():
+        for name, value in given.ports.items():
             ctx.set(getattr(component, name), value)
-        await give(ctx, component.i, case.items[:6])
+        await give(ctx, component.i, given.inputs["i"][:6])
 
     latency = component.latency
     rows = record(component, lanes, drive, cycles=latency + 60)

@@ -15,19 +15,14 @@ from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
+from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
-from tb.lib.stream import Monitor, Sink, Source
+from tb.lib.stall_patterns import STALL_PAIRS
 from tb.lib.timing import documented_latency
 
-MODULE = "tb.icu.test_collector"
-STREAMS = ("i", "i_table", "i_read", "o")
 SMALL = {"icu.side_bits": 6, "icu.patch_bits": 8}
 CONFIG = config_of(SMALL)
 CONFIG_FORMATS = IcuFormats(CONFIG)
-SHAPES = {name: member.signature.members["payload"].shape
-          for name, member in Collector(config=CONFIG).signature.members.items() if name in STREAMS}
 PATCHES = 1 << CONFIG.icu.patch_bits
 SIDE = 1 << CONFIG.icu.side_bits
 COLUMNS, ROWS = HEMISPHERE
@@ -39,7 +34,7 @@ WEIGHTS[ROWS:] = (1 << WEIGHT_BITS) - 1 - np.arange(SIDE - ROWS)
 def items(patch, row):
     """Rays that hit a patch, or none: -1."""
     hits = ({"inverse": 1 + int(hit), "patch": int(hit)} if hit >= 0 else {} for hit in patch)
-    return [pack(SHAPES["i"], {"row": int(row), "hit": hit}) for hit, row in zip(hits, row, strict=True)]
+    return [{"row": int(row), "hit": hit} for hit, row in zip(hits, row, strict=True)]
 
 
 def expected(patch, row):
@@ -58,17 +53,14 @@ class Bench:
     """The streams of a collector whose weights have been written."""
 
     def __init__(self, dut, *, hits="none", sums="none"):
-        seed = options()["seed"]
-        self.dut, self._edge = dut, RisingEdge(dut.clk)
-        self.table, self.read = Source(dut, "i_table"), Source(dut, "i_read")
-        self.hit = Source(dut, "i", stalls=STALLS[hits](seed))
-        self.sum = Sink(dut, "o", stalls=STALLS[sums](seed + 1))
+        self.ports = Ports(dut, Collector(config=CONFIG), stalls={"i": hits, "o": sums})
+        self.dut, self.sum = dut, self.ports.sinks["o"]
 
     async def write_weights(self):
         """All rows, among writes of other tables to the same rows."""
-        await self.table.send(pack(SHAPES["i_table"], {"kind": kind.value, "index": row, "data": data})
-                              for row, weight in enumerate(WEIGHTS.tolist())
-                              for kind, data in ((TableKind.WEIGHT, weight), (TableKind.SLACK, 3), (TableKind.ROW, 5)))
+        await self.ports.send("i_table", [
+            {"kind": kind.value, "index": row, "data": data} for row, weight in enumerate(WEIGHTS.tolist())
+            for kind, data in ((TableKind.WEIGHT, weight), (TableKind.SLACK, 3), (TableKind.ROW, 5))])
 
     async def sums(self, count=PATCHES):
         """The sums of the first patches, none of which has overflowed."""
@@ -79,11 +71,10 @@ class Bench:
     async def entries(self, count=PATCHES):
         """What comes out for the first patches."""
         before = len(self.sum.items)
-        await self.read.send([count])
-        while len(self.sum.items) < before + count:
-            await self._edge
+        await self.ports.send("i_read", [count])
+        await self.ports.until(lambda: len(self.sum.items) >= before + count)
         await ClockCycles(self.dut.clk, 12)
-        found = [unpack(SHAPES["o"], item) for item in self.sum.items[before:]]
+        found = self.ports.came("o", before)
         assert [entry["patch"] for entry in found] == list(range(count))
         assert [entry["last"] for entry in found] == [0] * (count - 1) + [1] * (count > 0)
         return found
@@ -95,13 +86,13 @@ async def every_pair_of_stalls(dut):
     await start(dut, cycles=200_000)
     bench = Bench(dut)
     await RisingEdge(dut.clk)
-    assert_known(dut, STREAMS)
+    assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
     await bench.write_weights()
     for number, (hits, sums) in enumerate(STALL_PAIRS):
-        bench.sum.stop()
+        bench.ports.stop()
         bench = Bench(dut, hits=hits, sums=sums)
         patch, row = hemisphere_rays(number + options()["seed"])
-        await bench.hit.send(items(patch, row))
+        await bench.ports.send("i", items(patch, row))
         assert (await bench.sums() == expected(patch, row)).all()
     assert not (await bench.sums()).any()
 
@@ -120,7 +111,7 @@ async def the_same_patch_after_every_number_of_cycles(dut):
         # Fewer of the large weights than a sum has room for.
         row[3::4] %= ROWS
         row[np.cumsum(row >= ROWS) > 3] %= ROWS
-        await bench.hit.send(items(patch, row))
+        await bench.ports.send("i", items(patch, row))
         assert (await bench.sums(9) == expected(patch, row)[:9]).all()
 
 
@@ -134,11 +125,11 @@ async def a_sum_without_room_is_flagged(dut):
     patch, row = [1, 2, 1, 1, 1, 2, 2, 1, 1, 1], [ROWS] * 10
     sums = expected(patch, row)
     assert sums[1] >= room > sums[2]
-    await bench.hit.send(items(patch, row))
+    await bench.ports.send("i", items(patch, row))
     found = await bench.entries(4)
     assert [entry["overflow"] for entry in found] == [0, 1, 0, 0]
     assert found[2]["sum"] == sums[2]
-    await bench.hit.send(items(patch[:2], row[:2]))
+    await bench.ports.send("i", items(patch[:2], row[:2]))
     assert (await bench.sums(4) == expected(patch[:2], row[:2])[:4]).all()
 
 
@@ -149,7 +140,7 @@ async def sums_are_asked_for_while_hits_come(dut):
     bench = Bench(dut, hits="bursts", sums="random")
     await bench.write_weights()
     patch, row = hemisphere_rays(options()["seed"], 1500)
-    hits = cocotb.start_soon(bench.hit.send(items(patch, row)))
+    hits = bench.ports.begin("i", items(patch, row))
     found = np.zeros(PATCHES, dtype=np.int64)
     for count in (1, 7, 0, 64, 33, 0, PATCHES, 2):
         found[:count] += await bench.sums(count)
@@ -168,21 +159,22 @@ async def reset_in_flight(dut):
     for number, cut in enumerate((2, 5, 90, 300)):
         bench = Bench(dut, sums="alternating")
         await bench.write_weights()
-        await bench.hit.send(items(patch, row))
-        in_flight = cocotb.start_soon(bench.hit.send(items(patch, row)) if number % 2 else bench.read.send([PATCHES]))
+        await bench.ports.send("i", items(patch, row))
+        if number % 2:
+            bench.ports.begin("i", items(patch, row))
+        else:
+            bench.ports.begin("i_read", [PATCHES])
         await ClockCycles(dut.clk, cut)
-        in_flight.cancel()
-        dut.i__valid.value = dut.i_read__valid.value = 0
-        bench.sum.stop()
-        await reset(dut)
+        await bench.ports.reset()
+        bench.ports.stop()
         # The clearing has to begin anew too.
         await ClockCycles(dut.clk, 20)
         await reset(dut)
         bench = Bench(dut)
         assert not (await bench.sums()).any()
-        await bench.hit.send(items(patch, row))
+        await bench.ports.send("i", items(patch, row))
         assert (await bench.sums() == expected(patch, row)).all()
-        bench.sum.stop()
+        bench.ports.stop()
 
 
 @cocotb.test()
@@ -191,11 +183,10 @@ async def one_per_cycle(dut):
     await start(dut, cycles=10_000)
     bench = Bench(dut)
     await bench.write_weights()
-    while int(dut.busy.value):
-        await RisingEdge(dut.clk)
-    taken, asked = Monitor(dut, "i"), Monitor(dut, "i_read")
+    await bench.ports.until(lambda: not bench.ports["busy"])
+    taken, asked = bench.ports.taken("i"), bench.ports.taken("i_read")
     patch, row = hemisphere_rays(4)
-    await bench.hit.send(items(patch, row))
+    await bench.ports.send("i", items(patch, row))
     await ClockCycles(dut.clk, 10)
     await bench.sums()
     assert {b - a for a, b in pairwise(taken.cycles)} == {1}, "hits must be taken without a gap"
@@ -203,10 +194,6 @@ async def one_per_cycle(dut):
     assert bench.sum.cycles[0] - asked.cycles[0] == documented_latency(Collector, CONFIG)
 
 
-ALL = ("a_sum_without_room_is_flagged", "every_pair_of_stalls", "the_same_patch_after_every_number_of_cycles",
-       "sums_are_asked_for_while_hits_come", "reset_in_flight", "one_per_cycle")
-
-
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
-    simulate(Collector(config=CONFIG), MODULE, ALL, simulator=simulator, name=f"collector-{simulator}")
+    simulate(Collector(config=CONFIG), __name__, simulator=simulator)

@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -6,13 +8,8 @@ from golden.stimulus import stimulus
 from golden.stimulus.frusta import frustum_record
 from hw.icu.g2r_transform import G2rTransform
 from tb.icu.vectors import assert_all_occur, frustum_of, rows, vertex_place
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
-
-
-def make(config):
-    return G2rTransform(config=config)
 
 
 def drawn(config):
@@ -26,24 +23,18 @@ def along_the_axes(config):
     return given | {"transformed": g2r_transform(frustum_record(given, config), given["vertex"])}
 
 
-def of(given, config):
+def of(draw, config):
+    given = draw(config)
     return Vectors(ports={"frustum": frustum_of(given, config)},
-                   items=[{**vertex_place(k), "vertex": vertex} for k, vertex in enumerate(rows(given["vertex"]))],
+                   inputs={"i": [{**vertex_place(k), "vertex": vertex}
+                                 for k, vertex in enumerate(rows(given["vertex"]))]},
                    expected={"o": [{**vertex_place(k), "vertex": vertex}
                                    for k, vertex in enumerate(rows(given["transformed"]))]})
 
 
-def vectors(config):
-    return of(drawn(config), config)
-
-
-def axis_vectors(config):
-    return of(along_the_axes(config), config)
-
-
-def test_every_width_and_depth():
-    check_block(make, vectors)
-    check_block(make, axis_vectors)
+class TestG2rTransform(Bench):
+    component = G2rTransform
+    cases = {given.__name__: partial(of, given) for given in (drawn, along_the_axes)}
 
 
 @pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
@@ -53,8 +44,3 @@ def test_halves_of_both_signs_occur(changes):
     one = 1 << numbers.scene_bits + numbers.direction_fraction - numbers.vector_fraction
     assert_all_occur({f"row {row}, sign {sign}": (exact % one == one >> 1)[:, row] & (np.sign(exact)[:, row] == sign)
                       for row in range(3) for sign in (-1, 1)})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("g2r_transform", make, vectors, axis_vectors, simulator=simulator)

@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -6,15 +8,10 @@ from golden.stimulus import stimulus
 from golden.stimulus.icu.plane_factor import factor_of
 from hw.icu.inverse_distance import InverseDistance
 from tb.icu.vectors import assert_all_occur, rows
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
 
 COUNT = 400
-
-
-def make(config):
-    return InverseDistance(config=config, tag=9)
 
 
 def drawn(config):
@@ -30,24 +27,17 @@ def along_the_planes(config):
     return given | {"inverse": inverse_distance(factor_of(given), given["ray"], config.numbers)}
 
 
-def vectors(config):
-    return of(drawn(config))
-
-
-def plane_vectors(config):
-    return of(along_the_planes(config))
-
-
-def of(given):
+def of(draw, config):
+    given = draw(config)
     return Vectors(
-        items=[{"tag": k, "direction": rows(given["ray"][k]), "mantissa": rows(given["mantissa"][k]),
-                "exponent": int(given["factor_exponent"][k])} for k in range(COUNT)],
+        inputs={"i": [{"tag": k, "direction": rows(given["ray"][k]), "mantissa": rows(given["mantissa"][k]),
+                       "exponent": int(given["factor_exponent"][k])} for k in range(COUNT)]},
         expected={"o": [{"tag": k, "inverse": int(given["inverse"][k])} for k in range(COUNT)]})
 
 
-def test_every_width_and_depth():
-    check_block(make, vectors)
-    check_block(make, plane_vectors)
+class TestInverseDistance(Bench):
+    component, arguments = InverseDistance, {"tag": 9}
+    cases = {given.__name__: partial(of, given) for given in (drawn, along_the_planes)}
 
 
 @pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
@@ -59,8 +49,3 @@ def test_the_vectors_hold_every_case(changes):
     assert_all_occur({"farthest": inverse == SMALLEST, "nearest": inverse == high,
                       "between": (inverse > SMALLEST) & (inverse < high),
                       **{f"in a plane or beside it, {sign}": side == sign for sign in (-1, 0, 1)}})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("inverse_distance", make, vectors, plane_vectors, simulator=simulator)

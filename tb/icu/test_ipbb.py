@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -15,15 +17,10 @@ from tb.icu.vectors import (
     winding_of,
     window_of,
 )
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
 
 COUNT = 300
-
-
-def make(config):
-    return Ipbb(config=config)
 
 
 def small_frustum(config):
@@ -35,33 +32,24 @@ def largest_frustum(config):
     return seen_through(record, "icu.ipbb", count=COUNT, seed=7, config=config)
 
 
-def vectors(given, config):
+def vectors(draw, config):
+    given = draw(config)
     windows, direction = ImagePlaneWindows(frustum_record(given, config), config), given["direction"]
     first, second = (windows.quotients(direction[..., axis], direction[..., 2]) for axis in range(2))
     signs = rows(np.sign(given["planes"][:, :5]))
     front = ((direction[..., 2] > 0) << np.arange(4)).sum(axis=1)
     return Vectors(
         ports={"frustum": frustum_of(given, config)},
-        items=[{**slot_of(k), "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
-                "winding": winding_of(given, k), "signs": signs[k]} for k in range(COUNT)],
+        inputs={"i": [{**slot_of(k), "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
+                       "winding": winding_of(given, k), "signs": signs[k]} for k in range(COUNT)]},
         expected={"o": [{**slot_of(k), "window": window_of(given, k)} for k in range(COUNT)]})
 
 
-def of_small_frustum(config):
-    return vectors(small_frustum(config), config)
-
-
-def of_largest_frustum(config):
-    return vectors(largest_frustum(config), config)
-
-
-def test_every_width():
-    check_block(make, of_small_frustum, variants=[*CONFIGURATIONS.values(), {"icu.side_bits": 16}])
-
-
-def test_the_largest_frustum():
-    # Only the finest grid has many entries at the very border of a window.
-    check_block(make, of_largest_frustum, variants=[*LIMITS, {"icu.side_bits": 16}])
+class TestIpbb(Bench):
+    component = Ipbb
+    cases = {"small frustum": Case(partial(vectors, small_frustum), [*CONFIGURATIONS.values(), {"icu.side_bits": 16}]),
+             # Only the finest grid has many entries at the very border of a window.
+             "largest frustum": Case(partial(vectors, largest_frustum), [*LIMITS, {"icu.side_bits": 16}])}
 
 
 @pytest.mark.parametrize("given", [small_frustum, largest_frustum])
@@ -75,8 +63,3 @@ def test_the_vectors_hold_every_case(given):
         "in the middle of the screen": rays & (given["column_count"] < given["frustum_columns"]),
         "beside the screen": ~rays & (behind == 0), "split": given["split"],
         "edge-on in front": (behind == 0) & ~given["orientation"].any(axis=1)})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("ipbb", make, of_small_frustum, of_largest_frustum, simulator=simulator)

@@ -80,13 +80,12 @@ class Patches:
 
     def schedule(self, vertex_stalls="none", stalls=()):
         """Tables, then vertices."""
-        tables = table_writes(self.record, self.config)
         pattern = STALLS[vertex_stalls](1)
         vertices = [{"patch": k, "surface": int(self.given["surface"][k]), "vertex": vertex}
                     for k in range(COUNT) for vertex in rows(self.given["vertices"][k])]
-        idle = [len(tables) + 2] + [next(pattern) * 3 for _ in vertices[1:]]
-        return Schedule(stalls={"o": list(stalls)}, items={
-            "i_table": [(0, write) for write in tables], "i": list(zip(idle, vertices, strict=True))})
+        idle = [2] + [next(pattern) * 3 for _ in vertices[1:]]
+        return Schedule(stalls={"o": list(stalls)}, first={"i_table": table_writes(self.record, self.config)},
+                        items={"i": list(zip(idle, vertices, strict=True))})
 
     def expected(self):
         """By output."""
@@ -137,8 +136,7 @@ class Patches:
 def bench_of(name):
     config = config_of(VARIANTS[name])
     component = Setup(config)
-    bench = ScheduleBench(component, ["i_table", "i"], [*(f"o_{part}" for part in PARTS), "o_patch", "o"],
-                          patience=component.latency + 20)
+    bench = ScheduleBench(component, patience=component.latency + 20)
     return config, component, bench
 
 

@@ -17,18 +17,16 @@ from golden.stimulus import block
 from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
 from tb.icu.frustum_load import tiles
-from tb.lib.clocking import reset, start
+from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.payload import pack, unpack
+from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
-from tb.lib.stream import Monitor, Sink, Source
+from tb.lib.stall_patterns import STALL_PAIRS
 from tb.lib.timing import documented_latency
 
-MODULE = "tb.icu.test_read_out"
-STREAMS = ("i_start", "i_update", "o_update", "i_payload", "i_read_out", "o_hit")
 # Sixteen tiles of 4 x 4 rays.
 SMALL = {"icu.rays": 256, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.generation_bits": 2}
 SECTIONS = (Sector(0, 16, 0, 16), Sector(5, 14, 3, 15), Sector(60, 64, 7, 61), Sector(0, 61, 63, 64),
@@ -136,68 +134,56 @@ class Bench:
     """The streams of the banks; (u, v) of wins come some cycles after the answers."""
 
     def __init__(self, dut, *, updates="none", hits="none", delay=1):
-        seed = options()["seed"]
-        self.dut, self.config = dut, config_of(options()["changes"])
-        members = Banks(config=self.config).signature.members
-        self.shapes = {name: members[name].signature.members["payload"].shape for name in STREAMS}
-        self.start, self.update = Source(dut, "i_start"), Source(dut, "i_update", stalls=STALLS[updates](seed))
-        self.command, self.hit = Source(dut, "i_read_out"), Sink(dut, "o_hit", stalls=STALLS[hits](seed + 1))
-        self.answer, self.delay = Monitor(dut, "o_update"), delay
-        dut.i_payload__valid.value = 0
-        self._edge = RisingEdge(dut.clk)
+        self.config = config_of(options()["changes"])
+        self.ports = Ports(dut, Banks(config=self.config), stalls={"i_update": updates, "o_hit": hits})
+        self.dut, self.answer, self.hit = dut, self.ports.sinks["o_update"], self.ports.sinks["o_hit"]
+        self.delay = delay
 
     async def cast(self, frustum):
         """Begin a frustum and send its updates; all answers are right, and all (u, v) are written."""
         self.answer.items.clear()
-        await self.start.send([0])
-        writes = cocotb.start_soon(self._write(frustum))
-        await self.update.send([pack(self.shapes["i_update"], item) for item in frustum.updates])
+        await self.ports.send("i_start", [0])
+        writes = self.ports.run(self._write(frustum))
+        await self.ports.send("i_update", frustum.updates)
         await writes
-        shape = self.shapes["o_update"]
-        check(shape, self.answer.items, [pack(shape, item) for item in frustum.answers], what="o_update")
+        check(self.ports.payloads["o_update"], self.answer.items, frustum.answers, what="o_update")
 
     async def _write(self, frustum):
-        valid, payload = self.dut.i_payload__valid, self.dut.i_payload__payload
+        source = self.ports.sources["i_payload"]
         waiting, done = deque([None] * (self.delay - 1)), 0
         while done < len(frustum.updates):
-            await self._edge
+            await self.ports.edge
             won = None
             if int(self.dut.o_update__valid.value):
-                answer = unpack(self.shapes["o_update"], int(self.dut.o_update__payload.value))
+                answer = unpack(self.ports.payloads["o_update"], int(self.dut.o_update__payload.value))
                 done += 1
                 won = frustum.payloads[answer["tag"]] if answer["won"] else None
             waiting.append(won)
-            self._give(valid, payload, waiting.popleft())
+            self._give(source, waiting.popleft())
         for write in waiting:
-            await self._edge
-            self._give(valid, payload, write)
-        await self._edge
-        valid.value = 0
+            await self.ports.edge
+            self._give(source, write)
+        await self.ports.edge
+        source.valid.value = 0
 
-    def _give(self, valid, payload, write):
-        valid.value = int(write is not None)
+    def _give(self, source, write):
+        source.valid.value = int(write is not None)
         if write is not None:
-            payload.value = pack(self.shapes["i_payload"], write)
+            source.payload.value = pack(self.ports.payloads["i_payload"], write)
 
     async def hits_of(self, frustum, bank=None):
         """Read a bank, by default the one of the last frustum, and compare it."""
-        bank = int(self.dut.active.value) if bank is None else bank
+        bank = self.ports["active"] if bank is None else bank
         self.hit.items.clear()
         self.hit.cycles.clear()
         section = frustum.section
-        await self.command.send([pack(self.shapes["i_read_out"], {
+        await self.ports.send("i_read_out", [{
             "bank": bank, "tiles_across": tiles(section, self.config)[0],
             "section": {name: getattr(section, name) for name in
-                        ("first_column", "end_column", "first_row", "end_row")}})])
-        while len(self.hit.items) < len(frustum.hits):
-            await self._edge
+                        ("first_column", "end_column", "first_row", "end_row")}}])
+        await self.ports.until(lambda: len(self.hit.items) >= len(frustum.hits))
         await ClockCycles(self.dut.clk, 20)
-        shape = self.shapes["o_hit"]
-        check(shape, self.hit.items, [pack(shape, item) for item in frustum.hits], what="o_hit")
-
-    def stop(self):
-        self.hit.stop()
-        self.answer.stop()
+        check(self.ports.payloads["o_hit"], self.hit.items, frustum.hits, what="o_hit")
 
 
 def assert_no_gap(monitor, what):
@@ -212,13 +198,13 @@ async def every_section(dut):
     for delay in PAYLOAD_DELAYS:
         bench = Bench(dut, delay=delay)
         await RisingEdge(dut.clk)
-        assert_known(dut, STREAMS)
+        assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
         for seed, section in enumerate(SECTIONS * 2):
             frustum = random_frustum(bench.config, section, seed + options()["seed"])
             await bench.cast(frustum)
             await bench.hits_of(frustum)
             assert_no_gap(bench.hit, "hits")
-        bench.stop()
+        bench.ports.stop()
 
 
 @cocotb.test()
@@ -246,11 +232,11 @@ async def every_pair_of_stalls(dut):
     for number, (updates, hits) in enumerate(STALL_PAIRS):
         bench = Bench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
         frustum = random_frustum(bench.config, SECTIONS[number % 3], number + options()["seed"])
-        reads = before and cocotb.start_soon(bench.hits_of(before, bank=int(dut.active.value)))
+        reads = before and cocotb.start_soon(bench.hits_of(before, bank=bench.ports["active"]))
         await bench.cast(frustum)
         if reads:
             await reads
-        bench.stop()
+        bench.ports.stop()
         before = frustum
 
 
@@ -264,16 +250,12 @@ async def reset_in_flight(dut):
         everything = random_frustum(bench.config, SECTIONS[0], before)
         for _ in range(before):
             await bench.cast(everything)
-        await bench.start.send([0])
-        updates = [pack(bench.shapes["i_update"], item) for item in everything.updates]
-        cast = cocotb.start_soon(bench.update.send(updates))
-        reads = cocotb.start_soon(bench.hits_of(everything, bank=1 - int(dut.active.value)))
+        await bench.ports.send("i_start", [0])
+        bench.ports.begin("i_update", everything.updates)
+        bench.ports.run(bench.hits_of(everything, bank=1 - bench.ports["active"]))
         await ClockCycles(dut.clk, generator.randrange(5, 200))
-        cast.cancel()
-        reads.cancel()
-        bench.stop()
-        dut.i_update__valid.value = dut.i_read_out__valid.value = 0
-        await reset(dut)
+        await bench.ports.reset()
+        bench.ports.stop()
         bench = Bench(dut)
         nothing = Frustum(bench.config, SECTIONS[0], *np.zeros((4, 0), dtype=int))
         for _ in range(9):
@@ -281,7 +263,7 @@ async def reset_in_flight(dut):
             await bench.hits_of(nothing)
         await bench.cast(everything)
         await bench.hits_of(everything)
-        bench.stop()
+        bench.ports.stop()
 
 
 @cocotb.test()
@@ -291,11 +273,11 @@ async def one_per_cycle(dut):
     bench = Bench(dut)
     first, second = (random_frustum(bench.config, SECTIONS[0], seed) for seed in (1, 2))
     await bench.cast(first)
-    given, asked = Monitor(dut, "i_update"), Monitor(dut, "i_read_out")
+    given, asked = bench.ports.taken("i_update"), bench.ports.taken("i_read_out")
     bench.answer.cycles.clear()
-    bank = int(dut.active.value)
-    await bench.start.send([0])
-    writes = cocotb.start_soon(bench.update.send([pack(bench.shapes["i_update"], item) for item in second.updates]))
+    bank = bench.ports["active"]
+    await bench.ports.send("i_start", [0])
+    writes = bench.ports.begin("i_update", second.updates)
     await bench.hits_of(first, bank=bank)
     await writes
     for monitor, what in ((given, "updates"), (bench.answer, "answers"), (bench.hit, "hits")):
@@ -304,22 +286,18 @@ async def one_per_cycle(dut):
     assert bench.hit.cycles[0] - asked.cycles[0] == documented_latency(ReadOut, bench.config)
 
 
-ALL = ("every_section", "the_same_ray_after_every_number_of_cycles", "every_pair_of_stalls", "reset_in_flight",
-       "one_per_cycle")
-
-
-def run(name, changes, simulator="verilator"):
+def run(changes, simulator="verilator"):
     changes = {**SMALL, **changes}
     banks = Banks(config=config_of(changes))
     assert banks.memory.latency == documented_latency(RayMemory, config_of(changes))
-    simulate(banks, MODULE, ALL, simulator=simulator, name=name, changes=changes)
+    simulate(banks, __name__, simulator=simulator, changes=changes)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
-def test_the_banks(simulator):
-    run(f"read_out-{simulator}", {}, simulator)
+def test_in_the_simulator(simulator):
+    run({}, simulator)
 
 
 @pytest.mark.sim
 def test_one_tag_and_narrow_numbers():
-    run("read_out-narrow", {**CONFIGURATIONS["narrow"], "icu.generation_bits": 1, "icu.tile_bits": 1})
+    run({**CONFIGURATIONS["narrow"], "icu.generation_bits": 1, "icu.tile_bits": 1})

@@ -1,4 +1,5 @@
 import random
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,15 +23,10 @@ from tb.icu.vectors import (
     winding_of,
     window_of,
 )
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
 
 COUNT = 200
-
-
-def make(config):
-    return Sbb(config=config)
 
 
 def small_frustum(config):
@@ -91,14 +87,15 @@ def to_the_borders(given, config):
     return moves
 
 
-def vectors(given, config, moves=((0, 0),)):
+def vectors(draw, config, moves_of=lambda given, config: [(0, 0)]):
+    given = draw(config)
     tables = table_writes(frustum_record(given, config), config)
     random.Random(1).shuffle(tables)
     direction, planes = given["direction"], planes_of(given)
     signs = rows(np.sign(planes.planes[:, :5]))
     front = ((direction[..., 2] > 0) << np.arange(4)).sum(axis=1)
     items, expected = [], []
-    for number, by in enumerate(moves):
+    for number, by in enumerate(moves_of(given, config)):
         windows = Moved(given, config, by)
         first, second = windows.angles(direction)
         window = vars(windows.windows(direction, planes))
@@ -106,33 +103,18 @@ def vectors(given, config, moves=((0, 0),)):
         items += [{**slots[k], "first": rows(first[k]), "second": rows(second[k]), "front": int(front[k]),
                    "winding": winding_of(given, k), "signs": signs[k]} for k in range(COUNT)]
         expected += [{**slots[k], "window": window_of(window, k)} for k in range(COUNT)]
-    return Vectors(ports={"frustum": frustum_of(given, config)}, tables=tables, items=items, expected={"o": expected})
+    return Vectors(ports={"frustum": frustum_of(given, config)}, first={"i_table": tables}, inputs={"i": items},
+                   expected={"o": expected})
 
 
-def of_small_frustum(config):
-    return vectors(small_frustum(config), config)
-
-
-def of_largest_frustum(config):
-    return vectors(largest_frustum(config), config)
-
-
-def of_the_axis(config):
-    return vectors(around_the_axis(config), config)
-
-
-def of_borders(config):
-    given = largest_frustum(config)
-    return vectors(given, config, to_the_borders(given, config))
-
-
-def test_every_width():
-    check_block(make, of_small_frustum, interval=4, variants=[*CONFIGURATIONS.values(), {"icu.side_bits": 16}])
-
-
-def test_the_largest_frustum():
-    # Only coarse angles often lie at the very border of a window.
-    check_block(make, of_largest_frustum, interval=4, variants=[*LIMITS, {"icu.angle_bits": 18}])
+class TestSbb(Bench):
+    component, interval = Sbb, 4
+    cases = {"small frustum": Case(partial(vectors, small_frustum), [*CONFIGURATIONS.values(), {"icu.side_bits": 16}]),
+             # Only coarse angles often lie at the very border of a window.
+             "largest frustum": Case(partial(vectors, largest_frustum), [*LIMITS, {"icu.angle_bits": 18}],
+                                     simulated=False),
+             "axis": Case(partial(vectors, around_the_axis), []),
+             "borders": Case(partial(vectors, largest_frustum, moves_of=to_the_borders), [])}
 
 
 @pytest.mark.parametrize("given", [small_frustum, largest_frustum])
@@ -144,8 +126,3 @@ def test_the_vectors_hold_every_case(given):
         "over azimuth 0": first + count > columns, "around the pole": (count == columns) & (given["row_first"] == 0),
         "without rays": count == 0, "split": given["split"], "edge-on": ~given["orientation"].any(axis=1),
         "down to the horizon": given["row_first"] + given["row_count"] == given["frustum_rows"]})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("sbb", make, of_small_frustum, of_the_axis, of_borders, simulator=simulator, interval=4)

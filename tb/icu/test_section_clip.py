@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
@@ -9,16 +8,11 @@ from hw.icu.section_clip import SectionClip
 from tb.golden.icu.test_section_clip import SECTIONS
 from tb.icu.frustum_load import frustum_payload
 from tb.icu.vectors import LIMITS, assert_all_occur, largest, section_window_of, slot_of, window_of
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
-from tb.lib.runner import SIMULATORS
 
 COUNT = 200
 FRUSTA = (random_hemisphere, random_screen)
-
-
-def make(config):
-    return SectionClip(config=config)
 
 
 def clipped(frustum, bounds, config):
@@ -43,16 +37,17 @@ def vectors_of(frustum, bounds):
         record, section, given, parts = clipped(frustum, bounds, config)
         return Vectors(
             ports={"frustum": frustum_payload(record, section, config)},
-            items=[{**slot_of(k), "window": window_of(vars(given), k)} for k in range(COUNT)],
+            inputs={"i": [{**slot_of(k), "window": window_of(vars(given), k)} for k in range(COUNT)]},
             expected={"o": [{**slot_of(k), "window": section_window_of(parts, k)} for k in range(COUNT)]})
 
     return vectors
 
 
-@pytest.mark.parametrize("bounds", SECTIONS)
-@pytest.mark.parametrize("frustum", FRUSTA)
-def test_every_section(frustum, bounds):
-    check_block(make, vectors_of(frustum, bounds), variants=LIMITS)
+class TestSectionClip(Bench):
+    component = SectionClip
+    variants = LIMITS
+    cases = {f"{frustum.__name__}, {bounds}": Case(vectors_of(frustum, bounds), None if bounds in SECTIONS else [])
+             for frustum in FRUSTA for bounds in (*SECTIONS, *drawn_sections(5))}
 
 
 def test_the_vectors_hold_every_case():
@@ -70,10 +65,3 @@ def test_the_vectors_hold_every_case():
                 for name, found in (("in two pieces", wrapped), ("gone round to the section", rays & goes_round)):
                     cases[name] = cases.get(name, False) | found.any()
         assert_all_occur(cases)
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    bounds = [*SECTIONS, *drawn_sections(5)]
-    check_in_simulator("section_clip", make, *(vectors_of(frustum, some) for frustum in FRUSTA for some in bounds),
-                       simulator=simulator)

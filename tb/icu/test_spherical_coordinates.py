@@ -1,5 +1,6 @@
+from functools import partial
+
 import numpy as np
-import pytest
 
 from golden.icu.ipbb import ImagePlaneWindows
 from golden.icu.sbb import SphericalWindows
@@ -8,27 +9,10 @@ from golden.stimulus import stimulus
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.spherical_coordinates import SphericalCoordinates
 from tb.icu.vectors import rows, vertex_place
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
-from tb.lib.runner import SIMULATORS
+from tb.lib.bench import Bench, Case, Vectors
 
 # The low bits of what a CORDIC turns seldom decide.
 FEW, MANY = 400, 4000
-
-
-def make(config):
-    return SphericalCoordinates(config=config)
-
-
-def vectors(config):
-    return of_record(random_hemisphere, FEW, config)
-
-
-def many_vectors(config):
-    return of_record(random_hemisphere, MANY, config)
-
-
-def screen_vectors(config):
-    return of_record(random_screen, FEW, config)
 
 
 def directions(count, config):
@@ -52,16 +36,13 @@ def of_record(frustum, count, config):
         first, second = SphericalWindows(record, config).angles(direction)
     return Vectors(
         ports={"is_screen": int(record.is_screen)},
-        items=[{**vertex_place(k), "direction": vertex} for k, vertex in enumerate(rows(direction))],
+        inputs={"i": [{**vertex_place(k), "direction": vertex} for k, vertex in enumerate(rows(direction))]},
         expected={"o": [{**vertex_place(k), "first": int(first[k]), "second": int(second[k]),
                          "front": int(direction[k, 2] > 0)} for k in range(count)]})
 
 
-def test_every_width_and_depth():
-    check_block(make, vectors)
-    check_block(make, screen_vectors)
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("spherical_coordinates", make, many_vectors, screen_vectors, simulator=simulator)
+class TestSphericalCoordinates(Bench):
+    component = SphericalCoordinates
+    cases = {"few": Case(partial(of_record, random_hemisphere, FEW), simulated=False),
+             "many": Case(partial(of_record, random_hemisphere, MANY), []),
+             "screen": partial(of_record, random_screen, FEW)}

@@ -1,19 +1,16 @@
+from functools import partial
+
 import pytest
 
 from golden.stimulus import stimulus
 from hw.icu.uv_subdivision import UvSubdivision
 from tb.icu.vectors import assert_all_occur, rows
-from tb.lib.block_bench import Vectors, check_block, check_in_simulator
+from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
-from tb.lib.runner import SIMULATORS
 
 # The low bits of distances seldom decide.
 FEW, MANY = 400, 4000
 TAG = 9
-
-
-def make(config):
-    return UvSubdivision(config=config, tag=TAG)
 
 
 def drawn(config, count=FEW):
@@ -24,16 +21,13 @@ def vectors(config, count=FEW):
     given = drawn(config, count)
     aligned, tags = rows(given["aligned"] * given["held"][:, None]), [k % (1 << TAG) for k in range(count)]
     return Vectors(
-        items=[{"tag": tags[k], "distances": aligned[k]} for k in range(count)],
+        inputs={"i": [{"tag": tags[k], "distances": aligned[k]} for k in range(count)]},
         expected={"o": [{"tag": tags[k], "u": int(given["u"][k]), "v": int(given["v"][k])} for k in range(count)]})
 
 
-def many_vectors(config):
-    return vectors(config, MANY)
-
-
-def test_every_width_and_depth():
-    check_block(make, vectors)
+class TestUvSubdivision(Bench):
+    component, arguments = UvSubdivision, {"tag": TAG}
+    cases = {"few": Case(vectors, simulated=False), "many": Case(partial(vectors, count=MANY), [])}
 
 
 @pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
@@ -47,8 +41,3 @@ def test_the_vectors_hold_every_case(changes):
         "inside": (u > 0) & (u < most) & (v > 0) & (v < most),
         **{f"held by orientation {turn}": given["held"] == turn for turn in (-1, 1)},
         "with a distance of 0": (given["distances"] == 0).any(axis=1)})
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("uv_subdivision", make, many_vectors, simulator=simulator)

@@ -20,6 +20,7 @@ from amaranth.lib.wiring import Out
 
 from golden.config import Config
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
+from tb.lib.payload import unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
@@ -46,11 +47,14 @@ class Case:
         Changes of the default configuration with which Amaranth's simulator runs them; default: the bench's.
     simulated
         The other simulators run them too.
+    timed
+        `Bench.check_times` holds for them.
     """
 
     vectors: Callable[[Config], Vectors]
     variants: Sequence[dict] | None = None
     simulated: bool = True
+    timed: bool = True
 
 
 class Bench:
@@ -69,7 +73,7 @@ class Bench:
     simulators
         Of `test_in_the_simulator`.
     interval, per_result
-        Cycles between items of the first input, and how many of them make one result.
+        Cycles between items of the input ``i``, and how many of them make one result.
     latency
         The component's, as its docstring states it.
     formula
@@ -78,6 +82,10 @@ class Bench:
         Each pattern of stalls has items of its own; otherwise all have all of them.
     patience
         Cycles without a transfer after which all is over, beside the latency.
+    now, shapes
+        The vectors that are being played, and the shapes of what comes: for a subclass' methods.
+    cycles
+        That the watchdog of simulators waits for more than what the items of the cases can take.
     """
 
     component: Callable
@@ -90,6 +98,9 @@ class Bench:
     formula: Mapping = {}
     splits = True
     patience = 4
+    cycles = 10_000
+    now: Vectors
+    shapes: Mapping
 
     # What subclasses say.
 
@@ -97,14 +108,27 @@ class Bench:
         """The only case's vectors."""
         raise NotImplementedError
 
+    def drawn(self, config: Config, seed: int) -> Vectors:
+        """Vectors for a pattern of stalls or for a reset; default: parts of the cases."""
+        raise NotImplementedError
+
+    @property
+    def draws(self) -> bool:
+        """Whether the bench can draw."""
+        return type(self).drawn is not Bench.drawn
+
     def make(self, config: Config):
         """The component."""
         return type(self).component(config=config, **self.arguments)
 
-    def check(self, given: Vectors, came: dict[str, list[int]], shapes: dict) -> None:
+    def is_over(self, given: Vectors, came: dict[str, list[int]]) -> bool:
+        """Whether all has come that is expected."""
+        return all(len(came[name]) >= len(items) for name, items in given.expected.items())
+
+    def check(self, given: Vectors, came: dict[str, list[int]]) -> None:
         """Everything that came, as bits, is what was expected."""
         for name, expected in given.expected.items():
-            check(shapes[name], came[name], expected, what=name)
+            check(self.shapes[name], came[name], expected, what=name)
 
     def check_times(self, given: Vectors, cycles: dict[str, list[int]], latency: int) -> None:
         """Of transfers without stalls: one per interval, after the latency."""
@@ -115,6 +139,10 @@ class Bench:
         assert left[0] - entered[self.per_result - 1] == latency, f"{name} must come after {latency} cycles"
 
     # What they get.
+
+    def values(self, name: str, came: Mapping[str, list[int]]) -> list:
+        """What came out of a stream, as dicts."""
+        return [unpack(self.shapes[name], item) for item in came[name]]
 
     def config(self, changes: Mapping | None = None) -> Config:
         """The bench's configuration with other changes."""
@@ -151,17 +179,21 @@ class Bench:
         config = self.config(changes)
         component = self.make(config)
         latency = self.latency(component, config)
-        bench = ScheduleBench(component, patience=latency + self.interval * self.per_result + 16, watchdog=100_000)
+        bench = ScheduleBench(component, patience=latency + self.interval * self.per_result + self.patience + 16,
+                              watchdog=200_000)
         for case in self.known_cases().values():
             if changes in (self.variants if case.variants is None else case.variants):
-                self.in_amaranth(bench, component, case.vectors(config), latency)
+                self.in_amaranth(bench, component, case.vectors(config), latency, timed=case.timed)
 
-    def in_amaranth(self, bench: ScheduleBench, component, given: Vectors, latency: int, *, seed: int = 1) -> None:
+    def in_amaranth(self, bench: ScheduleBench, component, given: Vectors, latency: int, *, timed: bool = True,
+                    seed: int = 1) -> None:
         """Half of the items come without stalls, half of them with."""
+        self.now, self.shapes = given, {name: payload_shape(component.signature, name)
+                                        for name in streams_of(component.signature)[Out]}
         random, waits, half = Random(seed), self.interval - 1, {}
         items = {}
         for name, values in given.inputs.items():
-            half[name] = len(values) // 2 // self.per_result * self.per_result
+            half[name] = -(-len(values) // 2 // self.per_result) * self.per_result
             items[name] = [((waits if number else 2) + (random.randrange(4) if number >= half[name] else 0), value)
                            for number, value in enumerate(values)]
             waits = 0
@@ -170,10 +202,9 @@ class Bench:
         stalls = {name: [0] * (len(given.expected.get(name, ())) // 2) + [random.randrange(4) for _ in range(
             len(given.expected.get(name, ())) // 2)] for name in can_wait}
         bench.run(Schedule(items=items, stalls=stalls, first=given.first), *self.responders(), **given.ports)
-        self.check(given, bench.came, {name: payload_shape(component.signature, name) for name in bench.came})
-        for name in given.inputs:
-            bench.cycles[name] = bench.cycles[name][len(given.first.get(name, ())):]
-        self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
+        self.check(given, bench.came)
+        if timed:
+            self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
 
     def unstalled(self, given: Vectors, cycles: dict[str, list[int]], half: dict[str, int]) -> dict[str, list[int]]:
         """The transfers of the first halves."""
@@ -189,7 +220,8 @@ class Bench:
         """All regimes; ``text``: from the component to its Verilog, by default as it is exported."""
         component = self.make(self.config())
         simulate(text(component) if text else component, "tb.lib.regimes", simulator=simulator,
-                 bench=[type(self).__module__, type(self).__qualname__], **more)
+                 bench=[type(self).__module__, type(self).__qualname__],
+                 every_pair=simulator == "verilator", **more)
 
 
 def _name(changes):

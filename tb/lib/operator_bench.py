@@ -6,10 +6,9 @@ from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 
 from hw.lib.pipeline import Pipeline
-from tb.lib.payload import pack, unpack
+from tb.lib.schedules import Schedule, ScheduleBench
 
 __all__ = ["run_operator"]
 
@@ -34,27 +33,11 @@ def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns
     Values of each result, and the latency.
     """
     operator = _Operator(operands, results, apply, interval)
-    shape, came = operator.i.payload.shape(), []
-
-    async def drive(ctx):
-        rows = [{f"_{k}": int(column[row]) for k, column in enumerate(columns)} for row in range(len(columns[0]))]
-        for cycle in range((len(rows) - 1) * interval + operator.latency + 1):
-            row, waits = divmod(cycle, interval)
-            enters = waits == 0 and row < len(rows)
-            # What is not a row's is nobody's.
-            ctx.set(operator.i.payload.as_value(), pack(shape, rows[row]) if enters else (1 << shape.size) // 3)
-            ctx.set(operator.i.valid, enters)
-            leaves = cycle >= operator.latency and (cycle - operator.latency) % interval == 0
-            assert ctx.get(operator.o.valid) == leaves
-            if leaves:
-                came.append(unpack(operator.o.payload.shape(), ctx.get(operator.o.payload.as_value())))
-            await ctx.tick()
-
-    simulator = Simulator(operator)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
-    return [[row[f"_{k}"] for row in came] for k in range(len(results))], operator.latency
+    rows = [{f"_{k}": int(column[row]) for k, column in enumerate(columns)} for row in range(len(columns[0]))]
+    bench = ScheduleBench(operator, patience=operator.latency + interval + 2, watchdog=100_000)
+    came = bench.run(Schedule(items={"i": [((interval - 1) * (number > 0), row) for number, row in enumerate(rows)]}))
+    assert [b - a for a, b in zip(bench.cycles["i"], bench.cycles["o"], strict=True)] == [operator.latency] * len(rows)
+    return [[row[f"_{k}"] for row in came["o"]] for k in range(len(results))], operator.latency
 
 
 class _Operator(wiring.Component):

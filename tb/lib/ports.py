@@ -15,7 +15,7 @@ from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import options
 from tb.lib.signature import payload_shape, ports_of, streams_of
-from tb.lib.stall_patterns import STALLS
+from tb.lib.stall_patterns import STALLS, spaced
 from tb.lib.stream import Monitor, Sink, Source
 
 __all__ = ["Ports"]
@@ -32,6 +32,8 @@ class Ports:
         Has the signature.
     stalls
         By stream the name of a stall pattern, or a pattern; default: none.
+    intervals
+        By input stream the least cycles from an item to the next one.
     seed
         Of the patterns and of responders; default: the run's.
 
@@ -39,15 +41,18 @@ class Ports:
     -------
     sources, sinks
         By stream.
+    payloads
+        By stream the shape of its payload.
     """
 
     def __init__(self, dut, component, *, stalls: dict[str, str | Iterator[bool]] | None = None,
-                 seed: int | None = None):
+                 intervals: dict[str, int] | None = None, seed: int | None = None):
         self.dut, self.edge, self._signature = dut, RisingEdge(dut.clk), component.signature
-        self._stalls, self._seed = stalls or {}, options()["seed"] if seed is None else seed
+        self._stalls, self._intervals = stalls or {}, intervals or {}
+        self._seed = options()["seed"] if seed is None else seed
         self._shapes = ports_of(component.signature)
         self._streams = streams_of(component.signature)
-        self._payloads = {name: payload_shape(component.signature, name)
+        self.payloads = {name: payload_shape(component.signature, name)
                           for names in self._streams.values() for name in names}
         self._responders = ()
         self._connect()
@@ -57,7 +62,7 @@ class Ports:
         self.sources = {name: Source(self.dut, name, stalls=self._pattern(name)) for name in self._streams[In]}
         self.sinks = {name: Sink(self.dut, name, stalls=self._pattern(name)) for name in self._streams[Out]}
         for name in self._streams[Out]:
-            if not Shape.cast(self._payloads[name]).width:
+            if not Shape.cast(self.payloads[name]).width:
                 # Of a payload without bits Verilog makes a port that is not driven.
                 self.sinks[name].payload = None
         self.respond(*self._responders)
@@ -65,7 +70,8 @@ class Ports:
     def _pattern(self, name):
         pattern = self._stalls.get(name, "none")
         number = [*self._streams[In], *self._streams[Out]].index(name)
-        return STALLS[pattern](self._seed + number) if isinstance(pattern, str) else pattern
+        pattern = STALLS[pattern](self._seed + number) if isinstance(pattern, str) else pattern
+        return spaced(pattern, self._intervals[name]) if self._intervals.get(name, 1) > 1 else pattern
 
     def __setitem__(self, name: str, value) -> None:
         getattr(self.dut, name).value = pack(self._shapes[name], value)
@@ -75,7 +81,7 @@ class Ports:
 
     async def send(self, name: str, items: Iterable) -> None:
         """Send items, and return when the last one has been accepted."""
-        await self.sources[name].send([pack(self._payloads[name], item) for item in items])
+        await self.sources[name].send([pack(self.payloads[name], item) for item in items])
 
     def begin(self, name: str, items: Iterable) -> Task:
         """Send items from now on; the task ends when the last one has been accepted."""
@@ -88,7 +94,7 @@ class Ports:
 
     def came(self, name: str, first: int = 0) -> list:
         """What has come out of a stream, from item ``first`` on."""
-        return [unpack(self._payloads[name], item) for item in self.sinks[name].items[first:]]
+        return [unpack(self.payloads[name], item) for item in self.sinks[name].items[first:]]
 
     async def take(self, name: str, count: int) -> list:
         """Wait for the next ``count`` items of a stream."""
@@ -116,7 +122,7 @@ class Ports:
     async def _answer(self, one):
         """A responder's answers, each after its delay, one after the other."""
         items, source, waiting = self.sinks[one.takes].items, self.sources[one.gives], deque()
-        generator, takes, gives = random.Random(self._seed), self._payloads[one.takes], self._payloads[one.gives]
+        generator, takes, gives = random.Random(self._seed), self.payloads[one.takes], self.payloads[one.gives]
         seen = cycle = 0
         sending = None
         while True:

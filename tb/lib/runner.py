@@ -21,6 +21,7 @@ from cocotb_tools.runner import Runner, Verilator, get_runner
 from hw.export import verilog_of
 from hw.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
 from hw.simulator.verilator import verilator_package, verilator_version
+from tb.lib.seed import SEED
 
 __all__ = ["BUILD", "SIMULATORS", "Run", "Simulation", "options", "recorded", "simulate", "tools"]
 
@@ -64,14 +65,14 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
              visible: tuple[str, ...] = (), **given) -> None:
     """Run coroutines in a simulator.
 
-    The seed is that of the environment's SEED, or 1. A failing run is repeated with waveforms.
+    The seed is `tb.lib.seed.SEED`. A failing run is repeated with waveforms.
 
     Parameters
     ----------
     component
         An Amaranth component, or Verilog with a module ``top``.
     module, tests
-        The coroutines' module, and their names; default: all of the module.
+        The coroutines' module, or several with commas, and their names; default: all that no ``skip`` excludes.
     simulator
         ``verilator`` or ``icarus``.
     name
@@ -87,7 +88,6 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     AssertionError
         A coroutine failed, or one of the names does not exist.
     """
-    seed = int(os.environ.get("SEED", "1"))
     text = component if isinstance(component, str) else verilog_of(component, "top")
     tests = tuple(tests) or _coroutines(module)
     if _recorded is not None:
@@ -95,12 +95,12 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         return
     name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
-    failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, seed, given)
+    failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, SEED, given)
     if failed and not waves and not visible:
         # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
-        Simulation(text, "verilator", waves=True).run(module, tests, name, seed, given)
+        Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
-        pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={seed} in {simulator}; waves in {WAVES / name}",
+        pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={SEED} in {simulator}; waves in {WAVES / name}",
                     pytrace=False)
 
 
@@ -130,8 +130,8 @@ def recorded() -> Iterator[list[Run]]:
 
 
 def _coroutines(module):
-    """The names of all coroutines of a module."""
-    return tuple(name for name, value in vars(importlib.import_module(module)).items()
+    """The names of all coroutines of modules but those that are skipped."""
+    return tuple(name for one in module.split(",") for name, value in vars(importlib.import_module(one)).items()
                  if hasattr(value, "generate_tests") and not value.skip)
 
 

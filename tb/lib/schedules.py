@@ -22,14 +22,15 @@ from hypothesis import strategies as st
 
 from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
+from tb.lib.seed import IS_DRAWN
 from tb.lib.signature import stream_of, streams_of
 
 __all__ = ["SETTINGS", "Schedule", "ScheduleBench", "payloads", "schedules"]
 
 # Cycles after which a schedule must be over.
 WATCHDOG = 3000
-# The same examples in every run. A simulation takes longer than what Hypothesis thinks slow.
-SETTINGS = settings(derandomize=True, database=None, deadline=None, max_examples=30,
+# Without a seed the same examples in every run. A simulation takes longer than what Hypothesis thinks slow.
+SETTINGS = settings(derandomize=not IS_DRAWN, database=None, deadline=None, max_examples=30,
                     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 # None is the simplest one and the most frequent.
 _CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 5, 9))
@@ -101,6 +102,8 @@ class ScheduleBench:
         The run ends after so many cycles without a transfer.
     watchdog
         Cycles after which a run must be over.
+    watched
+        Plain outputs that are recorded.
 
     Members
     -------
@@ -108,16 +111,19 @@ class ScheduleBench:
         By input and output the cycles of the last run's transfers.
     came
         By output what came in the last run, as bits.
+    history
+        By watched output its bits in each cycle.
     """
 
     def __init__(self, component, inputs: Iterable[str] | None = None, outputs: Iterable[str] | None = None, *,
-                 patience: int = 16, watchdog: int = WATCHDOG):
+                 patience: int = 16, watchdog: int = WATCHDOG, watched: Iterable[str] = ()):
         self._component, self._patience, self._watchdog = component, patience, watchdog
         known = streams_of(component.signature)
         self._inputs, self._outputs = (
             {name: _Stream(component, name) for name in (known[way] if names is None else names)}
             for way, names in ((In, inputs), (Out, outputs)))
         self._schedule, self._ports, self._responders, self.came, self.cycles = None, None, (), {}, {}
+        self._watched, self.history = {name: Value.cast(getattr(component, name)) for name in watched}, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
         # simulator is slow in what it is asked from outside.
         top = Module()
@@ -127,9 +133,10 @@ class ScheduleBench:
         driven = [signal for one in self._inputs.values() for signal in (one.valid, one.payload)]
         driven += [one.ready for one in self._outputs.values() if not isinstance(one.ready, Const)]
         self._given = Signal(sum(map(len, driven)))
-        self._seen = Signal(sum(len(one.payload) + 2 for one in streams))
+        self._seen = Signal(sum(len(one.payload) + 2 for one in streams) + sum(map(len, self._watched.values())))
         top.d.comb += [Cat(driven).eq(self._given),
-                       self._seen.eq(Cat((one.valid, one.ready, one.payload) for one in streams))]
+                       self._seen.eq(Cat(*((one.valid, one.ready, one.payload) for one in streams),
+                                       *self._watched.values()))]
         self._simulator = Simulator(top)
         self._simulator.add_clock(1e-8)
         self._has_run = False
@@ -172,6 +179,7 @@ class ScheduleBench:
                    for one in self._responders]
         leading, generator = deque(sources[name] for name in first), Random(1)
         self.cycles = {name: [] for name in (*sources, *sinks)}
+        self.history = {name: [] for name in self._watched}
         still = cycle = 0
         ctx.set(self._given, self._offers(leading, ends))
         async for *_, seen in ctx.tick().sample(self._seen):
@@ -185,6 +193,10 @@ class ScheduleBench:
                     self.cycles[name].append(cycle)
                 if end.after(valid, ready, payload):
                     still = 0
+            for name, values in self.history.items():
+                width = len(self._watched[name])
+                values.append(seen & (1 << width) - 1)
+                seen >>= width
             for sink, shape, source, one in answers:
                 for item in sink.came[sink.answered:]:
                     source.answer(one.delay(generator), one(unpack(shape, item)))
@@ -248,7 +260,8 @@ class _SourceState:
         """``valid`` and payload, and their bits."""
         self._may = may
         offers = may and self._given and not self._idle
-        return 1 | self._given[0][1] << 1 if offers else 0, self.width + 1
+        # What is not an item's has no meaning.
+        return 1 | self._given[0][1] << 1 if offers else (1 << self.width) // 3 << 1, self.width + 1
 
     def after(self, valid, ready, payload):
         """Whether something went on in a cycle."""

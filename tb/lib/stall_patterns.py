@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable, Iterator
 from itertools import cycle, repeat
 
-__all__ = ["STALLS", "STALL_PAIRS"]
+__all__ = ["FEW_PAIRS", "STALLS", "STALL_PAIRS", "spaced"]
 
 
 def _random(seed):
@@ -35,3 +35,12 @@ STALLS: dict[str, Callable[[int], Iterator[bool]]] = {
 }
 # All pairs of patterns, one for the source and one for the sink.
 STALL_PAIRS = [(source, sink) for source in STALLS for sink in STALLS]
+# Each pattern with two others at either end, for simulators that are slow.
+FEW_PAIRS = [(source, [*STALLS][(number + by) % len(STALLS)]) for by in (1, 2) for number, source in enumerate(STALLS)]
+
+
+def spaced(pattern: Iterator[bool], interval: int) -> Iterator[bool]:
+    """A source's pattern with at least ``interval`` cycles from an item to the next one."""
+    for stalls in pattern:
+        yield stalls
+        yield from repeat(True, interval - 1)

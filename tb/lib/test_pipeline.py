@@ -8,11 +8,10 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 
 from hw.lib.pipeline import Pipeline
-from tb.lib.block_bench import Vectors, check_in_simulator
-from tb.lib.runner import SIMULATORS
+from tb.lib.bench import Bench, Vectors
+from tb.lib.schedules import Schedule, ScheduleBench
 
 PAIR = StructLayout({"x": 8, "y": 8})
 TABLE = [k * 37 % 256 for k in range(256)]
@@ -68,29 +67,27 @@ def results(items):
             for item in items]
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
-@pytest.mark.parametrize("stalls", [True, False])
-def test_in_the_simulator(stalls, simulator):
-    check_in_simulator(f"pipeline-{stalls}", lambda config: Mixed(stalls=stalls),
-                       lambda config: Vectors(items=ITEMS, expected={"o": results(ITEMS)}), simulator=simulator)
+class TestMixed(Bench):
+    variants, stalls = ({},), True
+
+    def make(self, config):
+        return Mixed(stalls=self.stalls)
+
+    def latency(self, component, config):
+        return component.latency
+
+    def vectors(self, config):
+        return Vectors(inputs={"i": ITEMS}, expected={"o": results(ITEMS)})
+
+
+class TestMixedWithoutStalls(TestMixed):
+    stalls = False
 
 
 def test_keep_and_before():
-    steps, numbers, came = Steps(), [3, 10, 12, 15, 40, 41, 44], []
-
-    async def drive(ctx):
-        for number in [*numbers, None, None, None]:
-            ctx.set(steps.i.valid, number is not None)
-            ctx.set(steps.i.payload, number or 0)
-            if ctx.get(steps.o.valid):
-                came.append(ctx.get(steps.o.payload))
-            await ctx.tick()
-
-    simulator = Simulator(steps)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
-    assert came == [7, 2, 25, 3]
+    bench = ScheduleBench(Steps())
+    assert bench.run(Schedule(items={"i": [(0, number) for number in (3, 10, 12, 15, 40, 41, 44)]})) == {
+        "o": [7, 2, 25, 3]}
 
 
 def test_latency_is_that_of_the_longest_path():
@@ -123,37 +120,13 @@ def test_a_long_wait_is_as_long_in_a_memory(cycles, stalls):
             self._pipeline.add_to(m)
             return m
 
-    waits, came, random = Waits(), [], Random(cycles)
+    waits, random = Waits(), Random(cycles)
     items = [random.randrange(256) for _ in range(60)]
-
-    async def drive(ctx):
-        for item in items:
-            ctx.set(waits.i.payload, item)
-            ctx.set(waits.i.valid, 1)
-            if stalls:
-                await ctx.tick().until(waits.i.ready)
-            else:
-                await ctx.tick()
-            ctx.set(waits.i.valid, 0)
-            for _ in range(random.randrange(3)):
-                await ctx.tick()
-
-    async def take(ctx):
-        while len(came) < len(items):
-            if stalls:
-                ctx.set(waits.o.ready, random.randrange(2))
-            *_, valid, ready, late, early = await ctx.tick().sample(
-                waits.o.valid, waits.o.ready, waits.o.payload.late, waits.o.payload.early)
-            if valid and ready:
-                came.append((late % 256, early))
-
-    simulator = Simulator(waits)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.add_testbench(take)
-    simulator.run()
+    came = ScheduleBench(waits, patience=cycles + 4).run(Schedule(
+        items={"i": [(random.randrange(3), item) for item in items]},
+        stalls={"o": [random.randrange(2) for _ in items]}))["o"]
     assert waits.latency == cycles
-    assert came == [(item, item) for item in items]
+    assert [(one["late"] % 256, one["early"]) for one in came] == [(item, item) for item in items]
 
 
 @pytest.mark.parametrize(("registers", "age"), [(1, 1), (2, 2), (3, 3)])
@@ -203,40 +176,18 @@ class Powers(wiring.Component):
 @pytest.mark.parametrize("registers", [1, 2, 3])
 @pytest.mark.parametrize(("interval", "multipliers"), [(1, 0), (2, 3), (5, 2), (12, 1)])
 def test_items_far_apart_share_dsp_blocks(interval, multipliers, registers):
-    powers, came, times = Powers(interval=interval, registers=registers), [], []
+    powers = Powers(interval=interval, registers=registers)
     assert powers.multipliers <= multipliers
-    items = [(k * 37 % 256 - 128, k * 91 % 256) for k in range(30)]
-
-    async def drive(ctx):
-        for number, (x, y) in enumerate(items):
-            ctx.set(powers.i.payload, {"x": x, "y": y})
-            ctx.set(powers.i.valid, 1)
-            await ctx.tick()
-            # What is not an item's is nobody's.
-            ctx.set(powers.i.valid, 0)
-            ctx.set(powers.i.payload, {"x": 5, "y": 77})
-            if interval > 1:
-                await ctx.tick().repeat(interval - 1 + (number == 20) * 3)
-        await ctx.tick().repeat(powers.latency + 2)
-
-    async def watch(ctx):
-        cycle = 0
-        async for *_, valid, payload in ctx.tick().sample(powers.o.valid, powers.o.payload):
-            cycle += 1
-            if valid:
-                came.append((payload.cube, payload.scaled, payload.before))
-                times.append(cycle)
-
-    simulator = Simulator(powers)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.add_testbench(watch, background=True)
-    simulator.run()
-    assert [one[:2] for one in came] == [(x * x * y, -3 * x * y) for x, y in items]
+    items = [{"x": k * 37 % 256 - 128, "y": k * 91 % 256} for k in range(30)]
+    bench = ScheduleBench(powers, patience=powers.latency + interval + 4)
+    came = bench.run(Schedule(items={"i": [((interval - 1) * (k > 0) + (k == 21) * (interval > 1) * 3, item)
+                                           for k, item in enumerate(items)]}))["o"]
+    assert [(one["cube"], one["scaled"]) for one in came] == [
+        (item["x"] * item["x"] * item["y"], -3 * item["x"] * item["y"]) for item in items]
     # Without a gap the one before is an interval ahead.
     for number in (*range(1, 21), *range(22, len(items))):
-        assert came[number][2] == items[number - 1][0]
-    assert times[0] == powers.latency + 1
+        assert came[number]["before"] == items[number - 1]["x"]
+    assert bench.cycles["o"][0] - bench.cycles["i"][0] == powers.latency
 
 
 def test_init_wrong_interval():

@@ -4,20 +4,23 @@ import pytest
 from amaranth.lib.data import StructLayout
 
 from hw.lib.queue import Queue
-from tb.lib.block_bench import Vectors, check_in_simulator
+from tb.lib.bench import Bench, Vectors
 from tb.lib.runner import SIMULATORS
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
 ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
-def vectors(config):
-    return Vectors(items=ITEMS, expected={"o": ITEMS})
+class TestQueue(Bench):
+    """What it does in all cycles is proved."""
 
+    variants, simulators = ({},), SIMULATORS[1:]
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    check_in_simulator("queue", lambda config: Queue(SHAPE, depth=5), vectors, simulator=simulator)
+    def make(self, config):
+        return Queue(SHAPE, depth=5)
+
+    def vectors(self, config):
+        return Vectors(inputs={"i": ITEMS}, expected={"o": ITEMS})
 
 
 @pytest.mark.parametrize(("depth", "error"), [(0, ValueError), (-1, ValueError), (2.0, TypeError)])

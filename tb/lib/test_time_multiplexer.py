@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw.lib.time_multiplexer import TimeMultiplexer
-from tb.lib.block_bench import Vectors, check_block
+from tb.lib.bench import Bench, Vectors
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
@@ -21,11 +21,26 @@ def phases(items, count):
     return [{"phase": phase, "item": item} for item in items for phase in range(count)]
 
 
+class PhaseBench(Bench):
+    variants = ({},)
+
+    def __init__(self, count):
+        self.interval = count
+
+    def make(self, config):
+        return TimeMultiplexer(SHAPE, count=self.interval)
+
+    def vectors(self, config):
+        return Vectors(inputs={"i": ITEMS}, expected={"o": phases(ITEMS, self.interval)})
+
+    def check_times(self, given, cycles, latency):
+        assert {b - a for a, b in pairwise(cycles["o"])} == {1}
+        assert cycles["o"][0] - cycles["i"][0] == latency
+
+
 @pytest.mark.parametrize("count", COUNTS)
 def test_each_item_is_shown_in_every_phase(count):
-    check_block(lambda config: TimeMultiplexer(SHAPE, count=count),
-                lambda config: Vectors(items=ITEMS, expected={"o": phases(ITEMS, count)}), interval=count,
-                variants=[{}])
+    PhaseBench(count).test_in_amaranth({})
 
 
 @SETTINGS
@@ -35,13 +50,6 @@ def test_any_stalls(count, given_items):
     items = [(idle + (count - 1 if number else 0), item) for number, (idle, item) in enumerate(given_items)]
     came = BENCHES[count].run(Schedule(items={"i": items}, stalls={}))
     assert came == {"o": phases([item for _, item in items], count)}
-
-
-def test_phases_follow_each_other_without_gaps():
-    bench = BENCHES[4]
-    bench.run(Schedule(items={"i": [(3, item) for item in ITEMS[:5]]}, stalls={}))
-    assert {b - a for a, b in pairwise(bench.cycles["o"])} == {1}
-    assert bench.cycles["o"][0] - bench.cycles["i"][0] == 1
 
 
 def test_phases_some_cycles_apart():

@@ -1,6 +1,5 @@
 # amaranth: UnusedElaboratable=no
 
-import os
 from itertools import product
 
 import numpy as np
@@ -17,6 +16,7 @@ from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from radiosity.benchmarks.traffic import PATTERNS
 from tb.lib.runner import SIMULATORS
+from tb.lib.seed import SEED
 from tb.lib.timing import documented_latency
 from tb.noc.packets import packets, stalls
 from tb.noc.replay import Words, replay, script
@@ -27,7 +27,7 @@ POLICIES = {"round-robin": ArbiterPolicy.ROUND_ROBIN, "age": ArbiterPolicy.LONGE
 
 
 def seeded(*more):
-    return np.random.default_rng([int(os.environ.get("SEED", "1")), *more])
+    return np.random.default_rng([SEED, *more])
 
 
 def scripts_of(routing, *, flits, messages, bits, depth, arbitration, router_cycles):

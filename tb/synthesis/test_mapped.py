@@ -16,8 +16,7 @@ from amaranth.sim import Simulator
 from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
 from hw.lib.shared_port import share_port
-from tb.icu.test_screening import make, vectors
-from tb.lib.block_bench import check_in_simulator
+from tb.icu import test_screening
 from tb.lib.clocking import start
 from tb.lib.runner import SIMULATORS, Simulation, options
 from tb.synthesis.mapped import mapped_text
@@ -219,5 +218,4 @@ def test_what_is_missing_is_noticed(cells, simulator, there, missing):
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 def test_a_unit_in_the_simulator(simulator, tmp_path):
     """As its description is tested: stalls, a reset in flight, one item in each cycle."""
-    check_in_simulator("screening-mapped", make, vectors, simulator=simulator,
-                       text=lambda component: mapped_text(component, tmp_path))
+    test_screening.TestScreening().simulate(simulator, lambda component: mapped_text(component, tmp_path))
