@@ -19,7 +19,7 @@ class AxiLiteProtocol:
     """Rules by name, stated once for `ProtocolChecker` and for `ProtocolMonitor`.
 
     =================================  ================================================================================
-    ``*_stable``, ``*_reset``          an offer stays unchanged until accepted; none in a reset or in the cycle after it
+    ``*_stable``, ``*_reset``          an offer stays unchanged until accepted or a reset; none in the cycles after one
     ``aw_count, w_count, ar_count``    the subordinate accepts at most two accesses that it has not answered
     ``b_due``                          one answer for each address and data of a write
     ``r_due``                          one answer for each address of a read
@@ -46,7 +46,7 @@ class AxiLiteProtocol:
                             "r_due", "b_resp", "r_resp")
 
     def step(self, pins: SimpleNamespace, state: dict, use: Operators) -> tuple[dict, dict]:
-        """Violations in a cycle, and the next state."""
+        """Violations in a cycle, and the next state unless there is a reset; that is one of the pins."""
         violated, following = channel_rules(pins, state, _CHANNELS)
         written, read = (state["addresses"][0] != 0) & (state["data"][0] != 0), state["reads"][0] != 0
         answers = {"b": pins.bvalid & pins.bready & written, "r": pins.rvalid & pins.rready & read}

@@ -24,7 +24,7 @@ class AxiProtocol:
     """Rules by name, stated once for `ProtocolChecker` and for `ProtocolMonitor`.
 
     ============================  =====================================================================================
-    ``*_stable``, ``*_reset``     an offer stays unchanged until accepted; none in a reset or in the cycle after it
+    ``*_stable``, ``*_reset``     an offer stays unchanged until accepted or a reset; none in the cycles after one
     ``*_burst``, ``*_size``       type INCR; full beats at a multiple of a beat
     ``*_length``, ``*_page``      at most ``burst_beats`` beats; no beat past a multiple of 4 KiB
     ``aw_id``, ``aw_count``       writes have id 0; at most ``outstanding`` have not been answered
@@ -67,7 +67,7 @@ class AxiProtocol:
         self.manager, self.subordinate = _MANAGER, _SUBORDINATE
 
     def step(self, pins: SimpleNamespace, state: dict, use: Operators) -> tuple[dict, dict]:
-        """Violations in a cycle, and the next state."""
+        """Violations in a cycle, and the next state unless there is a reset; that is one of the pins."""
         violated, following = channel_rules(pins, state, _CHANNELS)
         for part in (self._addresses, self._writes, self._reads):
             more, after = part(pins, state, use)

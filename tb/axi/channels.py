@@ -49,7 +49,7 @@ def channel_state(pins: dict[str, int], channels: dict[str, tuple[str, ...]]) ->
 
 
 def channel_rules(pins: SimpleNamespace, state: dict, channels: dict[str, tuple[str, ...]]) -> tuple[dict, dict]:
-    """An offer stays, unchanged, until it is accepted; there is none in a reset or in the cycle after it.
+    """An offer stays, unchanged, until it is accepted or a reset comes; there is none in the cycles after one of reset.
 
     Returns violations and the next state.
     """
@@ -61,7 +61,7 @@ def channel_rules(pins: SimpleNamespace, state: dict, channels: dict[str, tuple[
         same = valid
         for one, other in zip(now, state[f"{name}_before"], strict=True):
             same = same & (one == other)
-        violated[f"{name}_stable"] = waited & no(same)
+        violated[f"{name}_stable"] = waited & no(same | pins.reset)
         violated[f"{name}_reset"] = fresh & valid
         following |= {f"{name}_waited": [valid & no(ready)], f"{name}_before": now}
     return violated, following

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, ResetSignal, Signal
 from amaranth.lib import wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -48,7 +48,7 @@ class ProtocolChecker(wiring.Component):
         m = Module()
         state = {name: [Signal(width, init=init, name=f"{name}_{k}") for k, (width, init) in enumerate(words)]
                  for name, words in self._protocol.state.items()}
-        pins = SimpleNamespace(**{name: getattr(self.port, name) for name in self._protocol.pins})
+        pins = SimpleNamespace(reset=ResetSignal(), **{name: getattr(self.port, name) for name in self._protocol.pins})
         violated, following = self._protocol.step(pins, state, AMARANTH)
         m.d.comb += [self.violated[name].eq(value) for name, value in violated.items()]
         for name, words in following.items():

@@ -54,7 +54,8 @@ class ProtocolMonitor:
         found = []
         # After a cycle without an offer the state stays.
         if offered or not self._quiet:
-            violated, self._state = self._protocol.step(SimpleNamespace(**pins), self._state, PYTHON)
+            violated, self._state = self._protocol.step(SimpleNamespace(**{**pins, "reset": reset}), self._state,
+                                                         PYTHON)
             found = [name for name, value in violated.items() if value]
         self._quiet = not offered
         self.cycles += offered

@@ -141,7 +141,7 @@ def test_every_rule_has_a_negative_control(name):
     rules = protocol.manager + protocol.subordinate
     assert set(FAULTS[name]) == set(rules)
     assert len(set(rules)) == len(rules)
-    zeros = SimpleNamespace(**dict.fromkeys(protocol.pins, 0))
+    zeros = SimpleNamespace(reset=0, **dict.fromkeys(protocol.pins, 0))
     state = {name: [init for _, init in words] for name, words in protocol.state.items()}
     violated, following = protocol.step(zeros, state, PYTHON)
     assert set(violated) == set(rules)

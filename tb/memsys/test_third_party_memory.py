@@ -8,6 +8,8 @@ from cocotb.triggers import ClockCycles
 
 from hw.memsys.fault import Fault
 from hw.memsys.main_memory_port import MainMemoryPort
+from tb.axi.axi_protocol import AxiProtocol
+from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS, options, simulate
@@ -38,9 +40,10 @@ class Regions:
 
 
 def attach(dut, target):
-    """A subordinate with this target, and the channels that can be stalled, by name."""
+    """A subordinate with this target, where AXI's rules are checked, and the channels that can be stalled, by name."""
     from cocotbext.axi import AxiBus, AxiSlave
 
+    PortMonitor(dut, "axi", AxiProtocol(config_of(options()["changes"])))
     slave = AxiSlave(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, target=target)
     write, read = slave.write_if, slave.read_if
     for side in (write, read):

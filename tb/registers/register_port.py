@@ -1,12 +1,14 @@
 """Registers with the channels of their port as streams, and registers of the machine that change in every cycle."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Assert, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from hw.registers.register import Access, Register
 from hw.registers.registers import Registers
+from tb.axi.axi_lite_protocol import AxiLiteProtocol
+from tb.axi.protocol_checker import ProtocolChecker
 
 __all__ = ["RegisterPort"]
 
@@ -19,7 +21,7 @@ TOLD = {"b": ("resp",), "r": ("data", "resp")}
 
 
 class RegisterPort(wiring.Component):
-    """`Registers` for `tb.lib.schedules.ScheduleBench`.
+    """`Registers` for `tb.lib.schedules.ScheduleBench`. A violation of a subordinate's rules ends the simulation.
 
     Parameters
     ----------
@@ -42,6 +44,7 @@ class RegisterPort(wiring.Component):
 
     def __init__(self, registers: tuple[Register, ...], *, address_bits: int):
         self._table, self._dut = registers, Registers(registers, address_bits=address_bits)
+        self._protocol = AxiLiteProtocol(address_bits)
         host = self._dut.host
         members = {}
         for flow, channels in (In, GIVEN), (Out, TOLD):
@@ -61,7 +64,10 @@ class RegisterPort(wiring.Component):
     def elaborate(self, platform):
         """The registers with all channels connected."""
         m = Module()
-        m.submodules.dut = dut = self._dut
+        m.submodules.dut, m.submodules.checker = dut, checker = self._dut, ProtocolChecker(self._protocol)
+        checker.watch(m, dut.host)
+        # The bench offers items right after a reset.
+        m.d.sync += [Assert(~checker.violated[rule]) for rule in self._protocol.subordinate]
         for channels, manager in (GIVEN, True), (TOLD, False):
             for channel, pins in channels.items():
                 mine, host = getattr(self, channel), dut.host

@@ -10,6 +10,8 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.config import PRESETS
 from hw.registers.register import Access, Field, Register, addresses, register_table
 from hw.registers.registers import OKAY, SLVERR, Registers
+from tb.axi.axi_lite_protocol import AxiLiteProtocol
+from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
@@ -40,6 +42,7 @@ class Bench:
         self.master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "host", bus_separator="__"), dut.clk, dut.rst)
         self.master.write_if.log.setLevel("WARNING")
         self.master.read_if.log.setLevel("WARNING")
+        PortMonitor(dut, "host", AxiLiteProtocol(ADDRESS_BITS))
         self.commands = Monitor(dut, "go")
         self._task = None
         self.answer()

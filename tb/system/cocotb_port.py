@@ -3,14 +3,17 @@
 from cocotb.triggers import ClockCycles
 
 from hw.host import Port
+from hw.registers.engine_registers import ADDRESS_BITS
 from hw.simulator.register_error import RegisterError
+from tb.axi.axi_lite_protocol import AxiLiteProtocol
+from tb.axi.port_monitor import PortMonitor
 from tb.memsys.memory_model import MemoryModel
 
 __all__ = ["CocotbPort"]
 
 
 class CocotbPort(Port):
-    """Registers at ``host``, and main memory.
+    """Registers at ``host``, where AXI-Lite's rules are checked, and main memory.
 
     Parameters
     ----------
@@ -25,6 +28,7 @@ class CocotbPort(Port):
         self.master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "host", bus_separator="__"), dut.clk, dut.rst)
         for half in self.master.write_if, self.master.read_if:
             half.log.setLevel("WARNING")
+        PortMonitor(dut, "host", AxiLiteProtocol(ADDRESS_BITS))
 
     @staticmethod
     def _check(reply, address):

@@ -21,6 +21,8 @@ from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
 from hw.simulator.machine_verilog import engine_verilog
 from hw.simulator.register_error import RegisterError
+from tb.axi.axi_protocol import AxiProtocol
+from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
@@ -341,6 +343,7 @@ def third_party_memory(bench):
 
     dut = bench.dut
     bench.stop()
+    PortMonitor(dut, "axi", AxiProtocol(bench.config))
     ram = AxiRam(AxiBus.from_prefix(dut, "axi", bus_separator="__"), dut.clk, dut.rst, size=1 << 16)
     for half in ram.write_if, ram.read_if:
         half.log.setLevel("WARNING")
