@@ -22,7 +22,7 @@ def check(schedule):
     groups = schedule.values("i")
     assert BENCH.run(schedule)["o"] == [
         {**first, "ray": (first["ray"] + k) % (1 << 12), "column": (first["column"] + k) % (1 << 10)}
-        for first, count in (group.values() for group in groups) for k in range(count)]
+        for first, count in ((group["first"], group["count"]) for group in groups) for k in range(count)]
     assert sum(BENCH.history["leaves"]) == len(groups), "each group must make room once"
 
 

@@ -25,7 +25,6 @@ from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
-MODULE = "tb.ctu.test_ray_traversal"
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters")
 STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
@@ -255,5 +254,5 @@ def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, 
     what = "-".join(map(str, (tests[0], *(record or ("random",)), config.ctu.subshells, simulator)))
     component = RayTraversal(config=config, pipelines=pipelines)
     assert component.latency == documented_latency(RayTraversal, config) + (pipelines > 1)
-    simulate(component, MODULE, tests, simulator=simulator,
+    simulate(component, __name__, tests, simulator=simulator,
              name=f"ray-traversal-{what}", changes=changes, record=record, cycles=cycles, **given)

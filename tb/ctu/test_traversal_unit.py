@@ -17,7 +17,6 @@ from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stream import Monitor, Source
 
-MODULE = "tb.ctu.test_traversal_unit"
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "error")
 SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
@@ -205,7 +204,7 @@ async def reset_in_flight(dut):
 
 def run(record, changes, simulator, *, cycles, tests=("free_running",), pipelines=1, **given):
     what = "-".join(map(str, (tests[0], *record)))
-    simulate(TraversalUnit(config=config_of(changes), pipelines=pipelines), MODULE, tests,
+    simulate(TraversalUnit(config=config_of(changes), pipelines=pipelines), __name__, tests,
              simulator=simulator, name=f"traversal-unit-{what}-{simulator}", changes=changes, record=record,
              cycles=cycles, **given)
 

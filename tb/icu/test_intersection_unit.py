@@ -25,7 +25,6 @@ from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor
 
-MODULE = "tb.icu.test_intersection_unit"
 STREAMS = ("i_frustum", "i_table", "i_vertex", "o_done", "i_read_out", "o_hit", "i_sums", "o_sum", "i_settle",
            "o_settle")
 # Small enough for short tests; two bits of tags run out after three frusta of a bank.
@@ -341,7 +340,7 @@ PORTS = ("clk", "rst", "i_*", "o_*", "counters")
 
 def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):
     changes = {**SMALL, **(changes or {})}
-    simulate(IntersectionUnit(config=config_of(changes, preset)), MODULE, tests, simulator=simulator, name=name,
+    simulate(IntersectionUnit(config=config_of(changes, preset)), __name__, tests, simulator=simulator, name=name,
              changes=changes, preset=preset, visible=PORTS, **given)
 
 

@@ -199,8 +199,10 @@ class Bench:
             waits = 0
         can_wait = [name for name in streams_of(component.signature)[Out]
                     if not stream_of(component, name).signature.always_ready]
-        stalls = {name: [0] * (len(given.expected.get(name, ())) // 2) + [random.randrange(4) for _ in range(
-            len(given.expected.get(name, ())) // 2)] for name in can_wait}
+        stalls = {}
+        for name in can_wait:
+            count = len(given.expected.get(name, ()))
+            stalls[name] = [0] * (count // 2) + random.choices((0, 0, 1, 3, 12), k=count - count // 2)
         bench.run(Schedule(items=items, stalls=stalls, first=given.first), *self.responders(), **given.ports)
         self.check(given, bench.came)
         if timed:
