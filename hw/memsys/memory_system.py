@@ -125,183 +125,178 @@ class MemorySystem(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config, memsys = self._config, self._config.memsys
+        config, memsys, formats, icu = self._config, self._config.memsys, self._formats, self._icu
         filters = {"generation_bits": memsys.filter_generation_bits}
-        m.submodules.cell_queue = self._cell_queue = Queue(self._icu.cell, depth=CELL_QUEUE)
-        m.submodules.cell_filter = self._cell_filter = Filter(
-            bits=self._icu.cell.width, count=memsys.scene_cells, **filters)
-        m.submodules.cell_table = self._cell_table = CellTable(config=config)
-        m.submodules.patch_table = self._patch_table = PatchTable(config=config)
-        m.submodules.patch_queue = self._patch_queue = Queue(self._formats.listed_bits, depth=PATCH_QUEUE)
-        m.submodules.patch_filter = self._patch_filter = Filter(
-            bits=self._formats.listed_bits, count=1 << self._icu.patch.width, **filters)
-        m.submodules.types = self._types = PatchTypeMemory(config=config)
-        m.submodules.geometry = self._geometry = LocalPatchGeometry(config=config)
-        m.submodules.merge = self._merge = VertexMerge(config=config, count=3)
-        m.submodules.bus = self._bus = LocalBusInterface(config=config)
-        m.submodules.cells = self._cells = WorkCount(enters=1, leaves=4, most=MOST)
-        m.submodules.patches = self._patches = WorkCount(enters=1, leaves=4, most=MOST)
-        self._add_start(m)
-        self._add_cells(m)
-        self._add_lists(m)
-        self._add_patches(m)
-        self._add_remote(m)
-        self._add_ends(m)
-        return m
+        m.submodules.cell_queue = cell_queue = Queue(icu.cell, depth=CELL_QUEUE)
+        m.submodules.cell_filter = cell_filter = Filter(bits=icu.cell.width, count=memsys.scene_cells, **filters)
+        m.submodules.cell_table = cell_table = CellTable(config=config)
+        m.submodules.patch_table = patch_table = PatchTable(config=config)
+        m.submodules.patch_queue = patch_queue = Queue(formats.listed_bits, depth=PATCH_QUEUE)
+        m.submodules.patch_filter = patch_filter = Filter(
+            bits=formats.listed_bits, count=1 << icu.patch.width, **filters)
+        m.submodules.types = types = PatchTypeMemory(config=config)
+        m.submodules.geometry = geometry = LocalPatchGeometry(config=config)
+        m.submodules.merge = merge = VertexMerge(config=config, count=3)
+        m.submodules.bus = bus = LocalBusInterface(config=config)
+        m.submodules.cells = cells = WorkCount(enters=1, leaves=4, most=MOST)
+        m.submodules.patches = patches = WorkCount(enters=1, leaves=4, most=MOST)
 
-    def _add_start(self, m):
-        """Tables, and a frustum's beginning: both filters empty at the same time."""
-        for load, table in ((self.i_load_cells, self._cell_table), (self.i_load_lists, self._patch_table),
-                            (self.i_load_types, self._types), (self.i_load_geometry, self._geometry)):
+        # Tables.
+        for load, table in ((self.i_load_cells, cell_table), (self.i_load_lists, patch_table),
+                            (self.i_load_types, types), (self.i_load_geometry, geometry)):
             wiring.connect(m, wiring.flipped(load), table.i_load)
-        filters = self._cell_filter, self._patch_filter
         m.d.comb += [
-            self._cell_table.lists.eq(self.scene.lists), self._patch_table.patches.eq(self.scene.patches),
-            self._cell_filter.limit.eq(self.scene.cells), self._patch_filter.limit.eq(self.scene.patches),
-            self._geometry.cluster.eq(self.cluster), self.drained.eq(self._cells.empty & self._patches.empty)]
-        # Registered: the filters are far from the beginning of a frustum.
-        begins, starts = Signal(), Signal(len(filters))
-        m.d.comb += self.i_start.ready.eq(begins & ~starts.any())
-        m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
-        for start, one in zip(starts, filters, strict=True):
-            m.d.comb += one.i_start.valid.eq(start)
-            with m.If(one.i_start.ready):
-                m.d.sync += start.eq(0)
-        with m.If(self.i_start.valid & self.drained & ~begins):
-            m.d.sync += starts.eq(~0)
+            cell_table.lists.eq(self.scene.lists), patch_table.patches.eq(self.scene.patches),
+            cell_filter.limit.eq(self.scene.cells), patch_filter.limit.eq(self.scene.patches),
+            geometry.cluster.eq(self.cluster), self.drained.eq(cells.empty & patches.empty)]
+        self._add_start(m, (cell_filter.i_start, patch_filter.i_start))
 
-    def _add_cells(self, m):
-        """Through the filter and the table to their lists, here or on the bus."""
-        queue, table = self._cell_queue, self._cell_table
+        # Cells, through the filter and the table to their lists, here or on the bus.
+        m.d.comb += [
+            cell_queue.i.payload.eq(self.i_cell.payload),
+            cell_queue.i.valid.eq(self.i_cell.valid & ~self.i_start.valid),
+            self.i_cell.ready.eq(cell_queue.i.ready & ~self.i_start.valid)]
+        wiring.connect(m, cell_queue.o, cell_filter.i)
+        wiring.connect(m, cell_filter.o, cell_table.i)
         # Registered, here and after the type memory: no combinational path from the source of a patch to a filter.
-        m.submodules.cell_found = buffer = SkidBuffer(table.o.payload.shape())
-        wiring.connect(m, table.o, buffer.i)
-        self._found_cell = out = buffer.o
-        m.d.comb += [
-            queue.i.payload.eq(self.i_cell.payload), queue.i.valid.eq(self.i_cell.valid & ~self.i_start.valid),
-            self.i_cell.ready.eq(queue.i.ready & ~self.i_start.valid)]
-        wiring.connect(m, queue.o, self._cell_filter.i)
-        wiring.connect(m, self._cell_filter.o, table.i)
-        found, lists, cells = out.payload, self._patch_table.i, self._bus.i_cell
-        nothing = found.wrong | found.is_empty
-        self._no_list = Signal()
-        m.d.comb += [
-            lists.payload.eq(found.list), lists.valid.eq(out.valid & ~nothing & found.is_own),
-            cells.payload.eq(found.cell), cells.valid.eq(out.valid & ~nothing & ~found.is_own),
-            out.ready.eq(nothing | Mux(found.is_own, lists.ready, cells.ready)),
-            self._no_list.eq(out.valid & nothing)]
+        m.submodules.cell_found = cell_found = SkidBuffer(cell_table.o.payload.shape())
+        wiring.connect(m, cell_table.o, cell_found.i)
+        no_list = self._route_cells(m, cell_found.o, patch_table.i, bus.i_cell)
 
-    def _add_lists(self, m):
-        """Entries of both kinds of lists to the patch queue."""
-        m.submodules.lists = lists = Arbiter(self._formats.listed_bits, count=2)
-        # Registered: no combinational path from the grant to tables, filters and the bus interface.
-        buffers = []
-        for name, listed in ("own", self._patch_table.o), ("bus", self._bus.o_listed):
-            m.submodules[f"{name}_listed"] = buffer = SkidBuffer(listed.payload.shape())
-            wiring.connect(m, listed, buffer.i)
-            buffers.append(buffer.o)
-        own, bus = buffers
-        # An entry without an id only marks the end of the list.
-        is_id = bus.payload.item.is_id
-        m.d.comb += [
-            lists.i[0].valid.eq(own.valid), lists.i[0].payload.eq(own.payload.number), own.ready.eq(lists.i[0].ready),
-            lists.i[1].valid.eq(bus.valid & is_id), lists.i[1].payload.eq(bus.payload.item.number),
-            bus.ready.eq(lists.i[1].ready | ~is_id)]
-        m.d.comb += [
-            self._patch_queue.i.valid.eq(lists.o.valid), lists.o.ready.eq(self._patch_queue.i.ready),
-            self._patch_queue.i.payload.eq(lists.o.payload.item)]
-        wiring.connect(m, self._patch_queue.o, self._patch_filter.i)
-        # A cell leaves with its last entry, which counts as a patch from then on.
-        m.d.comb += [
-            self._cells.enters.eq(self.i_cell.valid & self.i_cell.ready),
-            self._cells.leaves[0].eq(self._cell_filter.dropped), self._cells.leaves[1].eq(self._no_list),
-            self._cells.leaves[2].eq(own.valid & own.ready & own.payload.last),
-            self._cells.leaves[3].eq(bus.valid & bus.ready & bus.payload.last)]
-        m.d.comb += self._patches.enters.eq(sum(one.valid & one.ready for one in lists.i))
+        # Entries of both kinds of lists, to the patch queue.
+        listed, own_ends, bus_ends = self._merge_lists(m, patch_table.o, bus.o_listed, patch_queue.i)
+        wiring.connect(m, patch_queue.o, patch_filter.i)
 
-    def _add_patches(self, m):
-        """From the filter to the nearest source, and the vertices from there."""
-        wiring.connect(m, self._patch_filter.o, self._types.i)
-        m.submodules.patch_found = buffer = SkidBuffer(self._types.o.payload.shape())
-        wiring.connect(m, self._types.o, buffer.i)
-        self._found_patch = out = buffer.o
-        found = out.payload
-        own, remote, bus = sources = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
-            self._geometry.i.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
-        for name, queue in zip(("own", "remote", "bus"), sources, strict=True):
-            m.submodules[f"{name}_patches"] = queue
-        is_here = found.is_held & (found.cluster == self.cluster)
-        chosen = Signal(3)
-        m.d.comb += [
-            chosen.eq(Mux(found.wrong, 0, Mux(is_here, 0b001, Mux(found.is_held, 0b010, 0b100)))),
-            own.i.payload.patch.eq(found.patch), own.i.payload.address.eq(found.address),
-            remote.i.payload.node.eq(found.cluster), remote.i.payload.patch.eq(found.patch),
-            bus.i.payload.eq(found.patch), out.ready.eq(found.wrong)]
-        for source, queue in zip(chosen, sources, strict=True):
-            m.d.comb += queue.i.valid.eq(out.valid & source)
-            with m.If(source):
-                m.d.comb += out.ready.eq(queue.i.ready)
-        wiring.connect(m, own.o, self._geometry.i)
-        wiring.connect(m, remote.o, wiring.flipped(self.o_request))
-        wiring.connect(m, bus.o, self._bus.i_patch)
-        merge = self._merge
-        wiring.connect(m, self._geometry.o, merge.i[0])
+        # Patches, from the filter to the nearest source, and the vertices from there.
+        wiring.connect(m, patch_filter.o, types.i)
+        m.submodules.patch_found = patch_found = SkidBuffer(types.o.payload.shape())
+        wiring.connect(m, types.o, patch_found.i)
+        no_source = self._route_patches(m, patch_found.o, geometry.i, bus.i_patch)
+        wiring.connect(m, geometry.o, merge.i[0])
         wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
-        wiring.connect(m, self._bus.o_vertex, merge.i[2])
+        wiring.connect(m, bus.o_vertex, merge.i[2])
         wiring.connect(m, merge.o, wiring.flipped(self.o_vertex))
-        wiring.connect(m, self._bus.o_request, wiring.flipped(self.o_bus))
-        wiring.connect(m, wiring.flipped(self.i_bus), self._bus.i_reply)
-        self._lost = Signal()
-        m.d.comb += [
-            self._lost.eq(out.valid & found.wrong),
-            self._patches.leaves[0].eq(self._patch_filter.dropped), self._patches.leaves[1].eq(self._lost),
-            self._patches.leaves[2].eq(self._bus.lost_patch), self._patches.leaves[3].eq(merge.left.any())]
+        wiring.connect(m, bus.o_request, wiring.flipped(self.o_bus))
+        wiring.connect(m, wiring.flipped(self.i_bus), bus.i_reply)
 
-    def _add_remote(self, m):
-        """Requests of other clusters."""
-        wiring.connect(m, wiring.flipped(self.i_remote), self._types.i_remote)
-        wiring.connect(m, self._types.o_remote, self._geometry.i_remote)
-        wiring.connect(m, self._geometry.o_remote, wiring.flipped(self.o_remote))
+        # A cell leaves with its last entry, which counts as a patch from then on.
+        m.d.comb += [cells.enters.eq(self.i_cell.valid & self.i_cell.ready), patches.enters.eq(listed)]
+        for count, ends in ((cells, (cell_filter.dropped, no_list, own_ends, bus_ends)),
+                            (patches, (patch_filter.dropped, no_source, bus.lost_patch, merge.left.any()))):
+            m.d.comb += [leaves.eq(end) for leaves, end in zip(count.leaves, ends, strict=True)]
 
-    def _add_ends(self, m):
-        """The first fault; counters."""
-        m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits + 2)
-        vertex, count = self.o_vertex, self.counters
+        # Requests of other clusters.
+        wiring.connect(m, wiring.flipped(self.i_remote), types.i_remote)
+        wiring.connect(m, types.o_remote, geometry.i_remote)
+        wiring.connect(m, geometry.o_remote, wiring.flipped(self.o_remote))
+
+        m.submodules.timeout = timeout = Timeout(bits=config.memory.timeout_bits + 2)
+        vertex, cell, patch = self.o_vertex, cell_found.o, patch_found.o
         # A stall of the intersection unit is no time-out.
         m.d.sync += [
             timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
             timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
-                             | self._patches.enters.any() | self._patches.leaves.any() | self._cells.leaves.any())]
-        geometry, cells, patches = self._geometry, self._cell_filter, self._patch_filter
+                             | patches.enters.any() | patches.leaves.any() | cells.leaves.any())]
+        self._add_fault(m, cell_filter.number, (
+            (timeout.expired, PathFault.TIMEOUT, 0),
+            (geometry.remote_wrong, PathFault.RESIDENCE, geometry.remote_number),
+            (geometry.wrong, PathFault.RESIDENCE, geometry.number),
+            (bus.lost_cell | bus.lost_patch, PathFault.BUS, bus.number),
+            (no_source, PathFault.RESIDENCE, patch.payload.patch),
+            (patch_filter.wrong, PathFault.PATCH, patch_filter.number),
+            (cell.valid & cell.payload.wrong, PathFault.LIST, cell.payload.cell),
+            (cell_filter.wrong, PathFault.CELL, cell_filter.number)))
+        m.d.comb += [self.counters.seen.eq(cell_filter.seen), self.counters.opened.eq(cell_filter.passed),
+                     self.counters.named.eq(patch_filter.seen), self.counters.found.eq(patch_filter.passed)]
+        self._add_counters(m, bus.hits, bus.misses, merge.left)
+        return m
+
+    def _add_start(self, m, starts_of_filters):
+        """A frustum's beginning: both filters empty at the same time."""
+        # Registered: the filters are far from the beginning of a frustum.
+        begins, starts = Signal(), Signal(len(starts_of_filters))
+        m.d.comb += self.i_start.ready.eq(begins & ~starts.any())
+        m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
+        for start, one in zip(starts, starts_of_filters, strict=True):
+            m.d.comb += one.valid.eq(start)
+            with m.If(one.ready):
+                m.d.sync += start.eq(0)
+        with m.If(self.i_start.valid & self.drained & ~begins):
+            m.d.sync += starts.eq(~0)
+
+    @staticmethod
+    def _route_cells(m, found, own, bus):
+        """Each cell to its list, in the own memory or on the bus; returns that a cell leaves that has none."""
+        cell, nothing = found.payload, found.payload.wrong | found.payload.is_empty
+        no_list = Signal()
+        m.d.comb += [
+            own.payload.eq(cell.list), own.valid.eq(found.valid & ~nothing & cell.is_own),
+            bus.payload.eq(cell.cell), bus.valid.eq(found.valid & ~nothing & ~cell.is_own),
+            found.ready.eq(nothing | Mux(cell.is_own, own.ready, bus.ready)), no_list.eq(found.valid & nothing)]
+        return no_list
+
+    def _merge_lists(self, m, own_entries, bus_entries, merged):
+        """Entries of both kinds of lists to one stream; returns how many enter it, and of both whether a list ends."""
+        m.submodules.lists = lists = Arbiter(self._formats.listed_bits, count=2)
+        # Registered: no combinational path from the grant to tables, filters and the bus interface.
+        m.submodules.own_listed = own = SkidBuffer(own_entries.payload.shape())
+        m.submodules.bus_listed = bus = SkidBuffer(bus_entries.payload.shape())
+        wiring.connect(m, own_entries, own.i)
+        wiring.connect(m, bus_entries, bus.i)
+        # An entry without an id only marks the end of the list.
+        is_id = bus.o.payload.item.is_id
+        m.d.comb += [
+            lists.i[0].valid.eq(own.o.valid), lists.i[0].payload.eq(own.o.payload.number),
+            own.o.ready.eq(lists.i[0].ready),
+            lists.i[1].valid.eq(bus.o.valid & is_id), lists.i[1].payload.eq(bus.o.payload.item.number),
+            bus.o.ready.eq(lists.i[1].ready | ~is_id),
+            merged.valid.eq(lists.o.valid), lists.o.ready.eq(merged.ready), merged.payload.eq(lists.o.payload.item)]
+        return (sum(one.valid & one.ready for one in lists.i),
+                *(one.valid & one.ready & one.payload.last for one in (own.o, bus.o)))
+
+    def _route_patches(self, m, found, own, bus):
+        """Each patch to the nearest source; returns that a patch leaves that has none."""
+        patch, lost = found.payload, Signal()
+        sources = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
+            own.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
+        for name, queue in zip(("own", "remote", "bus"), sources, strict=True):
+            m.submodules[f"{name}_patches"] = queue
+        own_queue, remote_queue, bus_queue = sources
+        is_here, chosen = patch.is_held & (patch.cluster == self.cluster), Signal(3)
+        m.d.comb += [
+            chosen.eq(Mux(patch.wrong, 0, Mux(is_here, 0b001, Mux(patch.is_held, 0b010, 0b100)))),
+            own_queue.i.payload.patch.eq(patch.patch), own_queue.i.payload.address.eq(patch.address),
+            remote_queue.i.payload.node.eq(patch.cluster), remote_queue.i.payload.patch.eq(patch.patch),
+            bus_queue.i.payload.eq(patch.patch), found.ready.eq(patch.wrong), lost.eq(found.valid & patch.wrong)]
+        for source, queue, out in zip(chosen, sources, (own, wiring.flipped(self.o_request), bus), strict=True):
+            m.d.comb += queue.i.valid.eq(found.valid & source)
+            with m.If(source):
+                m.d.comb += found.ready.eq(queue.i.ready)
+            wiring.connect(m, queue.o, out)
+        return lost
+
+    def _add_fault(self, m, number, causes):
+        """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""
         # Registered like ``drained``.
         found = Signal.like(self.fault)
-        m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(cells.number)]
-        for happens, what, which in (
-                (timeout.expired, PathFault.TIMEOUT, 0),
-                (geometry.remote_wrong, PathFault.RESIDENCE, geometry.remote_number),
-                (geometry.wrong, PathFault.RESIDENCE, geometry.number),
-                (self._bus.lost_cell | self._bus.lost_patch, PathFault.BUS, self._bus.number),
-                (self._lost, PathFault.RESIDENCE, self._found_patch.payload.patch),
-                (patches.wrong, PathFault.PATCH, patches.number),
-                (self._found_cell.valid & self._found_cell.payload.wrong, PathFault.LIST,
-                 self._found_cell.payload.cell),
-                (cells.wrong, PathFault.CELL, cells.number)):
+        m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(number)]
+        for happens, what, which in causes:
             with m.If(happens):
                 m.d.sync += [found.code.eq(what), found.number.eq(which)]
         with m.If(self.clear):
             m.d.sync += self.fault.as_value().eq(0)
         with m.Elif((self.fault.code == PathFault.NONE) & (found.code != PathFault.NONE)):
             m.d.sync += self.fault.eq(found)
-        m.d.comb += [count.seen.eq(cells.seen), count.opened.eq(cells.passed), count.named.eq(patches.seen),
-                     count.found.eq(patches.passed)]
+
+    def _add_counters(self, m, hits, misses, left):
+        """Counters of a frustum; ``hits`` and ``misses`` are totals, ``left`` are patches by source."""
+        vertex, count = self.o_vertex, self.counters
         before_hits, before_misses = (Signal(32, name=f"{name}_before") for name in ("hits", "misses"))
-        m.d.comb += [count.hits.eq(self._bus.hits - before_hits), count.misses.eq(self._bus.misses - before_misses)]
-        for name, happens in (("own", self._merge.left[0]), ("remote", self._merge.left[1]),
-                              ("stalls", vertex.valid & ~vertex.ready),
+        m.d.comb += [count.hits.eq(hits - before_hits), count.misses.eq(misses - before_misses)]
+        for name, happens in (("own", left[0]), ("remote", left[1]), ("stalls", vertex.valid & ~vertex.ready),
                               ("answered", self.i_remote.valid & self.i_remote.ready)):
             # Registered: the events are far away.
             happened = Signal(name=f"counts_{name}")
             m.d.sync += [happened.eq(happens), count[name].eq(count[name] + happened)]
         with m.If(self.i_start.valid & self.i_start.ready):
-            m.d.sync += [count.own.eq(0), count.remote.eq(0), before_hits.eq(self._bus.hits),
-                         before_misses.eq(self._bus.misses)]
+            m.d.sync += [count.own.eq(0), count.remote.eq(0), before_hits.eq(hits), before_misses.eq(misses)]
