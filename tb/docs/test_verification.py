@@ -12,10 +12,10 @@ def test_proofs_are_listed_with_their_negative_controls(items):
     text = report_of(items)
     assert "### queue" in text
     assert "Order and count" in text
-    assert "| holds | order and count: 1, 2, 3, 4, 5 |" in text
-    assert "| can be reached | reaches full |" in text
-    assert "| must fail | negative control: is ready when full, delivers an item twice" in text
-    assert "another depth is noticed" in text
+    assert "| holds | queue: depth=1; queue: depth=2;" in text
+    assert "| can be reached | queue: depth=1;" in text
+    assert "| must fail | queue: is ready when full; queue: delivers an item twice" in text
+    assert "queue: another depth" in text
 
 
 def test_tests_are_counted_and_cases_named(items):

@@ -2,7 +2,6 @@
 
 import ast
 import contextlib
-import importlib
 import inspect
 import io
 import re
@@ -13,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tb.docs.reference import markdown
+from tb.formal import declare
 
 __all__ = ["collected", "proofs", "report", "report_of"]
 
@@ -20,6 +20,8 @@ ROOT = Path(__file__).parents[2]
 MUTANTS = ROOT / "out" / "bench" / "mutation.md"
 KINDS = ("commit", "sim", "nightly")
 FORMAL = "tb/formal"
+# By the first word of a declared test: the report's title.
+PROOFS = {"holds": "holds", "reaches": "can be reached", "fails": "must fail"}
 
 
 class _Collector:
@@ -93,42 +95,30 @@ def _tests(items) -> list[str]:
 
 def proofs(items: Iterable[pytest.Function]) -> list[str]:
     """Lines on each file of proofs: what is asserted, proved and reached, and which faults must be noticed."""
-    modules: dict[str, dict[str, list]] = {}
+    modules: dict[str, list] = {}
     for item in items:
-        modules.setdefault(item.module.__name__, {}).setdefault(item.originalname, []).append(item)
+        modules.setdefault(item.module.__name__, []).append(item)
     lines = []
     for name, tests in sorted(modules.items()):
-        module = importlib.import_module(name)
+        declared = [test for test in tests if test.function.__module__ == declare.__name__]
+        if not declared:
+            continue
         lines += [f"### {_words(name.rpartition('.')[2])}", ""]
-        for cls in vars(module).values():
-            if inspect.isclass(cls) and cls.__module__ == name and cls.__doc__ and "Assert(" in inspect.getsource(cls):
-                about = inspect.getdoc(cls).split("\n\n")[0]
-                lines += [markdown(about).replace("\n", " "), ""]
-        kinds: dict[str, list[str]] = {"holds": [], "can be reached": [], "must fail": []}
-        for test, cases in tests.items():
-            kinds[_kind(cases[0].function)].append(_case_words(test, cases))
-        lines += ["| | |", "|---|---|", *(f"| {kind} | {'; '.join(texts)} |" for kind, texts in kinds.items() if texts),
-                  ""]
+        for rules in vars(tests[0].module).values():
+            if inspect.isfunction(rules) and rules.__module__ == name and rules.__doc__ and (
+                    "Assert(" in inspect.getsource(rules)):
+                lines += [markdown(inspect.getdoc(rules).split("\n\n")[0]).replace("\n", " "), ""]
+        lines += ["| | |", "|---|---|"]
+        for kind, title in PROOFS.items():
+            cases = [_case_words(test) for test in declared if test.callspec.id.partition(" ")[0] == kind]
+            lines += [f"| {title} | {'; '.join(cases)} |"]
+        lines += [""]
     return lines
 
 
-def _kind(function):
-    """Whether a proof must succeed, reach something, or fail."""
-    text = inspect.getsource(function)
-    # A case is also reached if the claim that it never occurs fails.
-    if function.__name__ == "test_reaches":
-        return "can be reached"
-    if re.search(r"assert not\b", text):
-        return "must fail"
-    proved = re.findall(r'prove\(', text)
-    return "can be reached" if proved and len(re.findall(r'mode="cover"', text)) == len(proved) else "holds"
-
-
-def _case_words(test, cases):
-    ids = [case.callspec.id for case in cases if hasattr(case, "callspec")]
-    nightly = sum(case.get_closest_marker("nightly") is not None for case in cases)
-    when = "" if not nightly else " (nightly)" if nightly == len(cases) else f" ({nightly} of {len(cases)} nightly)"
-    return _words(test) + (": " + ", ".join(ids) if ids else "") + when
+def _case_words(test):
+    words = " ".join([_words(test.originalname) + ":", *test.callspec.id.split(" ")[1:]]).removesuffix(":")
+    return words + (" (nightly)" if test.get_closest_marker("nightly") else "")
 
 
 def _cases() -> list[str]:

@@ -30,14 +30,15 @@ def add_fifo_order(m: Module, *, push, pushed, pop, popped, capacity: int, mark)
     tracks, was_last = Signal(), Signal()
     value = Signal.like(Value.cast(pushed))
     m.d.sync += inside.eq(inside + push - pop)
-    m.d.comb += Assert(inside <= capacity)
+    m.d.comb += Assert(inside <= capacity, "capacity")
     with m.If(pop):
-        m.d.comb += Assert(inside != 0)
+        m.d.comb += Assert(inside != 0, "order")
     with m.If(tracks & pop):
         m.d.sync += ahead.eq(ahead - 1)
         with m.If(ahead == 0):
             m.d.sync += tracks.eq(0)
-            m.d.comb += [Assert(Value.cast(popped) == value), Cover(was_last & (value != 0))]
+            m.d.comb += [Assert(Value.cast(popped) == value, "order"),
+                         Cover(was_last & (value != 0), "the last entry leaves")]
     with m.If(mark & push & ~tracks):
         m.d.sync += [tracks.eq(1), value.eq(Value.cast(pushed)), ahead.eq(inside - pop),
                      was_last.eq(inside == capacity - 1)]

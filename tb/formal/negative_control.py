@@ -22,12 +22,16 @@ class NegativeControl(wiring.Component):
 
     Members
     -------
-    The component's.
+    The component's; other attributes are too.
     """
 
     def __init__(self, dut, faults: dict[str, Callable]):
         self._dut, self._faults = dut, faults
         super().__init__(dut.signature)
+        # Constants and shapes that the rules refer to.
+        for name, value in vars(dut).items():
+            if not hasattr(self, name):
+                setattr(self, name, value)
 
     def elaborate(self, platform):
         m = Module()

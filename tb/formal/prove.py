@@ -4,22 +4,25 @@ import functools
 import hashlib
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from amaranth.back import rtlil
-from amaranth.hdl import Const, Value
+from amaranth.hdl import Const, Fragment, Value
 
-from hw.simulator.build_folder import keep_newest
+from hw.simulator.build_folder import keep_newest, locked
 
 __all__ = ["Proof", "prove"]
 
 FOLDER = Path("build") / "formal"
-# Netlists, logs and traces; the oldest go first.
+# Netlists, logs and traces; those used longest ago go first.
 _MOST_BYTES = 20 << 20
 _ENGINES = {"bmc": "smtbmc z3", "prove": "abc pdr", "cover": "smtbmc z3"}
+# An assertion, an assumption or a cover in a netlist.
+_CELL = re.compile(r"^  cell \$check \$(\d+)\n(?:    .*\n)*?  end\n", re.MULTILINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,34 +47,97 @@ class Proof:
         return self.passed
 
 
-def prove(component, *, mode: str = "prove", depth: int = 20, engine: str | None = None) -> Proof:
-    """Check the assertions of a component, or reach its covers.
+def prove(bench, *, mode: str = "prove", depth: int = 20, engine: str | None = None, only: str | None = None) -> Proof:
+    """Check the assertions of a bench, or reach its covers.
 
     Parameters
     ----------
-    component
-        With ``Assert``, ``Assume`` and ``Cover``; its inputs, reset included, may have any value in any
-        cycle.
+    bench
+        A `Bench`, or a component with ``Assert``, ``Assume`` and ``Cover``; its inputs, reset included, may have any
+        value in any cycle.
     mode
         ``bmc`` checks the first ``depth`` cycles, ``prove`` all reachable states, and ``cover`` demands that every
         cover is reached within ``depth`` cycles.
     engine
         Instead of the mode's default: ``abc bmc3`` is fast where there is arithmetic.
+    only
+        The name of an assertion, its message: check this one alone.
 
     Raises
     ------
+    ValueError
+        There is nothing to check.
     RuntimeError
         The tools gave no answer.
     """
-    ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
-    ports = [port for port in ports if not isinstance(port, Const) and len(port)]
-    text = rtlil.convert(component, name="top", ports=ports, emit_src=False)
-    key = hashlib.sha256(text.encode()).hexdigest()[:16]
-    folder = (FOLDER / f"{type(component).__name__}-{mode}-{depth}-{key}").resolve()
+    name, text = getattr(bench, "name", type(bench).__name__), _netlist(bench)
+    if mode == "cover":
+        covers = [cell.start() for cell in _CELL.finditer(text) if _flavor(cell[0]) == "cover"]
+        if not covers:
+            raise ValueError("Bench must cover something")
+        if engine not in (None, _ENGINES["cover"]):
+            return _reach(name, text, covers, depth, engine)
+    elif not any(_is_checked(cell[0], only) for cell in _CELL.finditer(text)):
+        raise ValueError("Bench must assert something" + (f" of name {only!r}" if only else ""))
+    if only is not None:
+        text = _CELL.sub(lambda cell: cell[0] if _flavor(cell[0]) == "assume" or _is_checked(cell[0], only) else "",
+                         text)
+    return _run(name, text, mode, depth, engine or _ENGINES[mode])
+
+
+def _netlist(bench):
+    fragment = Fragment.get(bench, None)
+    ports = bench.ports if hasattr(bench, "ports") else [
+        port for port in (Value.cast(value) for _, _, value in bench.signature.flatten(bench))
+        if not isinstance(port, Const) and len(port)]
+    return rtlil.convert(fragment, name="top", ports=ports, emit_src=False)
+
+
+def _flavor(cell):
+    return re.search(r'parameter \\FLAVOR "(\w+)"', cell)[1]
+
+
+def _is_checked(cell, only):
+    return _flavor(cell) == "assert" and (only is None or f'parameter \\FORMAT "{only}"\n' in cell)
+
+
+def _reach(name, text, covers, depth, engine):
+    """Each cover is reached if the claim that it never is fails; ``abc`` is told of one claim at a time."""
+    for place in covers:
+        alone = _CELL.sub(lambda cell, place=place: _never(cell[0]) if cell.start() == place else
+                          cell[0] if _flavor(cell[0]) == "assume" else "", text)
+        never = _run(name, alone, "bmc", depth, engine)
+        if never:
+            cover = next(cell[0] for cell in _CELL.finditer(text) if cell.start() == place)
+            return Proof(passed=False, trace=None, log=f"A cover was not reached:\n{cover}\n{never.log}")
+    return Proof(passed=True, trace=never.trace, log=never.log)
+
+
+def _never(cover):
+    """Instead of a cover: the assertion of what is false whenever it is reached."""
+    seen, enabled = (re.search(rf"connect \\{port} (.*)\n", cover)[1] for port in ("A", "EN"))
+    both = ["  wire width 1 $reached", "  cell $and $both", *(f"    parameter \\{port}_SIGNED 0" for port in "AB"),
+            *(f"    parameter \\{port}_WIDTH 1" for port in "ABY"), f"    connect \\A {seen}",
+            f"    connect \\B {enabled}", "    connect \\Y $reached", "  end", ""]
+    cover = cover.replace(f"connect \\A {seen}\n", "connect \\A 1'0\n")
+    cover = cover.replace(f"connect \\EN {enabled}\n", "connect \\EN $reached\n")
+    return "\n".join(both) + cover.replace('"cover"', '"assert"')
+
+
+def _run(name, text, mode, depth, engine):
+    key = hashlib.sha256("\0".join((engine, text)).encode()).hexdigest()[:16]
+    folder = (FOLDER / f"{name}-{mode}-{depth}-{key}").resolve()
     folder.parent.mkdir(parents=True, exist_ok=True)
+    # Others neither prove the same in the same folder nor remove it.
+    with locked(folder):
+        proof = _run_in(folder, text, mode, depth, engine)
+    keep_newest(FOLDER, most=_MOST_BYTES)
+    return proof
+
+
+def _run_in(folder, text, mode, depth, engine):
     source = folder.with_suffix(".il")
     source.write_text(text)
-    engine = engine or _ENGINES[mode]
     # Memories become registers before names are given: abc's traces refer to registers by name.
     mapped = ["memory_nordff", "memory_map -formal"] if engine.startswith("abc") else []
     task = folder.with_suffix(".sby")
@@ -87,7 +153,6 @@ def prove(component, *, mode: str = "prove", depth: int = 20, engine: str | None
     log = "\n".join(done.stdout.splitlines()[-12:])
     if not status.startswith(("PASS", "FAIL")):
         raise RuntimeError(f"{folder.name} gave no answer:\n{log}\n{done.stderr[-2000:]}")
-    keep_newest(FOLDER, most=_MOST_BYTES)
     trace = next(iter(sorted(folder.glob("engine_*/*.vcd"))), None)
     return Proof(passed=status.startswith("PASS"), trace=trace, log=log)
 

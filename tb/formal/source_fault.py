@@ -1,10 +1,10 @@
-"""Components with one fault inside: one text of their source is replaced by another one."""
+"""Components with one fault inside: one text of their source is replaced, or what they are made of."""
 
 import inspect
 import sys
 from types import ModuleType
 
-__all__ = ["source_fault"]
+__all__ = ["source_fault", "with_parts"]
 
 
 def source_fault(cls, right: str, wrong: str):
@@ -19,6 +19,25 @@ def source_fault(cls, right: str, wrong: str):
     if text.count(right) != 1:
         raise ValueError(f"Text must stand once in the source of {cls.__name__}, not {text.count(right)} times: "
                          f"{right!r}")
-    module = ModuleType(cls.__module__)
-    exec(compile(text.replace(right, wrong), cls.__module__, "exec"), module.__dict__)
+    return getattr(_module(cls, text.replace(right, wrong)), cls.__name__)
+
+
+def with_parts(cls, **parts):
+    """A component's class for which some names of its module stand for something else.
+
+    Raises
+    ------
+    ValueError
+        The module has no such name.
+    """
+    module = _module(cls, inspect.getsource(sys.modules[cls.__module__]))
+    if missing := parts.keys() - vars(module).keys():
+        raise ValueError(f"Part must be one of {cls.__module__}, not {', '.join(missing)}")
+    vars(module).update(parts)
     return getattr(module, cls.__name__)
+
+
+def _module(cls, text):
+    module = ModuleType(cls.__module__)
+    exec(compile(text, cls.__module__, "exec"), vars(module))
+    return module

@@ -3,15 +3,13 @@
 from collections.abc import Callable
 
 from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal, Value
-from amaranth.lib import stream, wiring
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out
 
-from tb.formal.connect_ports import connect_ports
-
-__all__ = ["ReadyBlind", "StreamRules", "add_rules", "streams_of"]
+__all__ = ["add_rules", "ready_blind", "stream_rules"]
 
 
-def streams_of(component) -> list[tuple[bool, object]]:
+def _streams_of(component) -> list[tuple[bool, object]]:
     """Each stream among a component's ports: whether the component gives it, and the interface."""
     found = []
     for name, member in component.signature.members.items():
@@ -33,74 +31,44 @@ def add_rules(m: Module, interface, check: Callable) -> None:
     interface
         A stream.
     check
-        ``Assert`` of a stream that a component gives, ``Assume`` of one that it takes.
+        ``Assert`` of a stream that a component gives, ``Assume`` of one that it takes. The names of what is asserted
+        are "withdrawn", "changed" and "after reset".
     """
     payload = Value.cast(interface.payload)
     waited, after_reset, before = Signal(), Signal(init=1), Signal.like(payload)
     m.d.sync += [waited.eq(interface.valid & ~interface.ready), after_reset.eq(0), before.eq(payload)]
     with m.If(waited):
-        m.d.comb += [check(interface.valid), check(payload == before)]
+        m.d.comb += [check(interface.valid, "withdrawn"), check(payload == before, "changed")]
     with m.If(after_reset):
-        m.d.comb += check(~interface.valid)
+        m.d.comb += check(~interface.valid, "after reset")
 
 
-class StreamRules(wiring.Component):
-    """All streams that a component gives keep the rules if all that it takes do. Every input is free.
+def stream_rules(m, bench, dut):
+    """All streams that a component gives keep the rules if all that it takes do.
 
     Covers an item on each of them that waits.
-
-    Parameters
-    ----------
-    dut
-        The component.
     """
-
-    def __init__(self, dut):
-        self._dut = dut
-        super().__init__(dut.signature)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = self._dut
-        connect_ports(m, self, self._dut)
-        for gives, interface in streams_of(self):
-            add_rules(m, interface, Assert if gives else Assume)
-            if gives and not interface.signature.always_ready:
-                m.d.comb += Cover(interface.valid & ~interface.ready)
-        return m
+    for gives, interface in _streams_of(dut):
+        add_rules(m, interface, Assert if gives else Assume)
+        if gives and not interface.signature.always_ready:
+            m.d.comb += Cover(interface.valid & ~interface.ready, "waits")
 
 
-class ReadyBlind(wiring.Component):
+def ready_blind(m, bench, dut, copy):
     """Whether a component offers an item does not depend on whether it is taken in the same cycle.
 
-    Two copies are given the same, until for once ``ready`` of one stream differs.
-
-    Parameters
-    ----------
-    dut, copy
-        The component twice.
+    A copy of it is given the same, until for once ``ready`` of one stream differs.
     """
-
-    def __init__(self, dut, copy):
-        self._dut, self._copy = dut, copy
-        self._given = [interface for gives, interface in streams_of(dut)
-                       if gives and not interface.signature.always_ready]
-        super().__init__({**dict(dut.signature.members.items()), "differs": In(len(self._given))})
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut, m.submodules.copy = self._dut, self._copy
-        connect_ports(m, self, self._dut)
-        differed, differs = Signal(), iter(self.differs)
-        m.d.sync += differed.eq(differed | self.differs.any())
-        mine = {path: Value.cast(value) for path, _, value in self._dut.signature.flatten(self._dut)}
-        for path, member, value in self._copy.signature.flatten(self._copy):
-            value = Value.cast(value)
-            if member.flow is In and not isinstance(value, Const):
-                m.d.comb += value.eq(mine[path] ^ next(differs) if path[-1] == "ready" else mine[path])
-        copied = [interface for gives, interface in streams_of(self._copy)
-                  if gives and not interface.signature.always_ready]
-        for k, (one, other) in enumerate(zip(self._given, copied, strict=True)):
-            with m.If(~differed & (self.differs == 1 << k)):
-                m.d.comb += Assert(one.valid == other.valid)
-        return m
+    m.submodules.copy = copy
+    given, copied = ([interface for gives, interface in _streams_of(one)
+                      if gives and not interface.signature.always_ready] for one in (dut, copy))
+    differs, differed = bench.free(len(given), "differs"), Signal()
+    m.d.sync += differed.eq(differed | differs.any())
+    mine, bits = {path: Value.cast(value) for path, _, value in dut.signature.flatten(dut)}, iter(differs)
+    for path, member, value in copy.signature.flatten(copy):
+        value = Value.cast(value)
+        if member.flow is In and not isinstance(value, Const):
+            m.d.comb += value.eq(mine[path] ^ next(bits) if path[-1] == "ready" else mine[path])
+    for k, (one, other) in enumerate(zip(given, copied, strict=True)):
+        with m.If(~differed & (differs == 1 << k)):
+            m.d.comb += [Assert(one.valid == other.valid, "blind"), Cover(one.valid, "offers")]

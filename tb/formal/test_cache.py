@@ -1,4 +1,3 @@
-import pytest
 from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
@@ -7,96 +6,70 @@ from amaranth.lib.wiring import In, Out
 from golden.config import PRESETS
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
-from tb.formal.connect_ports import connect_ports
-from tb.formal.negative_control import NegativeControl
-from tb.formal.prove import prove
+from tb.formal.bench import Bench, transfers
+from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules
 
 # Two keys: one that is followed, and all others.
 KEY, WIDTH, FETCHES = 1, 1, 2
 # The request that is followed, and where it would go.
 TAG = StructLayout({"mark": 1, "line": 1})
-# Enough for an invalidation between requests, and for a hit after it, with a placement that answers at once.
-DEPTH = 14
-ENGINE = "abc bmc3"
 CONFIG = PRESETS["tiny"].replace({"memsys.cache_ways": 2, "memsys.lfu_lines": 2, "memsys.lfu_count_bits": 2,
                                   "memsys.cache_generation_bits": 2, "memsys.cache_fetches": FETCHES})
 
 
-class CacheContract(wiring.Component):
+def contract(m, bench, dut):
     """Each request is answered once, in order, with what memory held for its key when the request was taken.
 
     One request, any request, is followed. Memory holds a record for its key that changes with every invalidation, and
     anything for the others; it answers whenever and in whatever order it likes. So the answer must have been fetched
     since the last invalidation, whatever else has been in the lines; the first request after one is a miss. What
     the cache gives keeps the rules of streams.
-
-    Parameters
-    ----------
-    dut
-        A cache of one-beat records, with `TAG`.
     """
+    for given in (dut.i, dut.i_invalidate):
+        add_rules(m, given, Assume)
+    for given in (dut.o, dut.o_fetch):
+        add_rules(m, given, Assert)
+    key, data, fails, chosen = bench.choose(m, KEY, "key"), Signal(WIDTH), Signal(), Signal()
+    empties, asks, answers, fetches = (transfers(port) for port in (dut.i_invalidate, dut.i, dut.o, dut.o_fetch))
+    m.d.sync += chosen.eq(1)
+    with m.If(~chosen | empties):
+        m.d.sync += [data.eq(bench.free(WIDTH, "data")), fails.eq(bench.free(1, "fails"))]
 
-    def __init__(self, dut):
-        self._dut = dut
-        super().__init__({**dict(dut.signature.members.items()), "marks": In(1), "key": In(KEY), "data": In(WIDTH),
-                          "fails": In(1)})
+    # Memory: what it has been asked for, and answers.
+    awaited, mine = Signal(FETCHES), Signal(FETCHES)
+    slot, fill = dut.o_fetch.payload.slot, dut.i_fill.payload
+    with m.If(dut.i_fill.valid):
+        m.d.comb += Assume(awaited.bit_select(fill.slot, 1))
+        m.d.sync += awaited.bit_select(fill.slot, 1).eq(0)
+        with m.If(mine.bit_select(fill.slot, 1)):
+            m.d.comb += [Assume(fill.data == data), Assume(fill.error == fails)]
+    with m.If(fetches):
+        m.d.comb += Assert(~awaited.bit_select(slot, 1), "slot")
+        m.d.sync += [awaited.bit_select(slot, 1).eq(1), mine.bit_select(slot, 1).eq(dut.o_fetch.payload.key == key)]
 
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = dut = self._dut
-        connect_ports(m, self, dut)
-        for given in (dut.i, dut.i_invalidate):
-            add_rules(m, given, Assume)
-        for given in (dut.o, dut.o_fetch):
-            add_rules(m, given, Assert)
-        key, chosen = Signal(KEY), Signal()
-        data, fails = Signal(WIDTH), Signal()
-        empties, asks, answers, fetches = (Signal(name=name) for name in ("empties", "asks", "answers", "fetches"))
-        m.d.comb += [empties.eq(dut.i_invalidate.valid & dut.i_invalidate.ready), asks.eq(dut.i.valid & dut.i.ready),
-                     answers.eq(dut.o.valid & dut.o.ready), fetches.eq(dut.o_fetch.valid & dut.o_fetch.ready)]
-        m.d.sync += chosen.eq(1)
-        with m.If(~chosen):
-            m.d.sync += key.eq(self.key)
-        with m.If(~chosen | empties):
-            m.d.sync += [data.eq(self.data), fails.eq(self.fails)]
-
-        # Memory: what it has been asked for, and answers.
-        awaited, mine = Signal(FETCHES), Signal(FETCHES)
-        slot, fill = dut.o_fetch.payload.slot, dut.i_fill.payload
-        with m.If(dut.i_fill.valid):
-            m.d.comb += Assume(awaited.bit_select(fill.slot, 1))
-            m.d.sync += awaited.bit_select(fill.slot, 1).eq(0)
-            with m.If(mine.bit_select(fill.slot, 1)):
-                m.d.comb += [Assume(fill.data == data), Assume(fill.error == fails)]
-        with m.If(fetches):
-            m.d.comb += Assert(~awaited.bit_select(slot, 1))
-            m.d.sync += [awaited.bit_select(slot, 1).eq(1), mine.bit_select(slot, 1).eq(dut.o_fetch.payload.key == key)]
-
-        # The one that is followed.
-        inside, ahead, follows, expected = Signal(5), Signal(5), Signal(), Signal(WIDTH + 1)
-        first, must_miss = Signal(init=1), Signal()
-        marked = Signal()
-        m.d.comb += [marked.eq(self.marks & ~follows & (dut.i.payload.key == key)),
-                     Assume(dut.i.payload.tag.mark == marked)]
-        m.d.sync += inside.eq(inside + asks - answers)
-        with m.If(asks & (dut.i.payload.key == key)):
-            m.d.sync += first.eq(0)
-        with m.If(empties):
-            m.d.sync += first.eq(1)
-        got = dut.o.payload
-        with m.If(answers):
-            m.d.comb += [Assert(inside != 0), Assert(got.tag.mark == (follows & (ahead == 0)))]
-        with m.If(follows & answers):
-            m.d.sync += ahead.eq(ahead - 1)
-            with m.If(ahead == 0):
-                m.d.sync += follows.eq(0)
-                m.d.comb += [Assert(got.error == expected[-1]), Assert(got.record[0] == expected[:-1]),
-                             Assert(~(must_miss & got.hit)), Cover(got.hit & (got.record[0] != 0))]
-        with m.If(asks & marked):
-            m.d.sync += [follows.eq(1), ahead.eq(inside - answers), expected[:-1].eq(data), expected[-1].eq(fails),
-                         must_miss.eq(first)]
-        return m
+    # The one that is followed.
+    inside, ahead, follows, expected = Signal(5), Signal(5), Signal(), Signal(WIDTH + 1)
+    first, must_miss, marked = Signal(init=1), Signal(), Signal()
+    m.d.comb += [marked.eq(bench.free(1, "marks") & ~follows & (dut.i.payload.key == key)),
+                 Assume(dut.i.payload.tag.mark == marked)]
+    m.d.sync += inside.eq(inside + asks - answers)
+    with m.If(asks & (dut.i.payload.key == key)):
+        m.d.sync += first.eq(0)
+    with m.If(empties):
+        m.d.sync += first.eq(1)
+    got = dut.o.payload
+    with m.If(answers):
+        m.d.comb += [Assert(inside != 0, "once"), Assert(got.tag.mark == (follows & (ahead == 0)), "order")]
+    with m.If(follows & answers):
+        m.d.sync += ahead.eq(ahead - 1)
+        with m.If(ahead == 0):
+            m.d.sync += follows.eq(0)
+            m.d.comb += [Assert(got.error == expected[-1], "error"), Assert(got.record[0] == expected[:-1], "data"),
+                         Assert(~(must_miss & got.hit), "miss"), Cover(got.hit & (got.record[0] != 0), "hit")]
+    with m.If(asks & marked):
+        m.d.sync += [follows.eq(1), ahead.eq(inside - answers), expected[:-1].eq(data), expected[-1].eq(fails),
+                     must_miss.eq(first)]
 
 
 class AnyPlacement(wiring.Component):
@@ -164,48 +137,24 @@ class Stale(Narrow):
         yield "lfu", AnyPlacement(lines=self._lines, key=self._key, tag=self._request, empties=False)
 
 
-def make(kind, policy=CachePolicy.LFU, lines=2):
-    return kind(WIDTH, beats=1, config=CONFIG, lines=lines, key=KEY, tag=TAG, policies=(policy,))
+def make(kind=Anywhere, policy=CachePolicy.LFU, lines=2):
+    return Bench(contract, kind(WIDTH, beats=1, config=CONFIG, lines=lines, key=KEY, tag=TAG, policies=(policy,)))
 
 
-def test_contract_of_any_placement():
-    assert prove(CacheContract(make(Anywhere)), mode="bmc", depth=DEPTH, engine=ENGINE)
-
-
-@pytest.mark.nightly
-def test_contract_of_any_placement_for_longer():
-    assert prove(CacheContract(make(Anywhere)), mode="bmc", depth=DEPTH + 2, engine=ENGINE)
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("policy", "lines"), [
-    (CachePolicy.DIRECT, 2), (CachePolicy.LRU, 4), (CachePolicy.LFU, 2)])
-def test_contract(policy, lines):
-    assert prove(CacheContract(make(Narrow, policy, lines)), mode="bmc", depth=DEPTH, engine=ENGINE)
-
-
-@pytest.mark.nightly
-def test_reaches_a_hit():
-    assert prove(CacheContract(make(Anywhere)), mode="cover", depth=DEPTH)
-
-
-@pytest.mark.parametrize("kind", [Stale, pytest.param(Unseen, marks=pytest.mark.nightly),
-                                  pytest.param(Hasty, marks=pytest.mark.nightly)])
-def test_broken_cache(kind):
-    proof = prove(CacheContract(make(kind)), mode="bmc", depth=DEPTH, engine=ENGINE)
-    assert not proof
-    assert proof.trace
-
-
-FAULTS = {
-    "answers before it has been filled": {"o__valid": lambda dut: dut.o.valid | dut.i_fill.valid},
-    "loses an answer": {"o__valid": lambda dut: dut.o.valid & ~(dut.o.payload.hit & dut.i.valid)},
-    "fetches into a slot in use": {"o_fetch__payload": lambda dut: dut.o_fetch.payload.as_value() & ~1},
-}
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("fault", FAULTS)
-def test_negative_control(fault):
-    control = NegativeControl(make(Anywhere), FAULTS[fault])
-    assert not prove(CacheContract(control), mode="bmc", depth=DEPTH, engine=ENGINE)
+# Enough for an invalidation between requests, and for a hit after it, with a placement that answers at once.
+test_cache = declare(
+    make, cycles=14, engine="abc bmc3",
+    claims=[Claim(), Claim(cycles=16, nightly=True),
+            *(Claim(kind=Narrow, policy=policy, lines=lines, nightly=True) for policy, lines in (
+                (CachePolicy.DIRECT, 2), (CachePolicy.LRU, 4), (CachePolicy.LFU, 2)))],
+    controls={
+        "an invalidation leaves everything": Control("miss", kind=Stale),
+        "reads a line that is written": Control("data", kind=Unseen, nightly=True),
+        "shows the line of the answer in front": Control("data", kind=Hasty, nightly=True),
+        "answers before it has been filled": Control(
+            "data", {"o__valid": lambda dut: dut.o.valid | dut.i_fill.valid}, nightly=True),
+        "loses an answer": Control(
+            "order", {"o__valid": lambda dut: dut.o.valid & ~(dut.o.payload.hit & dut.i.valid)}, nightly=True),
+        "fetches into a slot in use": Control(
+            "slot", {"o_fetch__payload": lambda dut: dut.o_fetch.payload.as_value() & ~1}, nightly=True),
+    })

@@ -1,65 +1,40 @@
-import pytest
-from amaranth.hdl import Assert, Assume, Cover, Module, Signal, Value
-from amaranth.lib import wiring
+from amaranth.hdl import Assert, Assume, Cover, Signal, Value
 from amaranth.lib.data import StructLayout
 
 from hw.lib.fork import Fork
-from tb.formal.connect_ports import connect_ports
-from tb.formal.negative_control import NegativeControl
-from tb.formal.prove import prove
+from tb.formal.bench import Bench, transfers
+from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules
 
-SHAPE = StructLayout({"a": 1, "b": 2})
 COUNT = 3
 
 
-class ForkOnce(wiring.Component):
+def each_output_once(m, bench, dut):
     """While an item waits each output takes it at most once; when it is taken every output has it."""
-
-    def __init__(self, dut):
-        self._dut = dut
-        super().__init__(dut.signature)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = dut = self._dut
-        connect_ports(m, self, dut)
-        add_rules(m, self.i, Assume)
-        has = Signal(COUNT)
-        takes = Signal(COUNT)
-        for k, output in enumerate(dut.o):
-            m.d.comb += [takes[k].eq(output.valid & output.ready), Assert(~output.valid | self.i.valid),
-                         Assert(~output.valid | (Value.cast(output.payload) == Value.cast(self.i.payload)))]
-            # Nobody waits for another output's sake.
-            with m.If(self.i.valid & ~has[k]):
-                m.d.comb += Assert(output.valid)
-        m.d.comb += Assert(~(takes & has).any())
-        with m.If(self.i.valid & self.i.ready):
-            m.d.sync += has.eq(0)
-            m.d.comb += [Assert((takes | has).all()), Cover((has == 0b010) & (takes == 0b101))]
-        with m.Else():
-            m.d.sync += has.eq(has | takes)
-        with m.If(self.i.valid & (takes | has).all()):
-            m.d.comb += Assert(self.i.ready)
-        return m
+    add_rules(m, dut.i, Assume)
+    has, takes = Signal(COUNT), Signal(COUNT)
+    for k, output in enumerate(dut.o):
+        m.d.comb += [takes[k].eq(transfers(output)), Assert(~output.valid | dut.i.valid, "offers"),
+                     Assert(~output.valid | (Value.cast(output.payload) == Value.cast(dut.i.payload)), "payload")]
+        # No output waits for another one.
+        with m.If(dut.i.valid & ~has[k]):
+            m.d.comb += Assert(output.valid, "waits")
+    m.d.comb += Assert(~(takes & has).any(), "once")
+    with m.If(transfers(dut.i)):
+        m.d.sync += has.eq(0)
+        m.d.comb += [Assert((takes | has).all(), "all"), Cover((has == 0b010) & (takes == 0b101), "different cycles")]
+    with m.Else():
+        m.d.sync += has.eq(has | takes)
+    with m.If(dut.i.valid & (takes | has).all()):
+        m.d.comb += Assert(dut.i.ready, "ready")
 
 
-FAULTS = {
-    "gives an item twice": {"o__1__valid": lambda dut: dut.i.valid},
-    "forgets an output": {"i__ready": lambda dut: dut.o[0].ready & dut.o[1].ready},
-    "waits for another output": {"o__2__valid": lambda dut: dut.o[2].valid & dut.o[0].ready},
-    "gives the wrong item": {"o__2__payload": lambda dut: 0},
-}
-
-
-def test_each_output_once():
-    assert prove(ForkOnce(Fork(SHAPE, count=COUNT)))
-
-
-def test_reaches_different_cycles():
-    assert prove(ForkOnce(Fork(SHAPE, count=COUNT)), mode="cover", depth=6)
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_negative_control(fault):
-    assert not prove(ForkOnce(NegativeControl(Fork(SHAPE, count=COUNT), FAULTS[fault])), mode="bmc", depth=6)
+test_fork = declare(
+    lambda: Bench(each_output_once, Fork(StructLayout({"a": 1, "b": 2}), count=COUNT)), cycles=6,
+    claims=[Claim(unbounded=True)],
+    controls={
+        "gives an item twice": Control("once", {"o__1__valid": lambda dut: dut.i.valid}),
+        "forgets an output": Control("all", {"i__ready": lambda dut: dut.o[0].ready & dut.o[1].ready}),
+        "waits for another output": Control("waits", {"o__2__valid": lambda dut: dut.o[2].valid & dut.o[0].ready}),
+        "gives the wrong item": Control("payload", {"o__2__payload": lambda dut: 0}),
+    })

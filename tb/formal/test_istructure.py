@@ -7,17 +7,16 @@ is proved that the location does.
 
 from types import SimpleNamespace
 
-import pytest
 from amaranth.hdl import Assert, Assume, Cat, Const, Cover, Elaboratable, Fragment, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-import hw.memsys.istructure
 from hw.memsys.istructure import IStructure
+from tb.formal.bench import Bench, transfers
 from tb.formal.connect_ports import connect_ports
-from tb.formal.negative_control import NegativeControl
-from tb.formal.prove import prove
+from tb.formal.declare import Claim, Control, declare
+from tb.formal.source_fault import with_parts
 from tb.formal.stream_rules import add_rules
 
 # Cycles from a write to its refusal.
@@ -26,107 +25,81 @@ REFUSAL = 4
 CLOSING = 6
 
 
-class WrittenOnce(wiring.Component):
+def written_once(m, bench, dut, depth, deferred=None):
     """Any one location, and any one read of it at a time, told by its tag, which is 1.
 
-    ``place`` is the location's number in the first cycle after a reset.
-
-    Parameters
-    ----------
-    dut
-        The component.
-    depth, deferred
-        Its size; without ``deferred`` nothing is said about how long anything takes.
+    Without ``deferred`` nothing is said about how long anything takes.
     """
+    place = bench.choose(m, range(depth), "place")
+    if hasattr(dut, "place"):
+        m.d.comb += dut.place.eq(place)
+    for given in (dut.i_start, dut.i_read, dut.i_write):
+        add_rules(m, given, Assume)
+    add_rules(m, dut.o_read, Assert)
+    asked, answer = dut.i_read.payload, dut.o_read.payload
+    starts, reads, writes, gives = (transfers(port) for port in (dut.i_start, dut.i_read, dut.i_write, dut.o_read))
+    m.d.comb += [Assume(place < depth), Assume(asked.address < depth), Assume(dut.i_write.payload.address < depth)]
 
-    def __init__(self, dut, *, depth, deferred=None):
-        self._dut, self._depth, self._deferred = dut, depth, deferred
-        super().__init__({**dict(dut.signature.members.items()), "place": In(range(depth))})
+    # The location.
+    begun, written, data, refuses = Signal(), Signal(), Signal(), Signal(REFUSAL)
+    here = writes & (dut.i_write.payload.address == place)
+    with m.If(here & ~written):
+        m.d.sync += [written.eq(1), data.eq(dut.i_write.payload.data)]
+    with m.If(starts):
+        m.d.sync += written.eq(0)
+    m.d.sync += [refuses.eq((refuses << 1) | (here & written)), begun.eq(begun | starts)]
+    m.d.comb += [Assert((dut.o_refused.valid & (dut.o_refused.payload == place)) == refuses[-1], "refusal"),
+                 Assert(begun | ~(reads | writes), "begun")]
+    with m.If(begun & ~dut.i_start.valid):
+        m.d.comb += Assert(dut.i_write.ready, "write")
 
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = dut = self._dut
-        place, chosen = Signal(range(self._depth)), Signal()
-        m.d.sync += chosen.eq(1)
-        with m.If(~chosen):
-            m.d.sync += place.eq(self.place)
-        connect_ports(m, self, dut)
-        if hasattr(dut, "place"):
-            m.d.comb += dut.place.eq(place)
-        for given in (self.i_start, self.i_read, self.i_write):
-            add_rules(m, given, Assume)
-        add_rules(m, self.o_read, Assert)
-        asked, answer = dut.i_read.payload, dut.o_read.payload
-        starts, reads, writes, gives = (port.valid & port.ready for port in (
-            dut.i_start, dut.i_read, dut.i_write, dut.o_read))
+    # The read: it is due when its location is written, and then it comes once, with the data.
+    mine = reads & asked.tag
+    out, due, expected = Signal(), Signal(), Signal()
+    m.d.comb += Assume(~mine | (~out & (asked.address == place)))
+    with m.If(mine):
+        m.d.sync += out.eq(1)
+    with m.If((out | mine) & ~due & (written | here)):
+        m.d.sync += [due.eq(1), expected.eq(data)]
+        with m.If(~written):
+            m.d.sync += expected.eq(dut.i_write.payload.data)
+    with m.If(dut.o_read.valid & answer.tag):
+        m.d.comb += [Assert(out, "once"), Assert(~out | due, "early"), Assert(~due | (answer.data == expected), "data")]
+    with m.If(gives & answer.tag):
+        m.d.sync += [out.eq(0), due.eq(0)]
+    with m.If(starts):
+        m.d.comb += Assert(~out | due, "start")
 
-        m.d.comb += [Assume(self.place < self._depth), Assume(asked.address < self._depth),
-                     Assume(dut.i_write.payload.address < self._depth)]
+    # Answers with 1: of a read that waited, where the store was full, and in a second version.
+    waited, again, answered = Signal(), Signal(), gives & answer.tag & expected
+    m.d.sync += [waited.eq(waited | (dut.waiting == (deferred or 1))), again.eq(again | (starts & begun))]
+    m.d.comb += [Cover(answered & waited, "waited"), Cover(answered & again, "again")]
+    if deferred is not None:
+        _bound(m, dut, depth, deferred, out, due, starts, reads, gives, begun)
 
-        # The location.
-        begun, written, data, refuses = Signal(), Signal(), Signal(), Signal(REFUSAL)
-        here = writes & (dut.i_write.payload.address == place)
-        with m.If(here & ~written):
-            m.d.sync += [written.eq(1), data.eq(dut.i_write.payload.data)]
-        with m.If(starts):
-            m.d.sync += written.eq(0)
-        m.d.sync += [refuses.eq((refuses << 1) | (here & written)), begun.eq(begun | starts)]
-        m.d.comb += [Assert((dut.o_refused.valid & (dut.o_refused.payload == place)) == refuses[-1]),
-                     Assert(begun | ~(reads | writes))]
-        with m.If(begun & ~dut.i_start.valid):
-            m.d.comb += Assert(dut.i_write.ready)
 
-        # The read: it is due when its location is written, and then it comes once, with the data.
-        mine = reads & asked.tag
-        out, due, expected = Signal(), Signal(), Signal()
-        m.d.comb += Assume(~mine | (~out & (asked.address == place)))
-        with m.If(mine):
-            m.d.sync += out.eq(1)
-        with m.If((out | mine) & ~due & (written | here)):
-            m.d.sync += [due.eq(1), expected.eq(data)]
-            with m.If(~written):
-                m.d.sync += expected.eq(dut.i_write.payload.data)
-        with m.If(dut.o_read.valid & answer.tag):
-            m.d.comb += [Assert(out), Assert(due), Assert(answer.data == expected)]
-        with m.If(gives & answer.tag):
-            m.d.sync += [out.eq(0), due.eq(0)]
-        with m.If(starts):
-            m.d.comb += Assert(~out | due)
-        self._cover(m, starts, here, gives & answer.tag, expected)
-        if self._deferred is not None:
-            self._bound(m, out, due, starts, reads, gives, begun)
-        return m
-
-    def _cover(self, m, starts, here, answered, expected):
-        """Answers with 1: of a read that waited, in the second version, and where the store was full."""
-        waited, again = Signal(), Signal()
-        m.d.sync += [waited.eq(waited | (self._dut.waiting == (self._deferred or 1))),
-                     again.eq(again | (starts & waited))]
-        m.d.comb += [Cover(answered & expected & waited), Cover(answered & expected & again)]
-
-    def _bound(self, m, out, due, starts, reads, gives, begun):
-        """Bounds, in cycles in which answers can leave: of a read that is due while there is room for those before it
-        or once it waits itself; of an offered read while there is room; of a start when no reads are inside.
-        """
-        dut = self._dut
-        inside, waits = Signal(range(self._deferred + 12)), Signal()
-        m.d.sync += inside.eq(inside + reads - gives)
-        m.d.comb += Assert(inside <= self._deferred + 6)
-        # All that are inside wait, so this one does.
-        all_wait = out & ~due & (inside == dut.waiting)
-        m.d.sync += waits.eq((waits | all_wait) & ~(gives & dut.o_read.payload.tag))
-        room = dut.waiting != self._deferred
-        for name, counts, idles, bound in (
-                ("answer", due & dut.o_read.ready & (room | waits), ~due, self._deferred + 11),
-                ("offer", dut.o_read.ready & room, ~(begun & dut.i_read.valid & ~dut.i_read.ready) | dut.i_start.valid,
-                 self._deferred + 6),
-                ("start", inside == 0, ~dut.i_start.valid | starts, self._depth + CLOSING)):
-            late = Signal(range(bound + 2), name=f"late_{name}")
-            with m.If(idles):
-                m.d.sync += late.eq(0)
-            with m.Elif(counts & (late != bound + 1)):
-                m.d.sync += late.eq(late + 1)
-            m.d.comb += Assert(late <= bound)
+def _bound(m, dut, depth, deferred, out, due, starts, reads, gives, begun):
+    """Bounds, in cycles in which answers can leave: of a read that is due while there is room for those before it
+    or once it waits itself; of an offered read while there is room; of a start when no reads are inside.
+    """
+    inside, waits = Signal(range(deferred + 12)), Signal()
+    m.d.sync += inside.eq(inside + reads - gives)
+    m.d.comb += Assert(inside <= deferred + 6, "capacity")
+    # All that are inside wait, so this one does.
+    all_wait = out & ~due & (inside == dut.waiting)
+    m.d.sync += waits.eq((waits | all_wait) & ~(gives & dut.o_read.payload.tag))
+    room = dut.waiting != deferred
+    for name, counts, idles, bound in (
+            ("answer", due & dut.o_read.ready & (room | waits), ~due, deferred + 11),
+            ("offer", dut.o_read.ready & room, ~(begun & dut.i_read.valid & ~dut.i_read.ready) | dut.i_start.valid,
+             deferred + 6),
+            ("start", inside == 0, ~dut.i_start.valid | starts, depth + CLOSING)):
+        late = Signal(range(bound + 2), name=f"late_{name}")
+        with m.If(idles):
+            m.d.sync += late.eq(0)
+        with m.Elif(counts & (late != bound + 1)):
+            m.d.sync += late.eq(late + 1)
+        m.d.comb += Assert(late <= bound, f"late {name}")
 
 
 class Row(Elaboratable):
@@ -217,14 +190,15 @@ class AbstractStore(wiring.Component):
 
         # The place uses the store as it should: with the chain's last stamp, and not when it is released.
         given, released = self.i.payload.chain, self.i_release.payload.chain
-        m.d.comb += Assert(~(self.adds & self.frees))
+        m.d.comb += Assert(~(self.adds & self.frees), "use")
         with m.If(self.adds):
             m.d.sync += [lives.eq(1), last.eq(stamp)]
-            m.d.comb += [Assert(takes), Assert(given.some == lives), Assert(~lives | (given.stamp == last))]
+            m.d.comb += [Assert(takes, "use"), Assert(given.some == lives, "chain"),
+                             Assert(~lives | (given.stamp == last), "chain")]
         with m.If(self.frees):
             m.d.sync += lives.eq(0)
-            m.d.comb += [Assert(lives), Assert(released.stamp == last)]
-        m.d.comb += Assert(lives | ~waits)
+            m.d.comb += [Assert(lives, "use"), Assert(released.stamp == last, "chain")]
+        m.d.comb += Assert(lives | ~waits, "use")
         return m
 
 
@@ -234,17 +208,24 @@ class OnePlace(wiring.Component):
     ``place`` stays, ``noise`` and ``moods`` may be anything.
     """
 
-    def __init__(self, monkeypatch, *, depth, version_bits, kind=IStructure):
-        self._depth, self._rows = depth, []
+    def __init__(self, *, depth, version_bits, access=None, to=None):
+        self._rows = []
 
         def make_row(**options):
             self._rows.append(Row(**options))
             return self._rows[-1]
 
         self._store = AbstractStore(1, depth=1, tag=1)
-        monkeypatch.setattr(hw.memsys.istructure, "DeferredStore", lambda *_, **__: self._store)
-        monkeypatch.setattr(hw.memsys.istructure, "Memory", make_row)
-        self._dut = kind(1, depth=depth, version_bits=version_bits, deferred=1, tag=1)
+        real = with_parts(IStructure, DeferredStore=lambda *_, **__: self._store, Memory=make_row)
+
+        class Blind(real):
+            """An access does not notice what another one does to its location."""
+
+            def _meet(self, one, other):
+                names = one.as_value().name, other.as_value().name
+                return Const(0) if names == (access, to) else super()._meet(one, other)
+
+        self._dut = Blind(1, depth=depth, version_bits=version_bits, deferred=1, tag=1)
         super().__init__({**dict(self._dut.signature.members.items()), "place": In(range(depth)),
                           "noise": In(4 * version_bits + 5), "moods": In(5)})
 
@@ -259,88 +240,55 @@ class OnePlace(wiring.Component):
         store, noise = self._store, Cat(row.noise for row in self._rows)
         assert len(noise) == len(self.noise)
         m.d.comb += [noise.eq(self.noise), store.moods.eq(self.moods)]
-        takes = store.i.valid & store.i.ready
+        takes = transfers(store.i)
         m.d.comb += [store.adds.eq(chains.written & takes), store.frees.eq(values.written & store.i_release.valid)]
 
         # Who waits before the write is released by it, and nobody waits after it.
         done = Signal()
         with m.If(values.written & (values.version != 0)):
             m.d.sync += done.eq(1)
-            m.d.comb += [Assert(~done), Assert(store.frees == store.lives)]
-        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.comb += [Assert(~done, "written once"), Assert(store.frees == store.lives, "released")]
+        with m.If(transfers(self.i_start)):
             m.d.sync += done.eq(0)
-        m.d.comb += Assert(~(store.adds & done))
+        m.d.comb += Assert(~(store.adds & done), "late")
         return m
 
 
-def make(depth=2, deferred=2, version_bits=1):
-    return WrittenOnce(IStructure(1, depth=depth, version_bits=version_bits, deferred=deferred, tag=1), depth=depth,
-                       deferred=deferred)
+def make_place(depth=2, version_bits=1, **given):
+    return Bench(written_once, OnePlace(depth=depth, version_bits=version_bits, **given), depth=depth)
 
 
-def make_place(monkeypatch, *, depth=2, version_bits=1, kind=IStructure):
-    return WrittenOnce(OnePlace(monkeypatch, depth=depth, version_bits=version_bits, kind=kind), depth=depth)
+def make(depth=2, deferred=2):
+    return Bench(written_once, IStructure(1, depth=depth, version_bits=1, deferred=deferred, tag=1), depth=depth,
+                 deferred=deferred)
 
 
-def blind(access, to):
-    """An I-structure in which an access does not notice what another one does to its location."""
-    class Blind(IStructure):
-        def _meet(self, one, other):
-            names = one.as_value().name, other.as_value().name
-            return Const(0) if names == (access, to) else super()._meet(one, other)
+# Accesses that do not notice another one, by the assertion that fails; of each kind one in a commit's tests.
+FIRST = {("read_3", "write_3"): "late", ("read_2", "write_4"): "late", ("write_1", "write_4"): "released",
+         ("write_3", "read_4"): "released"}
+PAIRS = FIRST | {("read_4", "write_3"): "late"} | {
+    (f"{kind}_{stage}", f"{effect}_4"): "late" for kind in ("read", "write") for stage in (1, 2, 3)
+    for effect in ("write", "read") if (f"{kind}_{stage}", f"{effect}_4") not in FIRST}
 
-    return Blind
-
-
-# Of each kind one in a commit's tests.
-FIRST = [("read_3", "write_3"), ("read_2", "write_4"), ("write_1", "write_4"), ("write_3", "read_4")]
-PAIRS = [*FIRST, ("read_4", "write_3")] + [
-    (f"{kind}_{stage}", effect) for kind in ("read", "write") for stage in (1, 2, 3)
-    for effect in ("write_4", "read_4") if (f"{kind}_{stage}", effect) not in FIRST]
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("depth", "version_bits"), [(2, 1), (4, 1), (2, 2)])
-def test_one_location_among_others(monkeypatch, depth, version_bits):
-    assert prove(make_place(monkeypatch, depth=depth, version_bits=version_bits))
-
-
-def test_one_location_in_the_first_cycles(monkeypatch):
-    assert prove(make_place(monkeypatch, depth=4, version_bits=2), mode="bmc", depth=14, engine="abc bmc3")
-
-
-def test_reaches_the_second_version(monkeypatch):
-    assert prove(make_place(monkeypatch), mode="cover", depth=24)
-
-
-@pytest.mark.parametrize(("access", "to"), [
-    pytest.param(*pair, marks=[] if pair in FIRST else pytest.mark.nightly) for pair in PAIRS])
-def test_an_access_that_does_not_notice(monkeypatch, access, to):
-    assert not prove(make_place(monkeypatch, kind=blind(access, to)), mode="bmc", depth=16, engine="abc bmc3")
-
-
-FAULTS = {
-    "answers before the write": {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)},
-    "answers twice": {"o_read__valid": lambda dut: dut.o_read.valid | dut.o_refused.valid},
-    "loses an answer": {"i_read__ready": lambda dut: dut.i_read.ready | (dut.waiting == 2)},
-    "gives other data": {"o_read__payload": lambda dut: dut.o_read.payload.as_value() ^ ((dut.waiting == 2) << 1)},
-    "writes twice": {"o_refused__valid": lambda dut: dut.o_refused.valid & (dut.waiting == 0)},
-    "stops writes when full": {"i_write__ready": lambda dut: dut.i_write.ready & (dut.waiting != 2)},
-    "begins while reads wait": {"i_start__ready": lambda dut: dut.i_start.ready | (dut.waiting == 1)},
-}
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_negative_control(fault):
-    control = NegativeControl(IStructure(1, depth=2, version_bits=1, deferred=2, tag=1), FAULTS[fault])
-    assert not prove(WrittenOnce(control, depth=2, deferred=2), mode="bmc", depth=16, engine="abc bmc3")
-
-
-@pytest.mark.parametrize(("depth", "deferred", "cycles"), [(2, 2, 14), (4, 4, 12)])
-def test_with_the_store(depth, deferred, cycles):
-    assert prove(make(depth, deferred), mode="bmc", depth=cycles, engine="abc bmc3")
-
-
-@pytest.mark.nightly
-def test_reaches_a_full_store():
-    assert prove(make(), mode="cover", depth=30)
+test_one_location = declare(
+    make_place, cycles=16, engine="abc bmc3",
+    claims=[Claim(depth=4, version_bits=2), *(
+        Claim(depth=depth, version_bits=bits, unbounded=True, nightly=True)
+        for depth, bits in ((2, 1), (4, 1), (2, 2)))],
+    controls={f"{access} does not notice {to}": Control(breaks, access=access, to=to, nightly=(access, to) not in FIRST)
+              for (access, to), breaks in PAIRS.items()})
+test_with_the_store = declare(
+    make, cycles=16, engine="abc bmc3", claims=[Claim(), Claim(depth=4, deferred=4, cycles=19)],
+    controls={
+        "answers before the write": Control(
+            "early", {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)}),
+        "answers twice": Control("once", {"o_read__valid": lambda dut: dut.o_read.valid | dut.o_refused.valid}),
+        "loses an answer": Control("capacity", {"i_read__ready": lambda dut: dut.i_read.ready | (dut.waiting == 2)}),
+        "gives other data": Control(
+            "data", {"o_read__payload": lambda dut: dut.o_read.payload.as_value() ^ ((dut.waiting == 2) << 1)}),
+        "writes twice": Control("refusal", {"o_refused__valid": lambda dut: dut.o_refused.valid & (dut.waiting == 0)}),
+        "stops writes when full": Control(
+            "write", {"i_write__ready": lambda dut: dut.i_write.ready & (dut.waiting != 2)}),
+        "begins while reads wait": Control("start", {
+            "i_start__ready": lambda dut: dut.i_start.ready | (dut.waiting == 1)}),
+    })

@@ -1,59 +1,41 @@
-import pytest
-from amaranth.hdl import Array, Assert, Assume, Const, Cover, Module, Mux, Signal
-from amaranth.lib import wiring
+from amaranth.hdl import Array, Assert, Assume, Const, Cover, Mux, Signal
 
 from hw.lib.update_memory import UpdateMemory
-from hw.memsys import set_placement
 from hw.memsys.lfu_placement import LfuPlacement
 from hw.memsys.set_placement import SetPlacement
-from tb.formal.connect_ports import connect_ports
-from tb.formal.negative_control import NegativeControl
-from tb.formal.prove import prove
+from tb.formal.bench import Bench, transfers
+from tb.formal.declare import Claim, Control, declare
+from tb.formal.source_fault import with_parts
 from tb.formal.stream_rules import add_rules
 
 KEY = 3
 
 
-class PlacementRule(wiring.Component):
+def follows_the_rule(m, bench, dut, rule, direct=None):
     """Answers come in order, one for each request, with the hits and the lines of the rule.
 
     The rule is that of golden, one request after the other, each at once. It is asked when an answer comes: the key
-    is the tag.
-
-    Parameters
-    ----------
-    dut
-        The placement.
-    rule
-        From a module, a key, whether it is asked now and whether all lines are emptied to whether it hits and its line.
+    is the tag. ``rule``: from a module, a key, whether it is asked now and whether all lines are emptied to whether it
+    hits and its line. ``direct``: always that policy of the set placement.
     """
-
-    def __init__(self, dut, rule):
-        self._dut, self._rule = dut, rule
-        super().__init__(dut.signature)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = dut = self._dut
-        connect_ports(m, self, dut)
-        add_rules(m, dut.i_start, Assume)
-        sends, inside, begun = Signal(), Signal(4), Signal()
-        starts = dut.i_start.valid & dut.i_start.ready
-        m.d.comb += [sends.eq(dut.i.valid & dut.i.ready), Assume(dut.i.payload.tag == dut.i.payload.key)]
-        m.d.sync += [inside.eq(inside + sends - dut.o.valid), begun.eq(begun | starts)]
-        with m.If(dut.i_start.valid | ~begun):
-            m.d.comb += Assume(~dut.i.valid)
-        with m.If(dut.i_start.valid):
-            m.d.comb += Assume(inside == 0)
-        got = dut.o.payload
-        hit, line = self._rule(m, got.tag, dut.o.valid, starts)
-        with m.If(dut.o.valid):
-            m.d.comb += [Assert(inside != 0), Assert(got.hit == hit), Assert(got.line == line)]
-        hits, misses = Signal(2), Signal(3)
-        m.d.sync += [hits.eq(hits + (dut.o.valid & got.hit & (hits != 3))),
-                     misses.eq(misses + (dut.o.valid & ~got.hit & (misses != 7)))]
-        m.d.comb += Cover((hits >= 1) & (misses >= 3) & dut.o.valid & got.hit)
-        return m
+    add_rules(m, dut.i_start, Assume)
+    sends, inside, begun, starts = Signal(), Signal(4), Signal(), transfers(dut.i_start)
+    m.d.comb += [sends.eq(transfers(dut.i)), Assume(dut.i.payload.tag == dut.i.payload.key)]
+    m.d.sync += [inside.eq(inside + sends - dut.o.valid), begun.eq(begun | starts)]
+    if direct is not None:
+        m.d.comb += dut.direct.eq(direct)
+    with m.If(dut.i_start.valid | ~begun):
+        m.d.comb += Assume(~dut.i.valid)
+    with m.If(dut.i_start.valid):
+        m.d.comb += Assume(inside == 0)
+    got = dut.o.payload
+    hit, line = rule(m, got.tag, dut.o.valid, starts)
+    with m.If(dut.o.valid):
+        m.d.comb += [Assert(inside != 0, "once"), Assert(got.hit == hit, "hit"), Assert(got.line == line, "line")]
+    hits, misses = Signal(2), Signal(3)
+    m.d.sync += [hits.eq(hits + (dut.o.valid & got.hit & (hits != 3))),
+                 misses.eq(misses + (dut.o.valid & ~got.hit & (misses != 7)))]
+    m.d.comb += Cover((hits >= 1) & (misses >= 3) & dut.o.valid & got.hit, "hits after misses")
 
 
 def used_last(sets, ways, direct):
@@ -119,52 +101,6 @@ def used_least(lines, top):
     return rule
 
 
-class Fixed(wiring.Component):
-    """A set placement that is always direct, or never."""
-
-    def __init__(self, dut, direct):
-        self._dut, self._direct = dut, direct
-        members = dict(dut.signature.members.items())
-        del members["direct"]
-        super().__init__(members)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = dut = self._dut
-        m.d.comb += dut.direct.eq(self._direct)
-        for name in self.signature.members:
-            port = getattr(self, name)
-            wiring.connect(m, getattr(dut, name), wiring.flipped(port))
-        return m
-
-
-def of_sets(*, direct, kind=SetPlacement, lines=4):
-    return Fixed(kind(lines=lines, ways=2, key=KEY, tag=KEY, generation_bits=1), direct)
-
-
-def of_counts(lines=2, count_bits=2):
-    return LfuPlacement(lines=lines, key=KEY, tag=KEY, count_bits=count_bits)
-
-
-@pytest.mark.parametrize("direct", [0, 1])
-def test_sets(direct):
-    assert prove(PlacementRule(of_sets(direct=direct), used_last(2, 2, direct)), mode="bmc", depth=18,
-                 engine="abc bmc3")
-
-
-@pytest.mark.parametrize(("lines", "depth"), [
-    (2, 24), pytest.param(2, 34, marks=pytest.mark.nightly), pytest.param(4, 34, marks=pytest.mark.nightly)])
-def test_counts(lines, depth):
-    assert prove(PlacementRule(of_counts(lines), used_least(lines, 3)), mode="bmc", depth=depth, engine="abc bmc3")
-
-
-@pytest.mark.parametrize("name", ["sets", pytest.param("counts", marks=pytest.mark.nightly)])
-def test_reaches_hits_after_misses(name):
-    bench = {"sets": lambda: PlacementRule(of_sets(direct=0), used_last(2, 2, 0)),
-             "counts": lambda: PlacementRule(of_counts(), used_least(2, 3))}[name]()
-    assert prove(bench, mode="cover", depth=34)
-
-
 class Blind(UpdateMemory):
     """Does not look at the request just in front."""
 
@@ -172,35 +108,31 @@ class Blind(UpdateMemory):
         return Const(0) if ahead == 1 else super()._same_as(m, addresses, ahead, age=age)
 
 
-def test_a_set_that_does_not_see_the_request_in_front(monkeypatch):
-    monkeypatch.setattr(set_placement, "UpdateMemory", Blind)
-    assert not prove(PlacementRule(of_sets(direct=0), used_last(2, 2, 0)), mode="bmc", depth=16, engine="abc bmc3")
+def of_sets(direct=0, taken_for=None, kind=SetPlacement):
+    rule = used_last(2, 2, direct if taken_for is None else taken_for)
+    return Bench(follows_the_rule, kind(lines=4, ways=2, key=KEY, tag=KEY, generation_bits=1), rule=rule, direct=direct)
 
 
-@pytest.mark.parametrize(("direct", "taken_for"), [(0, 1), (1, 0)])
-def test_one_policy_is_not_the_other(direct, taken_for):
-    assert not prove(PlacementRule(of_sets(direct=direct), used_last(2, 2, taken_for)), mode="bmc", depth=16,
-                     engine="abc bmc3")
-
-
-@pytest.mark.nightly
-def test_counters_of_another_width():
-    assert not prove(PlacementRule(of_counts(2, 3), used_least(2, 3)), mode="bmc", depth=40, engine="abc bmc3")
-
-
-def test_lines_in_another_order():
+def of_counts(lines=2, count_bits=2, alter=lambda hit, line: (hit, line)):
     def rule(*given):
-        hit, line = used_least(2, 3)(*given)
-        return hit, ~line
+        return alter(*used_least(lines, 3)(*given))
 
-    assert not prove(PlacementRule(of_counts(), rule), mode="bmc", depth=24, engine="abc bmc3")
-
-
-FAULTS = {"a start that empties nothing": {"i_start__ready": lambda dut: 1},
-          "an answer twice": {"o__valid": lambda dut: dut.o.valid | dut.i.valid}}
+    return Bench(follows_the_rule, LfuPlacement(lines=lines, key=KEY, tag=KEY, count_bits=count_bits), rule=rule)
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_negative_control(fault):
-    control = NegativeControl(of_sets(direct=0), FAULTS[fault])
-    assert not prove(PlacementRule(control, used_last(2, 2, 0)), mode="bmc", depth=16, engine="abc bmc3")
+test_sets = declare(
+    of_sets, cycles=18, engine="abc bmc3", claims=[Claim(direct=0), Claim(direct=1)],
+    controls={
+        "does not see the request in front": Control("hit", kind=with_parts(SetPlacement, UpdateMemory=Blind)),
+        "least recently used instead of direct": Control("line", direct=0, taken_for=1),
+        "direct instead of least recently used": Control("line", direct=1, taken_for=0),
+        "a start that empties nothing": Control("hit", {"i_start__ready": lambda dut: 1}),
+        "an answer twice": Control("once", {"o__valid": lambda dut: dut.o.valid | dut.i.valid}),
+    })
+test_counts = declare(
+    of_counts, cycles=28, engine="abc bmc3",
+    claims=[Claim(lines=2), Claim(lines=2, cycles=34, nightly=True), Claim(lines=4, cycles=34, nightly=True)],
+    controls={
+        "counters of another width": Control("line", count_bits=3, nightly=True),
+        "lines in another order": Control("line", alter=lambda hit, line: (hit, ~line)),
+    })
