@@ -1,0 +1,49 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from golden.config import PRESETS
+from hw.memsys.image_layout import PATCH_WORDS
+from hw.memsys.patch_extents import PatchExtents
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
+from tb.lib.timing import documented_latency
+
+CONFIG = PRESETS["tiny"]
+MOST = 1 << PatchExtents.index_bits
+BENCH = ScheduleBench(PatchExtents(config=CONFIG), ["i_id", "i"], ["o"])
+IDS = st.integers(0, (1 << 32) - 1)
+
+
+def schedule_of(ids, base, count, stalls=(), gap=0):
+    given_ids = [(0, {"index": index, "id": number}) for index, number in enumerate(ids)]
+    return Schedule(items={"i_id": given_ids, "i": [(len(ids) + gap, {"base": base, "count": count})]},
+                    stalls={"o": list(stalls)})
+
+
+def expected(ids, base, count):
+    addresses = 1 << CONFIG.memory.address_bits
+    return [{"address": (base + 64 * number) % addresses, "length": PATCH_WORDS - 1, "narrow": 0}
+            for number in ids[:count]]
+
+
+@SETTINGS
+@given(st.lists(IDS, min_size=1, max_size=MOST), st.integers(0, (1 << CONFIG.memory.address_bits) - 1),
+       st.lists(st.integers(0, 3), max_size=MOST), st.data())
+def test_extents_are_the_records_of_the_ids_in_order(ids, base, stalls, data):
+    count = data.draw(st.integers(1, len(ids)))
+    assert BENCH.run(schedule_of(ids, base, count, stalls))["o"] == expected(ids, base, count)
+
+
+def test_all_ids_that_there_can_be():
+    ids = [7 * k + 1 for k in range(MOST)]
+    assert BENCH.run(schedule_of(ids, 4096, MOST))["o"] == expected(ids, 4096, MOST)
+
+
+def test_ids_of_before_are_replaced_and_extents_follow_every_two_cycles():
+    ids = [3, 1, 2]
+    first = schedule_of(ids, 64, 3)
+    again = Schedule(items={"i_id": first.items["i_id"] + [(20, {"index": 1, "id": 9})],
+                            "i": first.items["i"] + [(20, {"base": 64, "count": 2})]}, stalls={"o": []})
+    assert BENCH.run(again)["o"] == expected(ids, 64, 3) + expected([3, 9], 64, 2)
+    given_at, taken = BENCH.cycles["i"], BENCH.cycles["o"]
+    assert taken[0] - given_at[0] == PatchExtents.latency == documented_latency(PatchExtents, CONFIG)
+    assert taken[1] - taken[0] == taken[2] - taken[1] == 2

@@ -1,0 +1,82 @@
+from amaranth.sim import Simulator
+from hypothesis import given
+from hypothesis import strategies as st
+
+from golden.config import PRESETS
+from hw.memsys.read_buffer import ReadBuffer
+from tb.lib.schedules import SETTINGS
+
+CONFIG = PRESETS["tiny"].replace({"memory.outstanding": 4, "memory.burst_beats": 4})
+SLOTS, BEATS = CONFIG.memory.outstanding, CONFIG.memory.burst_beats
+
+
+class Model:
+    """A burst per slot: its length, the beats that came, whether more are missing, and whether one was wrong."""
+
+    def __init__(self):
+        self.length, self.beats = [None] * SLOTS, [[] for _ in range(SLOTS)]
+        self.outstanding, self.wrong = [False] * SLOTS, [False] * SLOTS
+
+    def start(self, slot, length):
+        self.length[slot], self.beats[slot] = length, []
+        self.outstanding[slot], self.wrong[slot] = True, False
+
+    def beat(self, slot, data, last, failed):
+        """Whether the beat is stored, and whether it is unexpected."""
+        if not self.outstanding[slot]:
+            return False, True
+        stored = len(self.beats[slot]) <= self.length[slot]
+        if stored:
+            self.beats[slot].append(data)
+        miscounted = not stored or last != (len(self.beats[slot]) - 1 == self.length[slot])
+        self.outstanding[slot] = not last
+        self.wrong[slot] |= failed or miscounted
+        return stored, miscounted
+
+
+BEAT = st.tuples(st.integers(0, SLOTS - 1), st.integers(0, 255), st.booleans(), st.sampled_from([False, False, True]))
+STEP = st.one_of(st.tuples(st.just("start"), st.integers(0, SLOTS - 1), st.integers(0, BEATS - 1)),
+                 st.tuples(st.just("beat"), BEAT), st.tuples(st.just("beat"), BEAT))
+
+
+@SETTINGS
+@given(st.lists(STEP, max_size=40))
+def test_beats_of_bursts_in_any_order(steps):
+    """Each step takes two cycles, so that what it does is known."""
+    dut, model = ReadBuffer(config=CONFIG), Model()
+
+    async def bench(ctx):
+        for kind, *what in steps:
+            if kind == "start":
+                slot, length = what
+                if model.outstanding[slot]:
+                    continue
+                model.start(slot, length)
+                ctx.set(dut.start, 1)
+                ctx.set(dut.slot, slot)
+                ctx.set(dut.length, length)
+                await ctx.tick()
+                ctx.set(dut.start, 0)
+            else:
+                (slot, data, last, failed), = what
+                stored, unexpected = model.beat(slot, data, last, failed)
+                ctx.set(dut.i.payload, {"id": slot, "data": data, "last": last, "response": 2 * failed})
+                ctx.set(dut.i.valid, 1)
+                await ctx.tick()
+                ctx.set(dut.i.valid, 0)
+                assert (ctx.get(dut.stored), ctx.get(dut.unexpected), ctx.get(dut.failed), ctx.get(dut.beat_slot)) == (
+                    stored, unexpected, failed, slot)
+            await ctx.tick()
+            assert [ctx.get(dut.outstanding[k]) for k in range(SLOTS)] == model.outstanding
+            assert [ctx.get(dut.wrong[k]) for k in range(SLOTS)] == model.wrong
+        for slot in range(SLOTS):
+            for place, data in enumerate(model.beats[slot]):
+                ctx.set(dut.port.addr, slot * BEATS + place)
+                ctx.set(dut.port.en, 1)
+                await ctx.tick()
+                assert ctx.get(dut.port.data) == data
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()

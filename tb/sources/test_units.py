@@ -1,0 +1,76 @@
+"""Every component has tests of its own name, or is tested with the unit that it is a part of."""
+
+import ast
+import re
+
+import pytest
+
+from tb.sources.source_trees import ROOT, source_trees
+
+# By file of hw: the test, and how it reaches the component if that does not name it.
+TESTED_IN = {
+    "hw/cluster.py": ("tb/system/test_host.py", ""),
+    "hw/control/cast_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/load_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/near_cells.py": ("tb/control/test_sums_and_cells.py", ""),
+    "hw/control/result_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/sum_merge.py": ("tb/control/test_sums_and_cells.py", ""),
+    "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
+    "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
+    "hw/ctu/settle_sweep.py": ("tb/ctu/test_survival.py", "Survival"),
+    "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
+    "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
+    "hw/ctu/traversal_start.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
+    "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
+    "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
+    "hw/lib/longest_waiting.py": ("tb/formal/test_arbiter.py", "LONGEST_WAITING"),
+    "hw/lib/round_robin.py": ("tb/formal/test_arbiter.py", ""),
+    "hw/memsys/burst_splitter.py": ("tb/formal/test_memory_engines.py", ""),
+    "hw/memsys/cell_fetch.py": ("tb/memsys/test_fetches.py", ""),
+    "hw/memsys/cell_table.py": ("tb/memsys/test_tables.py", ""),
+    "hw/memsys/local_bus.py": ("tb/memsys/test_path_parts.py", ""),
+    "hw/memsys/local_patch_geometry.py": ("tb/memsys/test_tables.py", ""),
+    "hw/memsys/memory_system.py": ("tb/memsys/test_memory_path.py", ""),
+    "hw/memsys/patch_fetch.py": ("tb/memsys/test_fetches.py", ""),
+    "hw/memsys/patch_table.py": ("tb/memsys/test_tables.py", ""),
+    "hw/memsys/patch_type_memory.py": ("tb/memsys/test_tables.py", ""),
+    "hw/memsys/read_engine.py": ("tb/formal/test_memory_engines.py", ""),
+    "hw/memsys/read_share.py": ("tb/memsys/test_path_parts.py", ""),
+    "hw/memsys/vertex_merge.py": ("tb/memsys/test_path_parts.py", ""),
+    "hw/memsys/word_writer.py": ("tb/memsys/test_write_dma.py", "WriteDma"),
+    "hw/memsys/write_engine.py": ("tb/formal/test_memory_engines.py", ""),
+    "hw/noc/input_queue.py": ("tb/formal/test_router.py", ""),
+    "hw/noc/link_receiver.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
+    "hw/noc/link_sender.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
+    "hw/noc/output_port.py": ("tb/formal/test_router.py", "Router"),
+    "hw/synthesis/scan_harness.py": ("tb/synthesis/test_flow.py", "synthesise_between_registers"),
+}
+
+
+def components():
+    """Files of hw that define components, with these; the simulated machine is no hardware."""
+    found = {}
+    for path, tree in source_trees("hw").items():
+        names = [node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+                 and {ast.unparse(base) for base in node.bases} & {"wiring.Component", "Component"}]
+        if names and not path.startswith("hw/simulator/"):
+            found[path] = names
+    return found
+
+
+def own_tests():
+    return {path.stem.removeprefix("test_") for path in (ROOT / "tb").rglob("test_*.py")}
+
+
+def test_units_without_tests_of_their_name_are_listed():
+    tested = own_tests()
+    missing = {path for path in components() if path.rpartition("/")[2].removesuffix(".py") not in tested}
+    assert missing == set(TESTED_IN)
+
+
+@pytest.mark.parametrize("path", TESTED_IN)
+def test_the_test_that_is_listed_has_the_unit(path):
+    file, through = TESTED_IN[path]
+    names = [through] if through else components()[path]
+    text = (ROOT / file).read_text()
+    assert any(re.search(rf"\b{name}\b", text) for name in names), f"{file} does not name {', '.join(names)}"
