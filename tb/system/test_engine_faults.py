@@ -1,6 +1,8 @@
 # amaranth: UnusedElaboratable=no
 """Faults of images, commands and memory on small machines; after each the next frustum is right."""
 
+import random
+
 import numpy as np
 import pytest
 
@@ -126,6 +128,27 @@ def test_accesses_outside_the_windows(machine, given):
         machine(machine.host.command("write"))
         machine.fails(ErrorCode.WRITE_OUTSIDE, machine.host.finish("writes", timeout=100_000))
         right(machine, given)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_windows_rewritten_while_they_are_used(machine, given):
+    """Word by word, to anything: a command keeps the windows with which it began."""
+    host, data, draw = machine.host, given.image.to_bytes(), random.Random(1)
+    windows = {"read_base": BASE, "read_limit": BASE + len(data), "write_base": BASE + given.image.offsets["hits"],
+               "write_limit": BASE + len(data)}
+    machine.load(given)
+    for name, value in (("total", given.total), ("results", 3)):
+        machine(host.write(name, value))
+    for command, busy in (("load", "loads"), ("cast", "casts"), ("write", "writes")):
+        for name, value in windows.items():
+            machine(host.write(name, value))
+        machine(host.command(command))
+        while machine(host.status())[busy]:
+            machine(host.write(draw.choice([*windows]), draw.getrandbits(64)))
+        machine(host.finish(busy, timeout=100_000))
+    assert machine(machine.port.read_memory(BASE, len(data))) == given.written.to_bytes()
+    machine.put(data)
+    right(machine, given)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
