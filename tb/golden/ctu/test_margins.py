@@ -147,7 +147,8 @@ def test_grid_rays_of_a_screen_are_half_a_step_from_every_slope(shell):
             assert width / count <= step < width / (count - 1)
 
 
-# A reach is rounded up and has one unit more, which its derivation does not need.
+# A reach is rounded up and has one unit more, which its derivation does not need. The first near ray has another one to
+# spare, since positions are truncated.
 SPARE = 1 / 256 - 1e-9
 
 
