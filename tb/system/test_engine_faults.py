@@ -14,8 +14,9 @@ from tb.system.small_machine import BASE, CLUSTERS, CONFIGS, SMALL, Driven, cut,
 
 BUS = ErrorCode.READ_REPLY, ErrorCode.PATH_BUS
 SILENT = ErrorCode.READ_TIMEOUT, ErrorCode.PATH_BUS
-# Of a cluster; a section of so many tiles fits.
-TILES = SMALL["icu.rays"] // 16
+# Rays of a tile, and the tiles of a ray memory.
+TILE = 16
+TILES = SMALL["icu.rays"] // TILE
 
 
 @pytest.fixture
@@ -179,16 +180,16 @@ def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(machine, given):
 
 
 def too_large(given, cluster):
-    """A cluster's section has more tiles than its ray memory."""
-    side = 64
+    """A cluster's section has one tile more than its ray memory."""
+    side, columns, rows = 64, 20, 52
     sizes = {"columns": side, "rows": side, "hits": side**2}
     image = MemoryImage({**given.image.regions, "clusters": given.image["clusters"].copy(),
                          "frustum": given.image["frustum"].copy(),
                          **{name: np.zeros(size, given.image[name].dtype) for name, size in sizes.items()}})
     image["frustum"]["columns"] = image["frustum"]["rows"] = side
     section = image["clusters"][cluster]
-    section["first_column"], section["first_row"], section["end_column"], section["end_row"] = 0, 0, side, side
-    assert (side // 4) ** 2 > TILES
+    section["first_column"], section["first_row"], section["end_column"], section["end_row"] = 0, 0, columns, rows
+    assert columns * rows == TILE * (TILES + 1)
     return image
 
 
