@@ -240,58 +240,6 @@ async def outside_the_windows(dut):
 
 
 @cocotb.test()
-async def silence(dut):
-    """Whatever channel falls silent, all that was asked for is answered; nothing of what comes late is believed."""
-    await start(dut, cycles=200_000)
-    patience = 40 << bench_timeout()
-    for channel in ("ar", "r", "aw", "w", "b"):
-        bench = Bench(dut)
-        model = memory(bench, latency=20, spread=20, shuffles=True)
-        port = ModelAtPort(dut, model)
-        is_read = channel in ("ar", "r")
-        source, sink = (bench.reads, bench.replies) if is_read else (bench.writes, bench.written)
-        window = (READ[0], WRITE[0]) if is_read else WRITE
-        requests = [bench.request(window, beats=5 + 11 * (k & 1)) for k in range(12)]
-        before = bytes(model.data)
-        task = bench.start(source, requests)
-        beats = bench.start(bench.data, [] if is_read else bench.to_write(requests, bytearray(before)))
-        await ClockCycles(dut.clk, 60)
-        model.silent.add(channel)
-        count = sum(request["length"] + 1 for request in requests) if is_read else len(requests)
-        waited = 0
-        while len(sink.items) < count:
-            await RisingEdge(dut.clk)
-            waited += 1
-            assert waited < patience, f"{channel}: {len(sink.items)} of {count} have been answered"
-        await task
-        await beats
-        shape = bench.shapes[sink.name]
-        answers = [unpack(shape, item) for item in sink.items]
-        if is_read:
-            wanted = [beat for request in requests for beat in bench.expected(request, before)]
-            for got, beat in zip(answers, wanted, strict=True):
-                assert got["error"] or got == beat
-        assert [answer["tag"] for answer in answers if answer.get("last", 1)] == [one["tag"] for one in requests]
-        assert answers[-1]["error"]
-        assert bench.fault()[0] is (Fault.READ_TIMEOUT if is_read else Fault.WRITE_TIMEOUT)
-        # What is late comes, and then all is as before.
-        model.silent.clear()
-        sink.items.clear()
-        await ClockCycles(dut.clk, 600)
-        assert not sink.items
-        await bench.clear()
-        after = await bench.exchange(model, 4)
-        assert model.data == after
-        assert bench.fault()[0] is Fault.NONE
-        port.stop()
-        bench.stop()
-
-
-def bench_timeout():
-    return config_of(options()["changes"]).memory.timeout_bits
-
-
-@cocotb.test()
 async def wrong_answers(dut):
     """Beats and answers that nobody asked for change nothing; too few or too many beats make their burst an error."""
     await start(dut, cycles=60_000)
@@ -393,8 +341,8 @@ async def a_beat_per_cycle(dut):
         bench.stop()
 
 
-ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "silence",
-       "wrong_answers", "reset_in_flight", "latency")
+ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "wrong_answers",
+       "reset_in_flight", "latency")
 # Sixteen bursts of eight beats, and a slot each.
 MANY = {"memory.outstanding": 16}
 
