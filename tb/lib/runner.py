@@ -65,7 +65,8 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
              visible: tuple[str, ...] = (), **given) -> None:
     """Run coroutines in a simulator.
 
-    The seed is `tb.lib.seed.SEED`. A failing run is repeated with waveforms.
+    The seed is `tb.lib.seed.SEED`. A failing run is repeated, so that assertions tell their values,
+    and with waveforms.
 
     Parameters
     ----------
@@ -95,7 +96,10 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         return
     name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
-    failed = Simulation(text, simulator, visible=visible, waves=waves).run(module, tests, name, SEED, given)
+    simulation = Simulation(text, simulator, visible=visible, waves=waves)
+    failed = simulation.run(module, tests, name, SEED, given, explains=bool(visible))
+    if failed and not visible:
+        simulation.run(module, tests, name, SEED, given, explains=True)
     if failed and not waves and not visible:
         # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
@@ -161,7 +165,7 @@ class Simulation:
         self._folder.parent.mkdir(parents=True, exist_ok=True)
 
     def run(self, module: str, tests: tuple[str, ...], name: str, seed: int, given: dict, *,
-            plusargs: tuple[str, ...] = (), failures: int = 0) -> list[str]:
+            plusargs: tuple[str, ...] = (), failures: int = 0, explains: bool = False) -> list[str]:
         """The names of all tests if one failed; nothing if all passed.
 
         Parameters
@@ -172,13 +176,15 @@ class Simulation:
             Arguments of the simulator.
         failures
             After so many the run ends; 0: all tests run.
+        explains
+            Failed assertions tell their values. To prepare that takes longer than most runs.
         """
         results = (WAVES if self._waves else BUILD / "results").resolve() / name
         shutil.rmtree(results, ignore_errors=True)
         results.mkdir(parents=True)
         environment = {
             "BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
-            "COCOTB_MAX_FAILURES": str(failures),
+            "COCOTB_MAX_FAILURES": str(failures), "COCOTB_REWRITE_ASSERTION_FILES": "tb/*.py" if explains else "",
             "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
         # Outside and inside pytest a failing test ends the runner in different ways; the results say what failed.
         with self._built() as runner, contextlib.suppress(SystemExit, RuntimeError):

@@ -44,6 +44,7 @@ class TestArbiter(Bench):
 
 class TestLongestWaiting(TestArbiter):
     policy = ArbiterPolicy.LONGEST_WAITING
+    test_in_the_simulator = None
 
 
 @pytest.mark.parametrize(("policy", "order"), [(ArbiterPolicy.ROUND_ROBIN, [0, 1, 2, 0]),
