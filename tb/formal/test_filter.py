@@ -7,7 +7,7 @@ from hw.lib.update_memory import UpdateMemory
 from hw.memsys.filter import Filter
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
-from tb.formal.source_fault import with_parts
+from tb.formal.source_fault import source_fault, with_parts
 from tb.formal.stream_rules import add_rules
 
 # A number of the second generation leaves in cycle 21 at the earliest; with few numbers in flight the proof gets there.
@@ -67,15 +67,20 @@ class Sweepless(Generations):
         return m
 
 
-def make(kind=Filter):
+def make(kind=Filter, generation_bits=1):
     narrow = type(kind.__name__, (kind,), {"capacity": CAPACITY})
-    return Bench(once_per_generation, narrow(bits=BITS, count=COUNT, generation_bits=1, word_bits=WORD))
+    return Bench(once_per_generation, narrow(bits=BITS, count=COUNT, generation_bits=generation_bits, word_bits=WORD))
 
 
 test_filter = declare(
-    make, cycles=22, engine="abc bmc3", claims=[Claim(), Claim(cycles=28, nightly=True)],
+    make, cycles=22, engine="abc bmc3",
+    # With tags of one bit each generation needs a sweep, with two bits the second one needs none.
+    claims=[Claim(), Claim(generation_bits=2), Claim(cycles=28, nightly=True)],
     controls={
         "does not see the number in front": Control("first", kind=with_parts(Filter, UpdateMemory=Blind)),
+        "begins while numbers are inside": Control("start", generation_bits=2, kind=source_fault(
+            Filter, "self.i_start.ready.eq(generations.i_start.ready & (gate.level == 0))",
+            "self.i_start.ready.eq(generations.i_start.ready)")),
         "empties nothing": Control("passes", kind=with_parts(Filter, Generations=Sweepless), nightly=True),
         "lets pass what there is not": Control(
             "came", {"dropped": lambda dut: dut.dropped & ~dut.wrong}, nightly=True),

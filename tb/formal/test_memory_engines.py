@@ -52,12 +52,13 @@ def reads_answered(m, bench, dut, silent):
         m.d.comb += [Assume(~dut.i_data.valid), Assert(idle <= PATIENCE, "patience")]
 
 
-def writes_answered(m, bench, dut):
+def writes_answered(m, bench, dut, silent):
     """Whatever memory does, every request is answered once, in order; as an error if a part of it was bad.
 
-    Memory may answer anything at any time, or nothing.
+    Memory may answer anything at any time, or nothing; ``silent``: it never answers, accepts all addresses and data or
+    none, and no request whose data come takes longer than `PATIENCE` cycles more than its beats.
     """
-    for interface in (dut.i, dut.i_data, dut.i_response):
+    for interface in (dut.i,) if silent else (dut.i, dut.i_data, dut.i_response):
         add_rules(m, interface, Assume)
     m.submodules.asked = asked = Queue(StructLayout({"tag": TAG, "bad": 1}), depth=SLOTS + 3)
     bad, answer, head = Signal(), dut.o.payload, asked.o.payload
@@ -69,8 +70,19 @@ def writes_answered(m, bench, dut):
                  asked.o.ready.eq(transfers(dut.o))]
     with m.If(dut.o.valid):
         m.d.comb += [Assert(asked.o.valid, "asked"), Assert(answer.tag == head.tag, "tag"),
-                     Assert(answer.error | ~head.bad, "error"), Cover(~answer.error, "answer"),
-                     Cover(answer.error & ~head.bad, "error")]
+                     Assert(answer.error | ~head.bad, "error"), Cover(answer.error & ~head.bad, "error")]
+        if not silent:
+            m.d.comb += Cover(~answer.error, "answer")
+    if silent:
+        bound = PATIENCE + SLOTS * CONFIG.memory.burst_beats
+        accepts, idle = bench.choose(m, 2, "accepts"), Signal(range(bound + 2))
+        with m.If(~asked.o.valid | ~dut.o.ready | dut.o.valid):
+            m.d.sync += idle.eq(0)
+        with m.Else():
+            m.d.sync += idle.eq(idle + 1)
+        m.d.comb += [Assume(~dut.i_response.valid), Assume(dut.i_data.valid), Assert(idle <= bound, "patience"),
+                     Assume(dut.o_address.ready == accepts[0]), Assume(dut.o_data.ready == accepts[1]),
+                     Cover(idle == (1 << CONFIG.memory.timeout_bits), "waits")]
 
 
 def bursts_of_requests(m, bench, dut):
@@ -95,7 +107,7 @@ def bursts_of_requests(m, bench, dut):
 
 test_reads = declare(
     lambda silent=False: Bench(reads_answered, ReadEngine(config=CONFIG, tag=TAG), silent=silent),
-    cycles=14, engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=PATIENCE + 4, nightly=True)],
+    cycles=12, engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=PATIENCE + 4, nightly=True)],
     controls={
         "a beat too many": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control(
@@ -105,8 +117,11 @@ test_reads = declare(
             "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
     })
 test_writes = declare(
-    lambda: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG)), cycles=12, engine=ENGINE,
+    lambda silent=False: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG), silent=silent), cycles=12,
+    engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=24, nightly=True)],
     controls={
+        "waits for an answer for ever": Control(
+            "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
         "answers twice": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control("tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ transfers(dut.i)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value() & 0b011}),
