@@ -186,10 +186,12 @@ def test_overlapping_accesses(bench):
 
 
 def test_every_word_with_every_strobe(bench):
-    """Its access, its width, and the bytes that a write keeps; words beside the registers and of the window."""
+    """Its access, its width, and the bytes that a write keeps, also of words beside the registers and of the window."""
     (name, simulation), draw = bench, random.Random(1)
     for word in (*RegisterModel(TABLES[name][0]).words, *edges(*TABLES[name])):
         values = [(1 << 32) - 1, 0, *(draw.getrandbits(32) for _ in range(16))]
         strobes = [15, 15, *draw.sample(range(16), 16)]
-        writes = [(2, 2, 4 * word, value, strobe) for value, strobe in zip(values, strobes, strict=True)]
-        check(simulation, name, Accesses(writes, [(1, 4 * word)] * 28, {"b": [], "r": [], "o_window": []}))
+        # Each write waits for the answer of the one before.
+        writes = [(0, 0, 4 * word, value, strobe) for value, strobe in zip(values, strobes, strict=True)]
+        stalls = {"b": [5] * len(writes), "r": [], "o_window": []}
+        check(simulation, name, Accesses(writes, [(1, 4 * word)] * 40, stalls))
