@@ -94,4 +94,4 @@ lint: $(STAMP) ## style and likely bugs
 
 clean: ## remove everything that was made, .venv/ included
 	rm -rf $(VENV) $(OUT) build *.egg-info .pytest_cache .ruff_cache .hypothesis
-	find golden hw tb -name __pycache__ -type d -prune -exec rm -rf {} +
+	find golden hw radiosity tb -name __pycache__ -type d -prune -exec rm -rf {} +

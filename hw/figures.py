@@ -2,6 +2,7 @@
 
 import re
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 from hw.history import ROOT, Record, last_records, read_history
@@ -83,7 +84,7 @@ def _clocks(records):
     others = [f'{", ".join(units)} with `--nextpnr "{options}"`' for options, units in others.items()]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone between registers.",
              FAMILIES["ecp5"].counted, "MHz: Fmax after routing; of several seeds the least, the median and the best.",
-             f"{'; '.join(dict.fromkeys(record.tools for record in records))}.",
+             f"{_tools(records)}.",
              *([f"Other options of nextpnr: {'; '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]
 
@@ -96,8 +97,13 @@ def _areas(records):
     counted = [_filled(f"* {family.title}: {family.counted}", indent="  ") for name, family in FAMILIES.items()
                if any(record.family == name for record in records)]
     # Nothing was placed for this table.
-    tools = dict.fromkeys(record.tools.partition(", nextpnr")[0] for record in records)
-    return [*lines, "", f"Preset `{PRESET}`. {'; '.join(tools)}. What is counted:", "", *counted]
+    tools = _tools(replace(record, tools=record.tools.partition(", nextpnr")[0]) for record in records)
+    return [*lines, "", f"Preset `{PRESET}`. {tools}. What is counted:", "", *counted]
+
+
+def _tools(records):
+    """Each version of each tool once."""
+    return ", ".join(dict.fromkeys(tool for record in records for tool in record.tools.split(", ")))
 
 
 def _area(record):

@@ -42,8 +42,8 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   "number of elements]")
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
                   help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
-    @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: some 3000 "
-                  "elements]")
+    @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: the square "
+                  "root of a 3000th of the scene's area]")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how frusta, hemispheres and primary rays, "
                    "are cast.")

@@ -28,7 +28,7 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# Elements that the default refinement aims at, and rays that the default hemispheres may take in all.
+# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
 ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
 
 
@@ -50,7 +50,8 @@ class RenderSettings:
     rays
         (azimuths, polars) of a radiosity hemisphere. Default: 64 x 16 to 256 x 64, about 12 million rays in all.
     max_edge, max_area
-        Largest element of pass 1 in (squared) scene units. Default: about 3000 elements.
+        Largest element of pass 1 in (squared) scene units. Default: edges of at most the square root of a
+        3000th of the scene's area.
     solver
         A name of `golden.light.solvers.SOLVERS`.
     method

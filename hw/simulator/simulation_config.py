@@ -1,6 +1,7 @@
 """Configurations of simulated machines."""
 
 from golden.config import Config
+from golden.errors import InputError
 from golden.noc.topology import grid_shape
 
 __all__ = ["SIMULATION_DEFAULTS", "overridden", "overridden_text", "simulation_config"]
@@ -26,8 +27,13 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
     Raises
     ------
     InputError
-        The topology does not allow this number of clusters.
+        The topology does not allow this number of clusters, or ``given`` has what ``clusters`` or ``topology`` set.
     """
+    for option, value, names in (("--topology", topology, {"noc.topology"}),
+                                 ("--clusters", clusters, {"noc.columns", "noc.rows"})):
+        if value is not None and (both := names & set(given)):
+            name = min(both)
+            raise InputError(f"machine: {option} sets {name} ({option} {value} here), so -P {name} cannot be given")
     defaults = SIMULATION_DEFAULTS | {
         "icu.rays": max(SIMULATION_DEFAULTS["icu.rays"], rays),
         "ctu.run_ahead": max(SIMULATION_DEFAULTS["ctu.run_ahead"], config.ctu.run_ahead)}

@@ -47,4 +47,8 @@ def _first_sentence(path):
 
 @click.command("bench", cls=_Benchmarks, no_args_is_help=False, short_help="Run a benchmark.")
 def bench():
-    """Run a benchmark and write its tables to out/bench/."""
+    """Run a benchmark and write its tables to out/bench/.
+
+    Minutes of processor time: schedule and traversal 1 each, network 4, network_load 6, engine with --clusters 1
+    --clusters 4 4. All of `make bench` take about an hour.
+    """

@@ -83,7 +83,7 @@ def tables_of(text: str) -> dict[tuple[str, ...], list[list[str]]]:
     """The rows of the tables of a page that quote a command, by the command's words."""
     found = {}
     for command, table in re.findall(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)", text):
-        found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table))
+        found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table.split("\n", 2)[2]))
     return found
 
 

@@ -144,6 +144,16 @@ def test_help_is_whole_sentences(words):
         assert not re.match(r"(Of|Where|What|So many|From) ", sentence), text
 
 
+def test_help_says_how_long_benchmarks_take():
+    assert "Minutes of processor time: " in radiosity.cli.main.commands["bench"].help
+
+
+def test_the_default_edge_is_a_length():
+    """A single square becomes 6050 elements."""
+    edge, = (one for one in golden.cli.main.commands["render"].params if "--max-edge" in one.opts)
+    assert edge.help.endswith("[default: the square root of a 3000th of the scene's area]")
+
+
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_command_has_the_shared_options(words):
     group, *names = words

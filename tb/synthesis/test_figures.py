@@ -100,6 +100,13 @@ def test_a_table_has_the_last_figures_of_its_units():
     assert with_tables(text, []) == with_tables(empty, []) == empty
 
 
+def test_a_tool_is_named_once():
+    unit = replace(BEFORE, unit="Sbb", tools="amaranth 1, nextpnr-1")
+    records = [unit, replace(unit, unit="Ipbb", tools="amaranth 1, nextpnr-2")]
+    text = with_tables("<!-- area: icu -->\n<!-- area: end -->\n", records)
+    assert "\namaranth 1, nextpnr-1, nextpnr-2." in text.replace(" amaranth", "\namaranth")
+
+
 def test_a_unit_of_other_families_is_beside_its_own():
     unit = replace(BEFORE, unit="Sbb")
     records = [replace(unit, family="ice40", lut=3), replace(unit, family="xc7", lut=2), unit,
