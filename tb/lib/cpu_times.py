@@ -1,7 +1,8 @@
 """A plugin of pytest: CPU seconds of each folder of tests, with those of the programs that the tests run.
 
-``pytest -p tb.lib.cpu_times -n 2 -m "not nightly and not sim"`` writes out/cpu-times.csv. CPU time depends less than
-wall time on what else the machine does. ``python -m tb.lib.cpu_times`` prints what each tenth of that time protects.
+``pytest -p tb.lib.cpu_times -n 2 --dist loadgroup -m "not nightly and not sim"`` writes out/cpu-times.csv. CPU time
+depends less than wall time on what else the machine does. ``python -m tb.lib.cpu_times`` prints what each tenth of it
+is for.
 """
 
 import csv
