@@ -20,16 +20,18 @@ _WHOLE = ("thesis",)
 _OWN = f"the preset's with --preset {' or '.join(_WHOLE)}"
 
 _MEMORY = (
-    click.option("--topology", type=click.Choice(TOPOLOGIES), help=f"The machine's network.  [default: mesh; {_OWN}]"),
-    click.option("--policy", type=click.Choice(POLICIES), help="The policy of the machine's caches.  [default: the "
+    click.option("--topology", type=click.Choice(TOPOLOGIES), help=f"Set the machine's network.  [default: mesh; "
+                 f"{_OWN}]"),
+    click.option("--policy", type=click.Choice(POLICIES), help="Set the policy of the machine's caches.  [default: the "
                  "preset's]"),
-    click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="The latency of main memory in cycles."),
+    click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in "
+                 "cycles."),
     click.option("--spread", type=click.IntRange(0, 10_000), default=0, help="Add a random delay of at most so many "
                  "cycles to each read of main memory, and return replies in any order."),
-    click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="The seed of --spread."))
-_CLUSTERS = click.option("--clusters", type=int, help="The machine's clusters, a power of two up to "
+    click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="Set the seed of --spread."))
+_CLUSTERS = click.option("--clusters", type=int, help="Set the number of the machine's clusters, a power of two up to "
                          f"{_MOST_CLUSTERS}.  [default: 1; {_OWN}]")
-_PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
+_PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
 _WORK = (
     click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
     click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Repeat the cast on the machine: from the "
@@ -39,8 +41,9 @@ _WORK = (
     click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd: "
                  "ports and named registers of all modules, some 0.03 MB a cycle with four clusters; beside it a save "
                  "file for GTKWave (.gtkw). Needs a second, slower build of the machine."),
-    click.option("--waves-begin", type=click.IntRange(0), default=0, help="The first cycle of the signals."),
-    click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="The number of cycles of the "
+    click.option("--waves-begin", type=click.IntRange(0), default=0, help="Set the first cycle of the signals."),
+    click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="Set the number of cycles of "
+                 "the "
                  "signals."),
     click.option("--csv", "table", type=FILE, help="Write the machine's counters to this .csv: a row for each cluster "
                  "of each cast."))

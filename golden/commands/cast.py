@@ -35,17 +35,18 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Cast one hemisphere or screen in fixed point.")
     @SCENE
-    @click.option("--origin", type=Triple(), help="The point where the rays of a hemisphere start; needs --normal.")
-    @click.option("--normal", type=Triple(), help="The direction of the middle of the hemisphere.")
+    @click.option("--origin", type=Triple(), help="Set the point where the rays of a hemisphere start; needs --normal.")
+    @click.option("--normal", type=Triple(), help="Set the direction of the middle of the hemisphere.")
     @click.option("--patch", type=int, metavar="NUMBER",
                   help="Cast the hemisphere from the middle of this patch's front.")
-    @click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
+    @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "
+                  "two.")
     @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
     @method_option(RECORD_METHODS, methods, default="shelling",
                    about="Choose the casting method; all give the same hits.")
     @CELL
     @click.option("--clusters", type=int,
-                  help="The clusters that share the frustum, a power of two.  "
+                  help="Set the number of clusters that share the frustum, a power of two.  "
                   f"[default: {'; '.join(['1', *filter(None, (method.default_clusters for method in methods))])}]")
     @click.option("--compare", type=References(), default=(), show_default=False,
                   help="Compare all hits with brute force in the machine's integers (naive) and in float64 (oracle).")

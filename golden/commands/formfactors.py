@@ -22,9 +22,10 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True,
                   help="Write F, area, row_sums and weight_bits to this .npz.")
-    @click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
+    @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "
+                  "two.")
     @click.option("--samples", type=click.IntRange(1, 16), default=1,
-                  help="The number of Gauss points along each side of a patch.")
+                  help="Set the number of Gauss points along each side of a patch.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how hemispheres are cast.")

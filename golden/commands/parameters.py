@@ -12,7 +12,7 @@ __all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "
            "Triple", "WholePair"]
 
 FILE = click.Path(path_type=Path)
-PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="The machine's parameters.")
+PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
 ASSIGNMENTS = click.option("-P", "assignments", multiple=True, metavar="PATH=VALUE",
                            help="Set one of the machine's parameters, for example icu.rays=4096. May be repeated.")
 SCENE_HELP = (f"SCENE is a built-in name (see `scenes`), NAME:SIZE, or a file: {' '.join(SCENE_SUFFIXES)}.")
@@ -94,6 +94,7 @@ class Positive(click.ParamType):
 
 
 CELL = click.option("--cell", type=Positive(), default=0.0625,
-                    help="The cell size as a share of the scene's longest side.")
-METHOD_CELL = click.option("--cell", type=Positive(), help="The size of the method's cells as a share of the scene's "
+                    help="Set the cell size as a share of the scene's longest side.")
+METHOD_CELL = click.option("--cell", type=Positive(), help="Set the size of the method's cells as a share of the "
+                           "scene's "
                            "longest side.  [default: the method's choice]")

@@ -27,18 +27,24 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
                   help="Write the image to this .png (as a display shows it) or .exr (linear radiance). May be "
                        "repeated.")
-    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="The size of the image in pixels.")
-    @click.option("--eye", type=Triple(), help="The position of the camera.  [default: the scene's view, or one of all "
+    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the image in "
+                  "pixels.")
+    @click.option("--eye", type=Triple(), help="Set the position of the camera.  [default: the scene's view, or one "
+                  "of all "
                   "of it]")
-    @click.option("--target", type=Triple(), help="The point that the camera looks at.")
-    @click.option("--up", type=Triple(), help="The direction that is up in the image.")
-    @click.option("--fov", type=float, help="The full vertical field of view in degrees.")
+    @click.option("--target", type=Triple(), help="Set the point that the camera looks at.")
+    @click.option("--up", type=Triple(), help="Set the direction that is up in the image.")
+    @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
     @click.option("--sky", type=Triple("R,G,B", least=0),
-                  help="The radiance from outside the scene.  [default: the scene's]")
-    @click.option("--spp", "samples", type=int, default=4, help="The primary rays per pixel: 1, 4, 9, 16 ... 1024.")
-    @click.option("--light-samples", type=int, default=16, help="The shadow rays to area lights per point.")
-    @click.option("--depth", type=int, default=6, help="The maximum number of mirrors and glass surfaces on a path.")
-    @click.option("--rays", type=AZIMUTHS, help="The rays of a radiosity hemisphere, powers of two.  [default: by the "
+                  help="Set the radiance from outside the scene.  [default: the scene's]")
+    @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
+                  "16 ... 1024.")
+    @click.option("--light-samples", type=int, default=16, help="Set the number of shadow rays to area lights per "
+                  "point.")
+    @click.option("--depth", type=int, default=6, help="Set the maximum number of mirrors and glass surfaces on a "
+                  "path.")
+    @click.option("--rays", type=AZIMUTHS, help="Set the number of rays of a radiosity hemisphere, powers of two.  "
+                  "[default: by the "
                   "number of elements]")
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
                   help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
@@ -49,12 +55,12 @@ def render_command(*methods: CastingMethod) -> click.Command:
                    "are cast.")
     @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
-    @click.option("--jobs", type=int, help="The number of threads that cast; the image does not depend on it.  "
+    @click.option("--jobs", type=int, help="Set the number of threads that cast; the image does not depend on it.  "
                   "[default: one per processor]")
-    @click.option("--seed", type=int, default=0, help="The seed of all random choices.")
-    @click.option("--exposure", type=Positive(), help="The factor before the tone curve.  [default: automatic]")
+    @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
+    @click.option("--exposure", type=Positive(), help="Set the factor before the tone curve.  [default: automatic]")
     @click.option("--tone", type=click.Choice(CURVES), default="reinhard", help="Choose the tone curve.")
-    @click.option("--gamma", type=Positive(), help="The exponent of the display's power law.  [default: the sRGB "
+    @click.option("--gamma", type=Positive(), help="Set the exponent of the display's power law.  [default: the sRGB "
                   "curve]")
     @click.option("--stats", type=FILE, help="Write counts and seconds to this .json.")
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "

@@ -29,7 +29,7 @@ def list_scenes():
 @click.command("scene", cls=Task, epilog=SCENE_HELP)
 @SCENE
 @click.option("-o", "--output", type=FILE, required=True,
-              help=f"The file to write; its name ends in {', '.join(EXPORT_SUFFIXES)}.")
+              help=f"Write to this file; its name ends in {', '.join(EXPORT_SUFFIXES)}.")
 def export(scene, output):
     """Write SCENE to a file that other programs read."""
     from golden.output import check_outputs

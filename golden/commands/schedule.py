@@ -15,15 +15,16 @@ _NAMED = {"Ratio": "--ratio", "Clusters": "--clusters", "Azimuths": "--rays", "P
 
 @click.command("schedule", cls=Task, named=_NAMED, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)
 @SCENE
-@click.option("--clusters", type=int, default=8, help="The number of clusters, a power of two.")
+@click.option("--clusters", type=int, default=8, help="Set the number of clusters, a power of two.")
 @click.option("--ratio", type=int, default=64, help="Predict the work by a sparse casting: one ray of so many.")
-@click.option("--origin", type=Triple(), help="The reference point.  [default: the first of 16 on the ceiling]")
-@click.option("--normal", type=Triple(), help="The direction of the middle of its hemisphere.")
-@click.option("--rays", type=AZIMUTHS, default="256x64", help="The rays of a hemisphere, powers of two.")
+@click.option("--origin", type=Triple(), help="Set the reference point.  [default: the first of 16 on the ceiling]")
+@click.option("--normal", type=Triple(), help="Set the direction of the middle of its hemisphere.")
+@click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of two.")
 @CELL
-@click.option("--ray-capacity", "--room", type=click.IntRange(min=1), help="The maximum number of rays of a cluster.  "
+@click.option("--ray-capacity", "--room", type=click.IntRange(min=1), help="Set the maximum number of rays of a "
+              "cluster.  "
               "[default: no limit]")
-@click.option("--capacity", type=click.IntRange(min=0), help="The maximum number of patches in a cluster's "
+@click.option("--capacity", type=click.IntRange(min=0), help="Set the maximum number of patches in a cluster's "
               "resident set.  [default: no limit]")
 @click.option("--topology", type=click.Choice(TOPOLOGIES), help="Assign clusters with heavy traffic to near processors "
               "of this network.  [default: cluster i is processor i]")

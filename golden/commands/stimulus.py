@@ -13,12 +13,12 @@ __all__ = ["export_stimulus"]
 @click.command("stimulus", cls=Task, named={"Count": "-n", "Seed": "--seed"},
                short_help="Write test vectors of a block.", epilog=f"BLOCK is one of {', '.join(STIMULUS_BLOCKS)}.")
 @click.argument("block")
-@click.option("-n", "count", type=int, default=1000, help="The number of vectors.")
-@click.option("--seed", type=int, default=0, help="The seed of all random choices.")
+@click.option("-n", "count", type=int, default=1000, help="Set the number of vectors.")
+@click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
 @PRESET
 @ASSIGNMENTS
 @click.option("-o", "--output", type=FILE, required=True,
-              help=f"The file to write; its name ends in {' or '.join(STIMULUS_SUFFIXES)}.")
+              help=f"Write to this file; its name ends in {' or '.join(STIMULUS_SUFFIXES)}.")
 def export_stimulus(block, count, seed, preset, assignments, output):
     """Write inputs and expected outputs of BLOCK, its hard cases first.
 

@@ -13,14 +13,14 @@ __all__ = ["board"]
 
 
 @click.command("board", cls=Task, extra="synth", short_help="Make a bitstream for the ULX3S.")
-@click.option("--scene", default="cornell", help="A built-in scene; the board casts its view.")
-@click.option("--pixels", type=WholePair("WIDTHxHEIGHT"), default="64x64", help="The rays of the view.")
-@click.option("--cell", type=Positive(), default=0.25, help="Cell size as a share of the scene's longest side.")
-@click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="The rate of the serial line.")
-@click.option("--seed", type=click.IntRange(0), default=1, help="The placer's seed.")
-@click.option("--nextpnr", help="More options of nextpnr.  [default: for high utilization and a slow clock]")
+@click.option("--scene", default="cornell", help="Choose a built-in scene; the board casts its view.")
+@click.option("--pixels", type=WholePair("WIDTHxHEIGHT"), default="64x64", help="Set the number of rays of the view.")
+@click.option("--cell", type=Positive(), default=0.25, help="Set the cell size as a share of the scene's longest side.")
+@click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="Set the rate of the serial line.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="Set the placer's seed.")
+@click.option("--nextpnr", help="Add options of nextpnr.  [default: for high utilization and a slow clock]")
 @click.option("--no-bitstream", is_flag=True, help="Only write Verilog and constraints.")
-@click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="The folder for the files.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="Write the files to this folder.")
 @ASSIGNMENTS
 def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assignments):
     """Make a bitstream for the ULX3S with an ECP5-85 that casts a frustum and sends the hits.

@@ -10,7 +10,7 @@ __all__ = ["registers"]
 
 
 @click.command("registers", cls=Task, extra="sim", short_help="Write the page on the registers.")
-@click.option("-o", "--output", "path", type=FILE, help="The file to write.  [default: print the page]")
+@click.option("-o", "--output", "path", type=FILE, help="Write to this file.  [default: print the page]")
 def registers(path):
     """Write the page on the registers, in Markdown."""
     from hw.cluster import COUNTERS

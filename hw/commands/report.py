@@ -23,12 +23,12 @@ __all__ = ["report"]
 @click.option("--route/--no-route", default=None, help="Place and route for the clock, or only count the area.  "
               "[default: route where there is a clock]")
 @click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,),
-              help="The placer's seed. May be repeated: the least, median and best clock are reported.")
-@click.option("--nextpnr", default=NEXTPNR, help="More options of nextpnr. For the largest units its other router "
+              help="Set the placer's seed. May be repeated: the least, median and best clock are reported.")
+@click.option("--nextpnr", default=NEXTPNR, help="Add options of nextpnr. For the largest units its other router "
               f"terminates sooner: '--router router2'. Unless --freq is among them the target is {MHZ} MHz.")
 @click.option("--record", "records", is_flag=True, help="Write the figures to the history, docs/figures/history.csv.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"),
-              help="The folder for netlists and tables.")
+              help="Write netlists and tables to this folder.")
 @PRESET
 @ASSIGNMENTS
 def report(block, units, family, route, seeds, nextpnr, records, folder, preset, assignments):

@@ -17,7 +17,8 @@ _SECONDS = {"engine": 10.0, "cluster": 6.0, "icu": 2.0, "ctu": 3.0, "router": 1.
 
 @click.command("verilog", cls=Task, extra="sim", short_help="Write Verilog with constraints and a manifest.")
 @click.option("--top", type=click.Choice(TOPS), default="engine", help="Choose the top module.")
-@click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="The folder for the files.")
+@click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="Write the files to this "
+              "folder.")
 @PRESET
 @ASSIGNMENTS
 def verilog(top, folder, preset, assignments):

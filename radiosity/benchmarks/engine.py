@@ -122,9 +122,10 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
 @output_option("engine")
 @click.option("--clusters", type=click.IntRange(1), multiple=True, default=CLUSTERS,
               help="Simulate this many clusters; may be repeated.")
-@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Side of a cell.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Rays of the hemisphere.")
-@click.option("--latency", type=click.IntRange(1), default=10, help="Latency of main memory in cycles.")
+@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Set the side of a cell.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of the "
+              "hemisphere.")
+@click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
 @PRESET
 @ASSIGNMENTS
 def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> None:

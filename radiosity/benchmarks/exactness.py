@@ -104,7 +104,7 @@ def measure(name: str, seed: int) -> tuple[str, bool]:
 
 @click.command()
 @click.argument("scenes", nargs=-1)
-@click.option("--seed", default=1, help="Seed of the origins, cameras and orders.")
+@click.option("--seed", default=1, help="Set the seed of the origins, cameras and orders.")
 @output_option("exactness")
 def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
     """Count the rays that differ from brute force; SCENES default to all built-in scenes."""

@@ -202,10 +202,10 @@ def charts(curves: dict[Case, Curve], folder: Path) -> list[str]:
 
 @click.command()
 @click.option("--side", "sides", type=click.Choice([str(side) for side in SIDES]), multiple=True, default=("4", "8"),
-              help="Nodes across and down; may be repeated.")
+              help="Measure a network of this many nodes across and down; may be repeated.")
 @click.option("--traffic", type=click.Choice(TRAFFIC), multiple=True, default=TRAFFIC,
-              help="Traffic pattern; may be repeated.")
-@click.option("--seed", type=int, default=1, help="Seed of the packets.")
+              help="Send this traffic pattern; may be repeated.")
+@click.option("--seed", type=int, default=1, help="Set the seed of the packets.")
 @output_option("network_load")
 def main(sides: tuple[str, ...], traffic: tuple[str, ...], seed: int, output: Path) -> None:
     """Measure the network's latency against the offered load, beside BookSim 2."""

@@ -52,11 +52,12 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
 @click.command()
 @click.argument("scenes", nargs=-1)
 @output_option("throughput")
-@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Side of a cell.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Rays of the hemisphere.")
-@click.option("--latency", type=click.IntRange(1), default=10, help="Latency of main memory in cycles.")
+@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Set the side of a cell.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of the "
+              "hemisphere.")
+@click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
 @click.option("--mhz", type=click.FloatRange(0, min_open=True), default=MHZ,
-              help="Clock of the cluster in MHz.")
+              help="Set the clock of the cluster in MHz.")
 @click.option("--source", default=SOURCE, help="State where the clock is from.")
 @PRESET
 @ASSIGNMENTS
