@@ -68,12 +68,17 @@ def accesses(table, address_bits):
     word = st.one_of(st.sampled_from(host), st.sampled_from(list(words)), st.sampled_from(edges(table, address_bits)))
     address = st.builds(lambda word, byte: 4 * word + byte, word, st.sampled_from((0, 0, 0, 1, 2, 3)))
     data, strobe = st.integers(0, (1 << 32) - 1), st.sampled_from((15, 0, *range(16)))
-    stalls = st.fixed_dictionaries({name: st.lists(CYCLES, max_size=16) for name in ("b", "r", "o_window")})
+
+    def lists(element):
+        # Lists of any length are mostly short.
+        return st.one_of(st.lists(element, max_size=16), st.lists(element, min_size=8, max_size=16))
+
+    stalls = st.fixed_dictionaries({name: lists(CYCLES) for name in ("b", "r", "o_window")})
 
     def some(places):
         place = st.sampled_from(places)
-        return st.builds(Accesses, st.lists(st.tuples(CYCLES, CYCLES, place, data, strobe), max_size=16),
-                         st.lists(st.tuples(CYCLES, place), max_size=16), stalls)
+        return st.builds(Accesses, lists(st.tuples(CYCLES, CYCLES, place, data, strobe)),
+                         lists(st.tuples(CYCLES, place)), stalls)
 
     # Of few addresses, so that reads meet writes.
     return st.lists(address, min_size=1, max_size=4).flatmap(some)
