@@ -29,7 +29,7 @@ def write_chart(path: Path, lines: list[Line], *, title: str, x_name: str, y_nam
     x_top = max(float(np.max(line.x)) for line in lines) * 1.02
     right, bottom = WIDTH - RIGHT, HEIGHT - BOTTOM
 
-    def place(x, y):
+    def position(x, y):
         return LEFT + x / x_top * (right - LEFT), bottom - y / y_top * (bottom - TOP)
 
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
@@ -40,21 +40,21 @@ def write_chart(path: Path, lines: list[Line], *, title: str, x_name: str, y_nam
              '</text>', f'<clipPath id="inside"><rect x="{LEFT}" y="{TOP}" width="{right - LEFT}" '
              f'height="{bottom - TOP}"/></clipPath>']
     for tick in _ticks(x_top):
-        x, _ = place(tick, 0)
+        x, _ = position(tick, 0)
         parts += [f'<path d="M{x:.1f} {TOP}V{bottom}" stroke="#ddd"/>',
                   f'<text x="{x:.1f}" y="{bottom + 16}" text-anchor="middle">{tick:g}</text>']
     for tick in _ticks(y_top):
-        _, y = place(0, tick)
+        _, y = position(0, tick)
         parts += [f'<path d="M{LEFT} {y:.1f}H{right}" stroke="#ddd"/>',
                   f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>']
     for number, line in enumerate(lines):
         colour = COLOURS[number % len(COLOURS)]
         known = np.isfinite(line.y)
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(*place(line.x[known], line.y[known]), strict=True))
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(*position(line.x[known], line.y[known]), strict=True))
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2" '
                      'clip-path="url(#inside)"/>')
         if line.ends_at is not None:
-            x, _ = place(line.ends_at, 0)
+            x, _ = position(line.ends_at, 0)
             parts.append(f'<path d="M{x:.1f} {bottom}l-4 8h8z" fill="{colour}"/>')
         y = TOP + 10 + 18 * number
         parts += [f'<path d="M{right + 10} {y - 4}h20" stroke="{colour}" stroke-width="2"/>',

@@ -97,7 +97,7 @@ class MachineCast:
         self._total = 0 if weights is None else int(weights.sum()) * record.columns
 
     def run(self, machine: SimulatedMachine, *, title: str, progress: bool = False) -> MachineCastResult:
-        """Cast the frustum and write what the options ask for.
+        """Cast the frustum and write what the options name.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Strings of requests for caches: what clusters ask for in castings of a phase."""
+"""Strings of requests for caches: what clusters request in castings of a phase."""
 
 from dataclasses import dataclass
 
@@ -20,14 +20,14 @@ POINTS = (4, 7, 10, 13)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Strings:
-    """``plan`` is the phase, ``asked`` what its clusters asked for, frustum by frustum."""
+    """``plan`` is the phase, ``requests`` what its clusters request, frustum by frustum."""
 
     plan: Schedule
-    asked: ReferenceStrings
+    requests: ReferenceStrings
 
     def joined(self) -> dict:
         """One string each of cells and of patches, as a cache that all clusters share sees them."""
-        return {"cells": interleaved(self.asked.cells), "patches": interleaved(self.asked.patches)}
+        return {"cells": interleaved(self.requests.cells), "patches": interleaved(self.requests.patches)}
 
 
 def cast_strings(name: str, config: Config, *, clusters: int, hemisphere: Hemisphere, cell: float,
@@ -39,4 +39,4 @@ def cast_strings(name: str, config: Config, *, clusters: int, hemisphere: Hemisp
     shelling = Shelling(geometry, config, cell=cell)
     records = [hemisphere_record(hemisphere, geometry.coordinates, places[point - 1], down) for point in (1, *points)]
     plan = schedule(records[0], geometry, shelling.table, config, clusters=clusters, ratio=64)
-    return Strings(plan=plan, asked=ReferenceStrings.of(shelling, records[1:], plan.partition.sections))
+    return Strings(plan=plan, requests=ReferenceStrings.of(shelling, records[1:], plan.partition.sections))

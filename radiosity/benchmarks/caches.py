@@ -1,7 +1,7 @@
 """Miss ratios of the caches, and the resident set beside a cache of as many bytes.
 
 ``radiosity bench caches`` casts hemispheres from ceiling points of each scene with the schedule of a phase and gives
-what the clusters ask for to golden's caches. It writes out/bench/caches.md and a chart for each scene, the thesis'
+the clusters' requests to golden's caches. It writes out/bench/caches.md and a chart for each scene, the thesis'
 figures 1.13 and 1.14. `tb/memsys/test_cache_strings.py` shows that the hardware's cache gives the same answers.
 """
 
@@ -63,7 +63,7 @@ def cache_bits(lines: int) -> int:
 def resident(name: str, strings: Strings) -> list[str]:
     """Table rows: share of a cluster's requests that its own memory or cache of as many bytes answers."""
     rows = []
-    home = np.full(1 + max(int(string.max()) for frustum in strings.asked.patches for string in frustum
+    home = np.full(1 + max(int(string.max()) for frustum in strings.requests.patches for string in frustum
                            if len(string)), -1)
     for lines in OWN_LINES:
         capacity = cache_bits(lines) // PATCH_BITS
@@ -73,7 +73,7 @@ def resident(name: str, strings: Strings) -> list[str]:
             kept = held[np.argsort(-frequency[held], kind="stable")[:capacity]]
             home[kept[kept < len(home)]] = cluster
         for cluster in range(CLUSTERS):
-            string = np.concatenate([frustum[cluster] for frustum in strings.asked.patches])
+            string = np.concatenate([frustum[cluster] for frustum in strings.requests.patches])
             own += int((home[string] == cluster).sum())
             near += int((home[string] >= 0).sum())
             cached += len(string) - misses(CachePolicy.LRU, lines, string)

@@ -26,7 +26,7 @@ from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.report import output_option, provenance, write_report
 
-__all__ = ["SCENES", "Asked", "ask", "measure", "rows_of"]
+__all__ = ["SCENES", "PreparedCast", "measure", "prepare_cast", "rows_of"]
 
 SCENES, CLUSTERS = ("cornell", "lobby", "room1627", "tetra", "man"), (1, 2, 4, 8, 16)
 # Points of the ceiling that the phase is scheduled from, and that is cast from; rays for each one that schedules.
@@ -38,7 +38,7 @@ STALLS = ("traversal_waits_for_survival", "traversal_waits_for_rays", "traversal
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Asked:
+class PreparedCast:
     """A hemisphere from a scene's ceiling, and golden's answer.
 
     Parameters
@@ -62,7 +62,7 @@ class Asked:
     total: int
 
 
-def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> Asked:
+def prepare_cast(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> PreparedCast:
     """A hemisphere at a point that the phase was not scheduled from."""
     opened, hemisphere = open_scene(scene), Hemisphere(*rays)
     points, down = ceiling_points(opened)
@@ -74,13 +74,13 @@ def ask(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> As
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
     directions = record.all_directions() @ record.to_global.T
     origin = geometry.coordinates.points(record.origin)
-    return Asked(scene=opened, patches=len(geometry), record=record,
+    return PreparedCast(scene=opened, patches=len(geometry), record=record,
                  rays=Rays(np.broadcast_to(origin, directions.shape), directions), image=image,
                  expected=image.with_results(shelling.cast(record)[0]),
                  total=int(hemisphere.polar_weights.sum()) * record.columns)
 
 
-def measure(machine: SimulatedMachine, asked: Asked) -> dict:
+def measure(machine: SimulatedMachine, prepared: PreparedCast) -> dict:
     """What `hw.simulator.cast_report.cast_report` says of it.
 
     Raises
@@ -88,13 +88,13 @@ def measure(machine: SimulatedMachine, asked: Asked) -> dict:
     SystemExit
         Hits or sums are not golden's.
     """
-    done = [machine.cast(asked.image, total=asked.total, sums=True, again=number > 0) for number in range(CASTS)]
+    done = [machine.cast(prepared.image, total=prepared.total, sums=True, again=number > 0) for number in range(CASTS)]
     for one in done:
         for name in "hits", "sums":
-            if one.image[name].tobytes() != asked.expected[name].tobytes():
-                raise SystemExit(f"error: {asked.scene.name}, {machine.config.noc.nodes} clusters: {name} are not "
+            if one.image[name].tobytes() != prepared.expected[name].tobytes():
+                raise SystemExit(f"error: {prepared.scene.name}, {machine.config.noc.nodes} clusters: {name} are not "
                                  "golden's")
-    return {"patches": asked.patches, **cast_report(asked.record, done, machine.config)}
+    return {"patches": prepared.patches, **cast_report(prepared.record, done, machine.config)}
 
 
 def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
@@ -136,7 +136,7 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
                                given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
         with SimulatedMachine(config, latency=latency) as machine:
             for scene, by_clusters in found.items():
-                by_clusters[count] = measure(machine, ask(config, scene, cell=cell, rays=rays))
+                by_clusters[count] = measure(machine, prepare_cast(config, scene, cell=cell, rays=rays))
                 console().note(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [

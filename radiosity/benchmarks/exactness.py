@@ -62,7 +62,7 @@ def oracle_differences(fixed: FixedHits, grid: Grid, record: FrustumRecord, scen
                        geometry: PatchGeometry) -> Counter:
     """Rays that hit another patch than the oracle's, by cause.
 
-    Where the oracle hits a patch that the machine drops, it is asked again without all such patches.
+    Where the oracle hits a patch that the machine drops, it is tried again without all such patches.
     """
     rays = oracle_rays(record, geometry)
     oracle = grid.nearest(rays)
@@ -119,7 +119,7 @@ def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
         f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be 0.",
         "* The rest: rays of which fixed point hits another patch than the float64 oracle, by cause "
         "(`golden.cast.differences`), and all but *dropped* per million rays. *Dropped* are rays that leave a vertex "
-        "or a point of a patch that is not named as their source: float64 meets it at the origin itself, and is asked "
+        "or a point of a patch that is not named as their source: float64 meets it at the origin itself, and is tried "
         "again without such patches; what differs then counts too. *Unexplained* must be 0.", "",
         "| " + " | ".join(["scene", "patches", "seed", "frusta", "rays", "hit", *(f"cell {cell}" for cell in CELLS),
                            "orders", *(cause.replace("_", " ") for cause in CAUSES), "per million"]) + " |",

@@ -47,14 +47,14 @@ def rate(outstanding: int, latency: int, *, beats: int = BEATS) -> float:
     async def memory(ctx):
         axi = port.axi
         ctx.set(axi.arready, 1)
-        async for *_, asked, slot, length, taken, valid in ctx.tick().sample(
+        async for *_, requested, slot, length, taken, valid in ctx.tick().sample(
                 axi.arvalid, axi.arid, axi.arlen, axi.rready & axi.rvalid, port.o_read.valid & Const(1)):
             cycle[0] += 1
             if valid:
                 arrivals.append(cycle[0])
             if len(arrivals) == count * most:
                 return
-            if asked:
+            if requested:
                 due.append([cycle[0] + latency - 1, slot, length + 1])
             if taken or not ctx.get(axi.rvalid):
                 ready = bool(due) and due[0][0] <= cycle[0]

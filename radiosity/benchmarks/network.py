@@ -1,7 +1,7 @@
 """Links that requests for patches cross, in the networks that the thesis compares.
 
 ``radiosity bench network`` schedules a phase at ceiling point 1 of each scene for 2 to 64 clusters, casts from
-points of the whole ceiling with it, sends every patch that a cluster asked for and another holds over the network, and
+points of the whole ceiling with it, sends every patch that a cluster requests and another holds over the network, and
 writes out/bench/network.md: the thesis' figures 5.5 to 5.7 as tables, for five scenes, with where the requests go.
 """
 
@@ -59,8 +59,8 @@ def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
     for point in points:
         requests = []
         ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells, requests=requests)
-        for cluster, asked in enumerate(requests):
-            where = home[asked.patches]
+        for cluster, requested in enumerate(requests):
+            where = home[requested.patches]
             elsewhere += int((where < 0).sum())
             to = np.bincount(where[where >= 0], minlength=clusters)
             between[cluster] += to
@@ -69,7 +69,7 @@ def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
     return Traffic(between, elsewhere, reference)
 
 
-def by_place(clusters: int) -> np.ndarray:
+def by_position(clusters: int) -> np.ndarray:
     """The processor of each cluster such that sections side by side are nodes side by side.
 
     The bits of a section's number are its cuts, in azimuth and polar angle by turns, the first one highest.
@@ -90,7 +90,7 @@ def assignments(traffic: Traffic, topology: Topology) -> dict[str, np.ndarray]:
     """Processors of the clusters by each strategy."""
     known = traffic.reference + traffic.reference.T
     np.fill_diagonal(known, 0)
-    return {"simple": simple(topology.nodes), "by place": by_place(topology.nodes),
+    return {"simple": simple(topology.nodes), "by position": by_position(topology.nodes),
             "heaviest to nearest": heaviest_to_nearest(known, topology.hops)}
 
 
@@ -183,7 +183,7 @@ def strategies(results: dict[tuple[str, int], Traffic]) -> list[str]:
     """Mean links by assignment."""
     names = list(assignments(next(iter(results.values())), Topology.of("mesh", next(iter(results))[1])))
     lines = ["## Links per request, by which cluster is which node", "",
-             "*Simple*: cluster i is node i. *By place*: sections side by side are nodes side by side. *Heaviest to "
+             "*Simple*: cluster i is node i. *By position*: sections side by side are nodes side by side. *Heaviest to "
              "nearest*: by the requests from the reference point (thesis: figure 4.12).", "",
              " | ".join(["| scene", "clusters", *(f"{network}: {name}" for network in NETWORKS for name in names)])
              + " |",
@@ -247,7 +247,7 @@ def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
     write_report(output, [
         "# Requests on the network", "",
         f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, one ray of {RATIO} cast to prepare a phase at "
-        f"ceiling point 1 of 16, {points} castings of the phase; a cluster asks once a casting for each patch that it "
-        f"finds. {provenance('numpy')}.", "",
+        f"ceiling point 1 of 16, {points} castings of the phase; a cluster requests each patch that it finds once a "
+        f"casting. {provenance('numpy')}.", "",
         *where_they_go(results, points), *hop_counts(results, points), *shares(results), *links(results),
         *strategies(results), *claims(results), *proximity()])

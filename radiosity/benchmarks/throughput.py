@@ -16,7 +16,7 @@ from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.casting import rate
 from radiosity.benchmarks.embree import Embree
-from radiosity.benchmarks.engine import SCENES, ask, measure
+from radiosity.benchmarks.engine import SCENES, measure, prepare_cast
 from radiosity.benchmarks.report import output_option, provenance, write_report
 
 __all__ = ["row_of"]
@@ -68,11 +68,11 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
     rows = []
     with SimulatedMachine(config, latency=latency) as machine:
         for scene in scenes or SCENES:
-            asked = ask(config, scene, cell=cell, rays=rays)
-            found = measure(machine, asked)
-            embree, patches = rate(Embree(asked.scene).nearest, asked.rays)
+            prepared = prepare_cast(config, scene, cell=cell, rays=rays)
+            found = measure(machine, prepared)
+            embree, patches = rate(Embree(prepared.scene).nearest, prepared.rays)
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
-                               same=float(np.mean(patches == asked.expected.hits().patch))))
+                               same=float(np.mean(patches == prepared.expected.hits().patch))))
             console().note(rows[-1])
     write_report(output, [
         "# Throughput of one cluster", "",

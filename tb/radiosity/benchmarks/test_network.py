@@ -8,7 +8,7 @@ import pytest
 from golden.noc.topology import Topology
 from golden.schedule.assignment import simple
 from golden.schedule.sections import cut_sections
-from radiosity.benchmarks.network import Traffic, assignments, by_place, distances, links, mean
+from radiosity.benchmarks.network import Traffic, assignments, by_position, distances, links, mean
 from radiosity.benchmarks.network_load import Case, Curve, saturations
 from radiosity.benchmarks.traffic import Measurement
 from radiosity.benchmarks.traversal import by_clusters
@@ -19,7 +19,7 @@ from radiosity.chart import Line, write_chart
 def test_sections_side_by_side_are_nodes_side_by_side(clusters):
     topology = Topology.of("torus", clusters)
     sections = cut_sections(np.ones((64, 256)), clusters=clusters).sections
-    columns, rows = topology.coordinates[by_place(clusters)].T
+    columns, rows = topology.coordinates[by_position(clusters)].T
     assert [section.first_column for section in sections] == (columns * 256 // topology.columns).tolist()
     assert [section.first_row for section in sections] == (rows * 64 // topology.rows).tolist()
 

@@ -6,7 +6,7 @@ import pytest
 from golden.config import PRESETS
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.embree import Embree
-from radiosity.benchmarks.engine import ask
+from radiosity.benchmarks.engine import prepare_cast
 from radiosity.benchmarks.throughput import row_of
 
 
@@ -22,7 +22,7 @@ def test_rates_are_of_cycles_and_the_clock():
 def test_the_rays_are_the_machines(scene):
     """Another caster meets the same patches with them."""
     config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
-    asked = ask(config, scene, cell=0.125, rays=(32, 8))
-    hits = asked.expected.hits().patch
+    prepared = prepare_cast(config, scene, cell=0.125, rays=(32, 8))
+    hits = prepared.expected.hits().patch
     assert len(set(hits)) > 5
-    assert np.mean(Embree(asked.scene).nearest(asked.rays) == hits) > 0.99
+    assert np.mean(Embree(prepared.scene).nearest(prepared.rays) == hits) > 0.99
