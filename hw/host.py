@@ -126,7 +126,7 @@ class Host:
     config
         Its configuration.
     base
-        Where images are put in main memory unless told otherwise, a multiple of 64.
+        Where images are put in main memory by default, a multiple of 64.
     """
 
     def __init__(self, port: Port, config: Config, *, base: int = 0):
@@ -169,10 +169,10 @@ class Host:
         InputError
             There is none, or another one.
         """
-        for name, wanted in ("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.nodes):
+        for name, expected in ("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.nodes):
             found = await self.read(name)
-            if found != wanted:
-                raise InputError(f"host: The machine's {name} must be {wanted}, not {found}")
+            if found != expected:
+                raise InputError(f"host: The machine's {name} must be {expected}, not {found}")
 
     async def load(self, image: MemoryImage, *, lives: Iterable[str] = tuple(LIVES), base: int | None = None,
                    policy: CachePolicy | None = None, check: bool = True, timeout: int = 1 << 22) -> None:

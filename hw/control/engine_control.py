@@ -137,7 +137,7 @@ class EngineControl(wiring.Component):
                  "not_loaded": bits["cast"] & idle & ~loaded}
         with m.If(bits["clear"]):
             m.d.sync += error.as_value().eq(0)
-        # Faults that are events are told once, so a clear in their cycle must not lose them.
+        # Faults that are events are reported once, so a clear in their cycle must not lose them.
         with m.If(bits["clear"] | (error.code == ErrorCode.NONE)):
             m.d.sync += error.cluster.eq(0)
             with m.If(late):

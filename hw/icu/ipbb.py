@@ -63,7 +63,7 @@ class Ipbb(wiring.Component):
             passes = front[first] ^ front[second]
             return passes & seen.winding.split if edge == DIAGONAL else passes
 
-        def runs(component, negated, wanted):
+        def runs(component, negated, side):
             """Whether an edge that passes behind the eye runs off to the negative or positive side, or either."""
             found = []
             for edge in range(5):
@@ -71,7 +71,7 @@ class Ipbb(wiring.Component):
                 # From the end in front to the one behind.
                 flipped = (sign != 0) & (sign[-1] ^ ~front[EDGES[edge][0]] ^ negated)
                 kept = (sign != 0) & ~(sign[-1] ^ ~front[EDGES[edge][0]] ^ negated)
-                found.append(crosses(edge) & ~(kept if wanted < 0 else flipped))
+                found.append(crosses(edge) & ~(kept if side < 0 else flipped))
             return Cat(found).any()
 
         def border(vertices, component, negated, largest):
