@@ -36,8 +36,8 @@ class SubshellWindows(wiring.Component):
                                         '- SphericalCoordinates - VertexGather - Sbb or Ipbb
 
     A window without rays is discarded: the patch is seen edge-on or outside, or it is the rays' own source. A patch
-    whose plane passes through the origin is not distinguished from others, which patch setup does with the plane itself: such a
-    subshell requests grid rays in vain.
+    whose plane passes through the origin is not distinguished from others, which patch setup does with the plane
+    itself: such a subshell requests grid rays in vain.
 
     Parameters
     ----------

@@ -79,9 +79,9 @@ async def play(around, played):
         await around.until(lambda number=number: around.over == number + 1)
         came = around.cells[before:]
         assert {stage for _, stage in came} <= {number % STAGES}
-        got, wanted = Counter(cell for cell, _ in came), Counter(one.stage.cells.tolist())
-        assert got == wanted, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - wanted} came, "
-                               f"{wanted - got} did not")
+        got, expected = Counter(cell for cell, _ in came), Counter(one.stage.cells.tolist())
+        assert got == expected, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - expected} came, "
+                               f"{expected - got} did not")
     assert not around.final
     await around.request.send([around.place.final()])
     await around.until(lambda: around.final)
@@ -158,8 +158,8 @@ async def free_running(dut):
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
         stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
         await cast(around, tests, stages, config.ctu.run_ahead)
-        wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
-        missing = wanted - {cell for cell, _ in around.cells}
+        expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
+        missing = expected - {cell for cell, _ in around.cells}
         assert not missing, f"run {seed}: cells {sorted(missing)[:5]} of golden's are missing"
         mine = one.sector.mask(record.record).ravel()
         different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))

@@ -39,9 +39,9 @@ def test_pieces_of_whole_rows_and_of_a_window():
     first, low, over = (int((position < bound).sum()) for bound in (half, half + 512, half - 512))
     assert position.max() < around
     pieces = [[(0, columns)], [(first, columns - first)], [(0, over), (low, columns - low)]]
-    wanted = [{"stage": number, "row": row, "column": column, "ray": row * columns + column, "count": count}
+    expected = [{"stage": number, "row": row, "column": column, "ray": row * columns + column, "count": count}
               for number, parts in enumerate(pieces) for row in range(rays.rows) for column, count in parts]
-    assert [{name: item[name] for name in wanted[0]} for item in came if not item["last"] | item["final"]] == wanted
+    assert [{name: item[name] for name in expected[0]} for item in came if not item["last"] | item["final"]] == expected
     assert [item["last"] for item in came] == [
         mark for parts in pieces for mark in [0] * (len(parts) * rays.rows) + [1]] + [0]
     assert came[-1]["final"]

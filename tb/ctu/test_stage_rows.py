@@ -45,15 +45,15 @@ def rows_of(stages, window, shell):
     ("hemisphere", 4, 6, ())])
 def test_rows_of_every_stage(kind, sector, seed, stalls):
     stages, came = played(kind, sector=sector, seed=seed, stalls=stalls)
-    wanted = list(stages.stages())
-    assert [item["final"] for item in came] == [0] * len(wanted) + [1]
+    expected = list(stages.stages())
+    assert [item["final"] for item in came] == [0] * len(expected) + [1]
     first_row, first_column, first_ray = 0, 0, 0
     places = {}
     for shell, rays in stages.rays.items():
         places[shell] = first_row, first_column, first_ray
         first_row, first_column = first_row + rays.rows, first_column + rays.columns
         first_ray += rays.rows * rays.columns
-    for number, (item, (window, shell, _)) in enumerate(zip(came, wanted, strict=False)):
+    for number, (item, (window, shell, _)) in enumerate(zip(came, expected, strict=False)):
         rows, rays = rows_of(stages, window, shell), stages.rays[shell]
         assert (item["stage"], item["shell"], item["rows"]) == (number % 16, shell, len(rows)), number
         assert (item["first_column"], item["first_ray"], item["columns"]) == (*places[shell][1:], rays.columns)

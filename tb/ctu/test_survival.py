@@ -57,7 +57,7 @@ class Case:
             codes[row:row + 5, column:column + 5] = random.integers(256)
         return codes
 
-    def wanted(self):
+    def expected(self):
         """Whether each of the grid rays goes on, by its number."""
         pyramid = SettlePyramid(self.codes, self.config)
         going = {grid.shell: survivors_by_code(grid, pyramid, self.thresholds[grid.shell], self.section,
@@ -217,7 +217,7 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
 
     async def test(ctx, bench):
         # Until the first sweep is over every grid ray with rays of the section near it goes on.
-        first = case.wanted()
+        first = case.expected()
         bench.holds = True
         early = await bench.send(ctx, case.items[::8])
         assert all(came or not first[ray] for ray, came in early.items())
@@ -227,7 +227,7 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
         assert await bench.send(ctx, case.items) == first
         # Codes grow; until the next sweep has found them, more go on.
         case.write(np.maximum(case.codes, case.random.integers(120, 256, size=case.codes.shape)))
-        grown = case.wanted()
+        grown = case.expected()
         meanwhile = await bench.send(ctx, case.items[::8])
         assert all(came or not grown[ray] for ray, came in meanwhile.items())
         await bench.swept(ctx)

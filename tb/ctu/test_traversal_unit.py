@@ -124,14 +124,14 @@ class Cast:
         await around.until(lambda: around.final)
         assert self.tests.idle, "the frustum is over while patches are tested"
         assert self.host.asked == one.subshells.patches.tolist()
-        wanted = {cell for played in one.played for cell in played.stage.cells.tolist()}
-        missing = wanted - {cell for cell, _ in around.cells}
+        expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
+        missing = expected - {cell for cell, _ in around.cells}
         assert not missing, f"cells {sorted(missing)[:5]} of golden's are missing"
         mine = one.sector.mask(self._record.record).ravel()
         different = np.intersect1d(self.tests.hits().differences(self._record.hits), np.flatnonzero(mine))
         assert not len(different), f"{len(different)} rays hit something else"
         counters = unpack(TraversalUnit(config=self._config).counters.shape(), int(self._dut.counters.value))
-        cocotb.log.info("%d cells of golden's, %d came: %s", len(wanted), len(around.cells), counters)
+        cocotb.log.info("%d cells of golden's, %d came: %s", len(expected), len(around.cells), counters)
         return counters
 
     def stop(self):

@@ -41,9 +41,9 @@ class Bench:
             await ctx.tick().until(dut.i_invalidate.ready)
             ctx.set(dut.i_invalidate.valid, 0)
             left, beats, cycle = deque(requests), deque(), 0
-            wanted = [sum(kind is which for _, kind, _ in requests) for which in RequestKind]
+            expected = [sum(kind is which for _, kind, _ in requests) for which in RequestKind]
             while any(sum(beat["last"] for beat in came) < count
-                      for came, count in zip(self.replies, wanted, strict=True)):
+                      for came, count in zip(self.replies, expected, strict=True)):
                 cycle += 1
                 assert cycle < 6000, "not all requests are answered"
                 ctx.set(dut.i_request.valid, bool(left))

@@ -76,9 +76,9 @@ def test_cells_along_an_axis(axis):
         shape = [1, 1, 1]
         shape[axis] = value
         (found,) = faults("CELL_GRID", [[1 << 31] * 4 + [*shape, 0]])
-        wanted = [Fault.NONE] * 4
-        wanted[2 + axis // 2] = fault
-        assert found == wanted, (axis, value)
+        expected = [Fault.NONE] * 4
+        expected[2 + axis // 2] = fault
+        assert found == expected, (axis, value)
 
 
 def test_weights_of_rays():

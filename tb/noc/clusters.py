@@ -110,18 +110,18 @@ class Clusters:
     def check(self) -> None:
         """Each request has come once, each reply once and whole, and those of any two clusters in order."""
         for node, requests in enumerate(self.requests):
-            wanted, got = defaultdict(list), defaultdict(list)
+            expected, got = defaultdict(list), defaultdict(list)
             for to, patch in requests:
-                wanted[to] += [patch]
+                expected[to] += [patch]
             replies = [unpack(self._shape["o_reply"], item) for item in self.sinks[node].items]
             for first in range(0, len(replies), VERTICES):
                 vertices = replies[first:first + VERTICES]
                 home, patch = vertices[0]["surface"], vertices[0]["patch"]
                 assert vertices == self._reply(home, patch), f"cluster {node} got a reply that is not whole"
                 got[home].append(patch)
-            assert got == wanted, f"cluster {node} did not get what it asked for, in order"
+            assert got == expected, f"cluster {node} did not get what it asked for, in order"
             for to, asked in enumerate(self.asked):
-                assert [patch for source, patch in asked if source == node] == wanted[to]
+                assert [patch for source, patch in asked if source == node] == expected[to]
             assert not int(getattr(self.dut, f"fault__{node}").value)
 
 

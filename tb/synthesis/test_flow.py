@@ -54,11 +54,11 @@ def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
     assert ports["rst"]["bits"][0] in [inverted[pin][0] for pin in "ABCD"]
 
 
-@pytest.mark.parametrize(("options", "wanted"), [
+@pytest.mark.parametrize(("options", "expected"), [
     (("--placer", "static"), ["--freq", flow.MHZ]), (("--freq", "78"), ["--freq", "78"])])
-def test_one_target_frequency_is_given(options, wanted, monkeypatch, tmp_path):
+def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path):
     monkeypatch.setattr(flow, "_place", lambda netlist, *given, seed: given)
     given = list(flow.place_and_route(tmp_path / "clock.json", seed=1, options=options))
     at = given.index("--freq")
-    assert given[at:at + 2] == wanted
+    assert given[at:at + 2] == expected
     assert given.count("--freq") == 1

@@ -138,8 +138,8 @@ def test_channels_share_uniform_traffic_in_the_order_of_the_next_port(virtual_ch
                 passing[node, destination] += 1
     for link in routing.topology.links:
         to = np.flatnonzero(routing.port[link.source] == link.output)
-        wanted, channel = routing.port[link.target, to], routing.channel[link.source, to]
-        order = np.lexsort((to, wanted))
+        needed, channel = routing.port[link.target, to], routing.channel[link.source, to]
+        order = np.lexsort((to, needed))
         assert (np.diff(channel[order]) >= 0).all()
         load = np.bincount(channel, weights=passing[link.source, to], minlength=virtual_channels)
         # A destination is not divided.
