@@ -14,6 +14,7 @@ from golden.memsys.reference_strings import ReferenceStrings
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
+from hw.host import POLL
 from hw.memsys.cache_policy import CachePolicy
 from hw.simulator.cast_result import SHARED_COUNTERS
 from tb.system.scenes import frusta
@@ -36,6 +37,16 @@ def test_hemispheres(clusters, memory):
         machine(machine.host.identify())
         for number, frustum in enumerate(given):
             machine.check(frustum, *(FRUSTUM if number else ()))
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_a_cast_waits_for_the_slowest_patch(clusters):
+    """Memory answers later than the host asks for the status: a cast that ended before would lack hits."""
+    given = [resident(frustum, None) for frustum in cornell(clusters)]
+    with Driven(given, latency=4 * POLL) as machine:
+        for frustum in given:
+            machine.check(frustum)
+            assert sum(one["memory_found"] for one in machine(machine.host.counters())) > 0
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
