@@ -83,5 +83,5 @@ test_filter = declare(
             "self.i_start.ready.eq(generations.i_start.ready)")),
         "empties nothing": Control("passes", kind=with_parts(Filter, Generations=Sweepless), nightly=True),
         "lets pass what there is not": Control(
-            "came", {"dropped": lambda dut: dut.dropped & ~dut.wrong}, nightly=True),
+            "capacity", {"dropped": lambda dut: dut.dropped & ~dut.wrong}, nightly=True),
     })

@@ -266,9 +266,10 @@ def make(depth=2, deferred=2):
 # Accesses that do not notice another one, by the assertion that fails; of each kind one in a commit's tests.
 FIRST = {("read_3", "write_3"): "late", ("read_2", "write_4"): "late", ("write_1", "write_4"): "released",
          ("write_3", "read_4"): "released"}
-PAIRS = FIRST | {("read_4", "write_3"): "late"} | {
-    (f"{kind}_{stage}", f"{effect}_4"): "late" for kind in ("read", "write") for stage in (1, 2, 3)
-    for effect in ("write", "read") if (f"{kind}_{stage}", f"{effect}_4") not in FIRST}
+PAIRS = FIRST | {
+    ("read_4", "write_3"): "use", ("read_1", "write_4"): "late", ("read_3", "write_4"): "late",
+    **{(f"read_{stage}", "read_4"): "chain" for stage in (1, 2, 3)}, ("write_1", "read_4"): "chain",
+    ("write_2", "read_4"): "released", ("write_2", "write_4"): "refusal", ("write_3", "write_4"): "refusal"}
 
 test_one_location = declare(
     make_place, cycles=16, engine="abc bmc3",
