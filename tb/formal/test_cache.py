@@ -145,8 +145,9 @@ def make(kind=Anywhere, policy=CachePolicy.LFU, lines=2):
 test_cache = declare(
     make, cycles=14, engine="abc bmc3",
     claims=[Claim(), Claim(cycles=16, nightly=True),
-            *(Claim(kind=Narrow, policy=policy, lines=lines, nightly=True) for policy, lines in (
-                (CachePolicy.DIRECT, 2), (CachePolicy.LRU, 4), (CachePolicy.LFU, 2)))],
+            # Their placements take longer to a hit.
+            *(Claim(kind=Narrow, policy=policy, lines=lines, cycles=cycles, nightly=True) for policy, lines, cycles in (
+                (CachePolicy.DIRECT, 2, 17), (CachePolicy.LRU, 4, 17), (CachePolicy.LFU, 2, 19)))],
     controls={
         "an invalidation leaves everything": Control("miss", kind=Stale),
         "reads a line that is written": Control("data", kind=Unseen, nightly=True),
