@@ -56,8 +56,10 @@ ELSEWHERE = {
     "tb.board.picture": [("tb/board/test_decoder.py", "test_picture", "main")],
     "tb.mutation": [("tb/mutation/test_mutants.py", "test_mutants_survive_without_checks", "")],
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
+    "-m tb.lib.cpu_times": [("tb/lib/test_cpu_times.py", "test_tenths_share_out_all_seconds_from_the_largest_folder_on",
+                             "tenths(")],
     "tb.system.cycles": [("tb/system/test_cycles.py", "test_cycles_stay", "cycles_of(")],
-    "pytest": [],
+    r"(^|-m )pytest": [],
 }
 # Settings of the programs, which a command keeps from its first context: its help option goes by both names.
 HELP = {"help_option_names": ["-h", "--help"]}
@@ -163,7 +165,9 @@ def test_other_commands_exist(command):
         assert set(words[1:]) - {"TARGET"} <= targets
     elif "pytest" in (words[0], *words[2:3]):
         paths = [word for word in words[1:] if word.startswith("tb/")]
-        assert paths
+        plugins = [word for option, word in pairwise(words) if option == "-p"]
+        assert paths or plugins
+        assert all(importlib.util.find_spec(plugin) for plugin in plugins)
         assert all((ROOT / path).exists() for path in paths)
     elif words[:2] == ["python", "-m"]:
         assert importlib.util.find_spec(words[2])
@@ -218,7 +222,8 @@ def test_every_command_is_run(command):
         # A sentence that only names a command says nothing that could be wrong but the name.
         assert is_mention(command) or is_run(command)
     else:
-        assert is_run(command) or command.words[0] in FOREIGN or len(elsewhere(command)) == 1
+        assert is_run(command) or command.words[0] in FOREIGN or len(elsewhere(command)) == 1, (
+            f"{command}: name the test that runs it in ELSEWHERE")
 
 
 @pytest.mark.parametrize("where", [where for tests in ELSEWHERE.values() for where in tests], ids=lambda one: one[1])
