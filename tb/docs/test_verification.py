@@ -23,4 +23,5 @@ def test_tests_are_counted_and_cases_named(items):
     assert "| `tb/formal` | 2 |" in text
     assert "equally near with a smaller id" in text
     counted = next(line for line in text.splitlines() if line.startswith("| `test_queue.py`")).split("|")
-    assert int(counted[2]) == sum(item.path.name == "test_queue.py" for item in items) > 5
+    assert sum(int(count) for count in counted[2:5] if count.strip()) == sum(
+        item.path.name == "test_queue.py" for item in items) > 5

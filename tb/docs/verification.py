@@ -63,10 +63,10 @@ def report_of(items: list[pytest.Function]) -> str:
         "What there is to run, collected from the code as this page was made. How benches and proofs work: "
         "[how the hardware is proved](verification.md).", "",
         "## Tests", "",
-        "Each with all the values that it is run for. *Commit*: `make test`; *simulators*: Verilator and Icarus, "
+        "Each with all the values that it is run for. *Commit*: `make test`; *simulators*: blocks in Verilator, "
         "`make sim`; *nightly*: `make nightly`, which runs those of the simulators too.", "",
         *_tests(items), "", "## Proofs", "",
-        "What holds for all inputs; what must be reachable, so that nothing is proved of nothing; and the faults for "
+        "What holds for all inputs; what must be reachable, so that no claim is vacuous; and the faults for "
         "each of which a proof must fail.", "",
         *proofs([item for item in items if _path(item).startswith(FORMAL)]), "## Functional coverage", "",
         "A testbench fails if one of its cases never occurs.", "", *_cases(), "", "## Mutants", "", *_mutants(), ""])
