@@ -284,7 +284,7 @@ def opened(eye, right, forward, slope, cell):
 
 
 @pytest.mark.parametrize("slope", [0.1, 0.6, 1.0])
-def test_a_screen_opens_every_cell_that_a_corner_of_which_it_sees(slope):
+def test_a_screen_opens_every_cell_of_which_it_sees_a_corner(slope):
     """Cells whose diagonal is at right angles to a border of the screen, or along the view."""
     d, diagonal = float(D), np.ones(3) / np.sqrt(3)
     random, table_cell = np.random.default_rng(1), cell_of_room()
