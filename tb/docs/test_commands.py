@@ -54,6 +54,7 @@ ELSEWHERE = {
     "make pictures": [("tb/radiosity/test_reports.py", "test_pictures_report_their_files", 'run("pictures"')],
     "make docs": [("tb/docs/test_site.py", "test_the_site_is_built_and_all_its_links_lead_somewhere", "invoke(main")],
     "tb.board.picture": [("tb/board/test_decoder.py", "test_picture", "main")],
+    "tb.bugs": [("tb/bugs/test_injection.py", "test_a_bug_is_killed_and_one_that_changes_nothing_survives", "run(")],
     "tb.mutation": [("tb/mutation/test_mutants.py", "test_mutants_survive_without_checks", "")],
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
     "-m tb.lib.cpu_times": [("tb/lib/test_cpu_times.py", "test_tenths_share_out_all_seconds_from_the_largest_folder_on",
