@@ -25,7 +25,13 @@ NOTICED = (1, 2, 3)
 
 
 def read_list(path: Path) -> dict[str, dict[str, str]]:
-    """The bugs of a list by id; ValueError if one lacks a field or two share an id."""
+    """The bugs of a list by id.
+
+    Raises
+    ------
+    ValueError
+        A bug lacks a field, or two share an id.
+    """
     bugs = tomllib.loads(path.read_text())["bug"]
     for bug in bugs:
         if set(bug) != KEYS or not all(isinstance(value, str) for value in bug.values()):
@@ -36,10 +42,16 @@ def read_list(path: Path) -> dict[str, dict[str, str]]:
 
 
 def apply(bug: dict[str, str], root: Path, *, write: bool = True) -> None:
-    """Replace a bug's text below ``root``; ValueError if it is not there exactly once, or stays the same."""
+    """Replace a bug's text below ``root``; without ``write`` only check that this is possible.
+
+    Raises
+    ------
+    ValueError
+        The text is not there exactly once, or the new text is the same.
+    """
     text = (root / bug["file"]).read_text()
     if text.count(bug["old"]) != 1 or bug["old"] == bug["new"]:
-        raise ValueError(f"Text of bug {bug['id']} must be in {bug['file']} once, and another one than the new text; "
+        raise ValueError(f"Text of bug {bug['id']} must be in {bug['file']} once and differ from the new text; "
                          f"it is there {text.count(bug['old'])} times")
     if write:
         (root / bug["file"]).write_text(text.replace(bug["old"], bug["new"]))
@@ -64,7 +76,7 @@ def _commit_marks(root):
 def _run(tree, tests, options, limit):
     """Run tests until the first failure: what failed, empty if nothing did, and the seconds."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", *options, *tests]
-    # Bytecode of a file is kept by its size and its second, which a bug may leave as they are.
+    # Python recognises stale bytecode by the file's size and second, which a bug may leave as they are.
     environment = {**os.environ, "PYTHONPATH": str(tree.resolve()), "PYTHONHASHSEED": "0",
                    "PYTHONDONTWRITEBYTECODE": "1"}
     begin = time.monotonic()
@@ -105,13 +117,13 @@ def _page(bugs, state):
 
 @click.command()
 @click.argument("listed", metavar="LIST", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--ids", help="These bugs only, also those with a result: ids with commas between.")
-@click.option("--tests", multiple=True, help="Tests to run. Default: those of each bug's folder.")
+@click.option("--ids", help="Inject only the bugs with these ids, separated by commas, even if they have a result.")
+@click.option("--tests", multiple=True, help="Run these tests.  [default: those of each bug's folder]")
 @click.option("--whole", is_flag=True, help="Run all of a commit's tests.")
-@click.option("--options", default="", help="Further options of pytest, for example '-n 2'.")
-@click.option("--limit", type=float, default=3600, help="Seconds after which tests that still run are killed.")
+@click.option("--options", default="", help="Add options of pytest, for example '-n 2'.")
+@click.option("--limit", type=float, default=3600, help="Kill tests that still run after this many seconds.")
 def main(listed, ids, tests, whole, options, limit):
-    """Inject the bugs of LIST that no test has killed yet; write out/bench/NAME.md, NAME that of the list.
+    """Inject the bugs of LIST that no test has killed yet, and write a table to out/bench/ under the name of the list.
 
     Results so far stay in build/bugs, so a run that was stopped continues.
     """
