@@ -16,9 +16,9 @@ class Claim:
     Parameters
     ----------
     cycles
-        How many are checked, instead of the declaration's.
+        The number that is checked, instead of the declaration's.
     unbounded
-        All reachable states are.
+        All reachable states are checked.
     only
         The name of the one assertion that is claimed.
     nightly
@@ -56,7 +56,7 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
             claims: Sequence[Claim] = (Claim(),), engine: str | None = None, covers_nightly: bool = False) -> Callable:
     """The tests of a property: its claims, that each bench of a claim reaches all its covers, and its controls.
 
-    A cover must be reached within the cycles of the shortest claim about its bench, so that no claim holds of nothing;
+    A cover must be reached within the cycles of the shortest claim about its bench, so that no claim is vacuous;
     and a fault must be noticed within those of a claim that checks the assertion. A commit's tests reach the covers of
     the first bench, the nightly those of all.
 

@@ -22,7 +22,7 @@ class NegativeControl(wiring.Component):
 
     Members
     -------
-    The component's; other attributes are too.
+    Those of the component, whose other attributes it has too.
     """
 
     def __init__(self, dut, faults: dict[str, Callable]):

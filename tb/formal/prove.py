@@ -102,7 +102,7 @@ def _is_checked(cell, only):
 
 
 def _reach(name, text, covers, depth, engine):
-    """Each cover is reached if the claim that it never is fails; ``abc`` is told of one claim at a time."""
+    """A cover is reached if the claim that it never is fails; ``abc`` checks one such claim at a time."""
     for place in covers:
         alone = _CELL.sub(lambda cell, place=place: _never(cell[0]) if cell.start() == place else
                           cell[0] if _flavor(cell[0]) == "assume" else "", text)
@@ -114,7 +114,7 @@ def _reach(name, text, covers, depth, engine):
 
 
 def _never(cover):
-    """Instead of a cover: the assertion of what is false whenever it is reached."""
+    """The text of a cover as an assertion that fails when the cover is reached."""
     seen, enabled = (re.search(rf"connect \\{port} (.*)\n", cover)[1] for port in ("A", "EN"))
     both = ["  wire width 1 $reached", "  cell $and $both", *(f"    parameter \\{port}_SIGNED 0" for port in "AB"),
             *(f"    parameter \\{port}_WIDTH 1" for port in "ABY"), f"    connect \\A {seen}",

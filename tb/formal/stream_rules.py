@@ -22,7 +22,7 @@ def _streams_of(component) -> list[tuple[bool, object]]:
 
 
 def add_rules(m: Module, interface, check: Callable) -> None:
-    """What is offered is offered unchanged until it is taken; nothing is offered right after a reset.
+    """An offer stays unchanged until it is accepted; there is none right after a reset.
 
     Parameters
     ----------
@@ -31,8 +31,8 @@ def add_rules(m: Module, interface, check: Callable) -> None:
     interface
         A stream.
     check
-        ``Assert`` of a stream that a component gives, ``Assume`` of one that it takes. The names of what is asserted
-        are "withdrawn", "changed" and "after reset".
+        ``Assert`` of an output of a component, ``Assume`` of an input. The names of the assertions are
+        "withdrawn", "changed" and "after reset".
     """
     payload = Value.cast(interface.payload)
     waited, after_reset, before = Signal(), Signal(init=1), Signal.like(payload)
@@ -44,9 +44,9 @@ def add_rules(m: Module, interface, check: Callable) -> None:
 
 
 def stream_rules(m, bench, dut):
-    """All streams that a component gives keep the rules if all that it takes do.
+    """All output streams of a component keep the rules if all its input streams do.
 
-    Covers an item on each of them that waits.
+    Covers an item that stalls on each of the outputs.
     """
     for gives, interface in _streams_of(dut):
         add_rules(m, interface, Assert if gives else Assume)
@@ -55,9 +55,9 @@ def stream_rules(m, bench, dut):
 
 
 def ready_blind(m, bench, dut, copy):
-    """Whether a component offers an item does not depend on whether it is taken in the same cycle.
+    """``valid`` does not depend on ``ready`` of the same cycle.
 
-    A copy of it is given the same, until for once ``ready`` of one stream differs.
+    A copy of the component has the same inputs, until ``ready`` of one stream differs in one cycle.
     """
     m.submodules.copy = copy
     given, copied = ([interface for gives, interface in _streams_of(one)

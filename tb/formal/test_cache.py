@@ -31,12 +31,12 @@ def contract(m, bench, dut):
     for given in (dut.o, dut.o_fetch):
         add_rules(m, given, Assert)
     key, data, fails, chosen = bench.choose(m, KEY, "key"), Signal(WIDTH), Signal(), Signal()
-    empties, asks, answers, fetches = (transfers(port) for port in (dut.i_invalidate, dut.i, dut.o, dut.o_fetch))
+    empties, requests, answers, fetches = (transfers(port) for port in (dut.i_invalidate, dut.i, dut.o, dut.o_fetch))
     m.d.sync += chosen.eq(1)
     with m.If(~chosen | empties):
         m.d.sync += [data.eq(bench.free(WIDTH, "data")), fails.eq(bench.free(1, "fails"))]
 
-    # Memory: what it has been asked for, and answers.
+    # Memory: its outstanding requests, and its answers.
     awaited, mine = Signal(FETCHES), Signal(FETCHES)
     slot, fill = dut.o_fetch.payload.slot, dut.i_fill.payload
     with m.If(dut.i_fill.valid):
@@ -48,13 +48,13 @@ def contract(m, bench, dut):
         m.d.comb += Assert(~awaited.bit_select(slot, 1), "slot")
         m.d.sync += [awaited.bit_select(slot, 1).eq(1), mine.bit_select(slot, 1).eq(dut.o_fetch.payload.key == key)]
 
-    # The one that is followed.
+    # The request that is followed.
     inside, ahead, follows, expected = Signal(5), Signal(5), Signal(), Signal(WIDTH + 1)
     first, must_miss, marked = Signal(init=1), Signal(), Signal()
     m.d.comb += [marked.eq(bench.free(1, "marks") & ~follows & (dut.i.payload.key == key)),
                  Assume(dut.i.payload.tag.mark == marked)]
-    m.d.sync += inside.eq(inside + asks - answers)
-    with m.If(asks & (dut.i.payload.key == key)):
+    m.d.sync += inside.eq(inside + requests - answers)
+    with m.If(requests & (dut.i.payload.key == key)):
         m.d.sync += first.eq(0)
     with m.If(empties):
         m.d.sync += first.eq(1)
@@ -67,7 +67,7 @@ def contract(m, bench, dut):
             m.d.sync += follows.eq(0)
             m.d.comb += [Assert(got.error == expected[-1], "error"), Assert(got.record[0] == expected[:-1], "data"),
                          Assert(~(must_miss & got.hit), "miss"), Cover(got.hit & (got.record[0] != 0), "hit")]
-    with m.If(asks & marked):
+    with m.If(requests & marked):
         m.d.sync += [follows.eq(1), ahead.eq(inside - answers), expected[:-1].eq(data), expected[-1].eq(fails),
                      must_miss.eq(first)]
 
@@ -104,7 +104,7 @@ class AnyPlacement(wiring.Component):
 
 
 class Narrow(Cache):
-    """With less room, so that it is full soon."""
+    """With a smaller capacity, so that it is full soon."""
 
     room = 3
 

@@ -61,8 +61,8 @@ def test_a_bench_without_a_cover_is_refused():
         prove(Bench(asserts, Queue(1, depth=1)), mode="cover", depth=2)
 
 
-def test_a_proof_under_way_is_not_removed(monkeypatch):
-    """Another process that makes room leaves it alone."""
+def test_a_proof_that_runs_is_not_removed(monkeypatch):
+    """Another process that removes old proofs spares it."""
     run = module.subprocess.run
 
     def prune_and_run(*given, **options):

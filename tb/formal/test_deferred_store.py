@@ -9,7 +9,7 @@ from tb.formal.stream_rules import add_rules
 def released_once(m, bench, dut, depth, owners):
     """An item leaves once, when its chain has been released, with the data of the release, in a bounded time.
 
-    Chains belong to owners, who remember them; any one item at a time is told by its tag, which is 1. ``adds`` and
+    Chains belong to owners, who remember them; the tag of any one item at a time is 1, of all others 0. ``adds`` and
     ``frees`` say whose chain gets an item and whose is released.
     """
     add_rules(m, dut.o, Assert)
@@ -31,7 +31,7 @@ def released_once(m, bench, dut, depth, owners):
     inside = Signal(range(depth + 3))
     m.d.sync += inside.eq(inside + takes - gives)
     m.d.comb += [Assert(inside == dut.waiting + dut.o.valid, "count"),
-                 Assert(dut.i.ready == (dut.waiting != depth), "room")]
+                 Assert(dut.i.ready == (dut.waiting != depth), "capacity")]
 
     # The item: it is due when its chain is released.
     out, due, owner, expected = Signal(), Signal(), Signal(range(owners)), Signal()
@@ -64,7 +64,7 @@ test_deferred_store = declare(
     claims=[Claim(depth=1, unbounded=True), Claim(cycles=10), Claim(cycles=14, nightly=True),
             Claim(depth=3, nightly=True)],
     controls={
-        "takes what it has no room for": Control("room", {"i__ready": lambda dut: 1}, nightly=True),
+        "accepts an item when it is full": Control("capacity", {"i__ready": lambda dut: 1}, nightly=True),
         "forgets who waits already": Control(
             "bound", {"longer": lambda dut: Cat(1, dut.longer.last, dut.longer.last)}, nightly=True),
         "forgets who comes": Control("bound", {"longer": lambda dut: Cat(1, dut.longer.first, dut.longer.first)}),

@@ -9,14 +9,15 @@ from tb.formal.declare import Control, declare
 from tb.formal.source_fault import source_fault
 
 CONFIG = PRESETS["tiny"]
-# The longest limit of the watchdog, and cycles from its last one to the reset.
+# The longest limit of the watchdog, and the cycles from its end to the reset, where it begins in the cycle after the
+# start.
 LONGEST, LATE = 3, 2
 BUSY = {"loads": "loading", "casts": "casting", "writes": "writing"}
 
 
 def activities_end(m, bench, dut):
     """With the watchdog on, units are reset within a bound after the last start, whatever host, units and memory do; a
-    reset that memory does not hold up ends.
+    reset that memory does not delay ends.
 
     Units are busy from the cycle after their start on, for as long as they like, and not after a reset.
     """
@@ -39,8 +40,8 @@ def activities_end(m, bench, dut):
     with m.Else():
         m.d.sync += held.eq(held + (held != 5))
     m.d.comb += [Assert(waits <= limit + LATE, "active"), Assert(held <= 1, "held"),
-                 Cover(dut.stops & dut.casts & (waits == limit + LATE), "a cast is ended as late as may be"),
-                 Cover(dut.stops & dut.memory_busy, "memory holds up the reset")]
+                 Cover(dut.stops & dut.casts & (waits == limit + LATE), "a cast ends at the last moment"),
+                 Cover(dut.stops & dut.memory_busy, "memory delays the reset")]
 
 
 def make(kind=EngineControl):

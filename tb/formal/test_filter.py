@@ -15,7 +15,7 @@ BITS, COUNT, WORD, CAPACITY = 2, 4, 2, 2
 
 
 def once_per_generation(m, bench, dut):
-    """Follows one number. What comes goes in its order, so it is enough to count."""
+    """Follows one number. Numbers leave in the order in which they came, so it is enough to count."""
     for given in (dut.i_start, dut.i):
         add_rules(m, given, Assume)
     add_rules(m, dut.o, Assert)
@@ -82,6 +82,6 @@ test_filter = declare(
             Filter, "self.i_start.ready.eq(generations.i_start.ready & (gate.level == 0))",
             "self.i_start.ready.eq(generations.i_start.ready)")),
         "empties nothing": Control("passes", kind=with_parts(Filter, Generations=Sweepless), nightly=True),
-        "lets pass what there is not": Control(
+        "passes a number that does not exist": Control(
             "capacity", {"dropped": lambda dut: dut.dropped & ~dut.wrong}, nightly=True),
     })

@@ -26,9 +26,9 @@ CLOSING = 6
 
 
 def written_once(m, bench, dut, depth, deferred=None):
-    """Any one location, and any one read of it at a time, told by its tag, which is 1.
+    """Any one location, and any one read of it at a time, whose tag is 1.
 
-    Without ``deferred`` nothing is said about how long anything takes.
+    Bounds are asserted only if ``deferred`` is given.
     """
     place = bench.choose(m, range(depth), "place")
     if hasattr(dut, "place"):
@@ -53,7 +53,7 @@ def written_once(m, bench, dut, depth, deferred=None):
     with m.If(begun & ~dut.i_start.valid):
         m.d.comb += Assert(dut.i_write.ready, "write")
 
-    # The read: it is due when its location is written, and then it comes once, with the data.
+    # The read: it is due when its location is written; then it is answered once, with the data.
     mine = reads & asked.tag
     out, due, expected = Signal(), Signal(), Signal()
     m.d.comb += Assume(~mine | (~out & (asked.address == place)))
@@ -79,8 +79,8 @@ def written_once(m, bench, dut, depth, deferred=None):
 
 
 def _bound(m, dut, depth, deferred, out, due, starts, reads, gives, begun):
-    """Bounds, in cycles in which answers can leave: of a read that is due while there is room for those before it
-    or once it waits itself; of an offered read while there is room; of a start when no reads are inside.
+    """Bounds, in cycles in which answers can leave: of a read that is due while the store is not full or once it waits
+    itself; of an offered read while the store is not full; of a start when no reads are inside.
     """
     inside, waits = Signal(range(deferred + 12)), Signal()
     m.d.sync += inside.eq(inside + reads - gives)
@@ -88,10 +88,10 @@ def _bound(m, dut, depth, deferred, out, due, starts, reads, gives, begun):
     # All that are inside wait, so this one does.
     all_wait = out & ~due & (inside == dut.waiting)
     m.d.sync += waits.eq((waits | all_wait) & ~(gives & dut.o_read.payload.tag))
-    room = dut.waiting != deferred
+    not_full = dut.waiting != deferred
     for name, counts, idles, bound in (
-            ("answer", due & dut.o_read.ready & (room | waits), ~due, deferred + 11),
-            ("offer", dut.o_read.ready & room, ~(begun & dut.i_read.valid & ~dut.i_read.ready) | dut.i_start.valid,
+            ("answer", due & dut.o_read.ready & (not_full | waits), ~due, deferred + 11),
+            ("offer", dut.o_read.ready & not_full, ~(begun & dut.i_read.valid & ~dut.i_read.ready) | dut.i_start.valid,
              deferred + 6),
             ("start", inside == 0, ~dut.i_start.valid | starts, depth + CLOSING)):
         late = Signal(range(bound + 2), name=f"late_{name}")

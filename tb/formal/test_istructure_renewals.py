@@ -21,7 +21,7 @@ def renewed_in_any_order(m, bench, dut, depth, deferred):
     ``presence``
         A write is refused exactly if the location was written after its last renewal.
     ``once``
-        The read is answered at most once, and no read that was not made.
+        The read is answered at most once; no read is answered that was not made.
     ``early``
         It is not answered before the location has had a datum since it was made.
     ``data``
@@ -31,7 +31,7 @@ def renewed_in_any_order(m, bench, dut, depth, deferred):
     ``late``
         It is answered within a bound while its location is present, or if it waited and then was written.
     ``ready``
-        Writes and renewals are always taken, but for a start; a start begins within a bound.
+        Writes and renewals are always accepted, except beside a start; a start begins within a bound.
     """
     location = bench.choose(m, range(depth), "location")
     for given in (dut.i_start, dut.i_read, dut.i_write, dut.i_renew):
@@ -80,10 +80,10 @@ def renewed_in_any_order(m, bench, dut, depth, deferred):
     m.d.comb += Assert(~given | ~may.any() | may.bit_select(answer.data, 1), "data")
     m.d.comb += Assert(~(follows & out), "order")
 
-    released, room = waits & may.any(), dut.waiting != deferred
+    released, not_full = waits & may.any(), dut.waiting != deferred
     for number, (name, counts, idles, bound) in enumerate((
             ("late", dut.o_read.ready, ~released, RELEASE + deferred),
-            ("late", dut.o_read.ready & room, released | ~out | ~present | renewed, 2 * deferred + 11),
+            ("late", dut.o_read.ready & not_full, released | ~out | ~present | renewed, 2 * deferred + 11),
             ("ready", inside == 0, ~dut.i_start.valid | starts, depth + CLOSING))):
         cycles = Signal(range(bound + 2), name=f"cycles_{number}")
         with m.If(idles):

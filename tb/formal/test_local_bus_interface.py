@@ -17,8 +17,8 @@ CONFIG = PRESETS["tiny"].replace({
 
 
 def nothing_lost(m, bench, dut):
-    """No beat of any reply is lost, whoever waits. Replies come for what has been asked, at any time. An entry, or a
-    vertex, is offered exactly while one that has come has not been taken.
+    """No beat of any reply is lost, whoever stalls. Replies to outstanding requests come at any time. An entry, or a
+    vertex, is offered exactly while one that has come has not been accepted.
     """
     for given in (dut.i_cell, dut.i_patch):
         add_rules(m, given, Assume)
@@ -51,7 +51,7 @@ def nothing_lost(m, bench, dut):
                 m.d.sync += number.eq(0)
         m.d.comb += [Assert(out.valid == (inside != 0), f"{kind.name} inside"),
                      Cover(comes & (inside == 1) & ~out.ready, f"{kind.name} comes while one waits")]
-    m.d.comb += Cover(transfers(request) & (parts == 1), "asks for the next part of a cell")
+    m.d.comb += Cover(transfers(request) & (parts == 1), "requests the next part of a cell")
 
 
 class Generous(CreditGate):

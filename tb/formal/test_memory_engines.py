@@ -89,7 +89,7 @@ def bursts_of_requests(m, bench, dut):
     """The bursts of a request, of any request, follow each other and are all of it; none crosses a page."""
     add_rules(m, dut.i, Assume)
     given, burst = dut.i.payload, dut.o.payload
-    # Lengths of more than there can be do not come out of the window check.
+    # The window check lets no longer request through.
     m.d.comb += Assume((given.last - given.first)[:len(given.first)] < 1 << CONFIG.memory.length_bits)
     m.submodules.asked = asked = Queue(given.shape(), depth=2)
     head, next_beat, begun, last = asked.o.payload, Signal.like(given.first), Signal(), Signal.like(given.first)
@@ -113,14 +113,14 @@ test_reads = declare(
         "another tag": Control(
             "tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ (dut.o.payload.last << 64)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value()[:-1]}),
-        "waits for ever": Control(
+        "waits without end": Control(
             "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
     })
 test_writes = declare(
     lambda silent=False: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG), silent=silent), cycles=12,
     engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=24, nightly=True)],
     controls={
-        "waits for an answer for ever": Control(
+        "waits for an answer without end": Control(
             "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
         "answers twice": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control("tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ transfers(dut.i)}),

@@ -13,7 +13,7 @@ LOW = 3
 
 
 def within_the_window(m, bench, dut):
-    """Every byte of every burst lies in the window, whatever the clients ask for, and in the memory in any order.
+    """Every byte of every burst lies in the window, whatever the clients request.
 
     Also: a burst stays within a page, and does not begin inside a beat. The windows stay, as `hw.engine.Engine` loads
     them when a command begins, before which the port is idle; all else is free.

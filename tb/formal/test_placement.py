@@ -14,9 +14,9 @@ KEY = 3
 def follows_the_rule(m, bench, dut, rule, direct=None):
     """Answers come in order, one for each request, with the hits and the lines of the rule.
 
-    The rule is that of golden, one request after the other, each at once. It is asked when an answer comes: the key
-    is the tag. ``rule``: from a module, a key, whether it is asked now and whether all lines are emptied to whether it
-    hits and its line. ``direct``: always that policy of the set placement.
+    The rule is that of golden, one request after the other, each at once. It is evaluated when an answer comes: the
+    key is the tag. ``rule``: from a module, a key, whether it is requested now, and whether all lines are emptied, to
+    whether it hits, and its line. ``direct``: always that policy of the set placement.
     """
     add_rules(m, dut.i_start, Assume)
     sends, inside, begun, starts = Signal(), Signal(4), Signal(), transfers(dut.i_start)

@@ -17,16 +17,16 @@ DEPTH = 2
 # what came in at one without could never leave.
 NETWORKS = {"end": ("hypercube", 2, 0, 2), "interior": ("mesh", 3, 1, 1)}
 IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
-# Cycles without a flit from a queue that has some, with neighbours that give a place back at once. In turn there is a
+# Cycles without a flit from a queue that has some, with neighbours that return a credit at once. In turn there is a
 # bound where an output has one channel: with two a queue is skipped while its channel has no credit.
 PATIENCE = {("interior", IN_TURN): 6, ("interior", BY_AGE): 7, ("end", BY_AGE): 4}
 
 
 def credits_kept(m, bench, dut, router_cycles, patience=None):
-    """Whatever comes in, in packets and within its credits, goes out once, in packets and within the credits.
+    """Flits that come in, in packets and within their credits, leave once, in packets and within the credits.
 
-    ``patience``: every flit goes on within so many cycles, if the neighbours take theirs, and packets have one flit, so
-    that nobody waits for the rest of another's.
+    ``patience``: every flit continues within so many cycles, if the neighbours return credits at once, and packets have
+    one flit, so that none waits for the rest of another one.
     """
     sent, given_back = [], []
     for port in range(len(dut.i)):
@@ -48,7 +48,7 @@ def credits_kept(m, bench, dut, router_cycles, patience=None):
                 _waits(m, inside, back, patience, name)
             sent.append(goes)
             given_back.append(back)
-    # Each entry that was given back is a flit that is sent in the same cycle, or in the next one.
+    # For each credit that is returned a flit is sent in the same cycle, or in the next one.
     gone = sum(given_back)
     if router_cycles == 2:
         before = Signal(range(len(sent) + 1))
@@ -62,7 +62,7 @@ def _flit(link, channel):
 
 
 def _count(m, more, less, name):
-    """Flits whose entry has not been given back."""
+    """Flits whose credit has not been returned."""
     count = Signal(range(DEPTH + 3), name=f"count_{name}")
     m.d.sync += count.eq(count + more - less)
     return count
@@ -120,9 +120,9 @@ test_credits = declare(
         for where in NETWORKS for policy in ArbiterPolicy for cycles in (1, 2))],
     controls={
         "too many entries": Control("credit", depth=2 * DEPTH),
-        "an entry given back twice": Control(
+        "a credit returned twice": Control(
             "entry", {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}),
-        "an entry that is not given back": Control("flit", {"o_credit__1": lambda dut: dut.o_credit[1][0:0]}),
+        "a credit that is not returned": Control("flit", {"o_credit__1": lambda dut: dut.o_credit[1][0:0]}),
         "a lost flit": Control("flit", {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[0].payload.flit.first}),
         "packets in each other": Control("packet", kind=with_parts(Router, InputQueue=LastAlways)),
     })

@@ -23,9 +23,9 @@ def _altered(change):
 
 
 def within_the_section(m, bench, dut, given=None):
-    """Of windows within a section no ray outside the section is ever issued, and each has its own place in the memory.
+    """Of windows within a section no ray outside the section is ever issued, and each has its own memory address.
 
-    ``given``: first column, number of columns, first row, number of rows; else any that the ray memory has room for.
+    ``given``: first column, number of columns, first row, number of rows; else any that the ray memory can hold.
     The settle map answers with any word.
     """
     add_rules(m, dut.i, Assume)
@@ -88,6 +88,6 @@ test_window_bounds = declare(
             "rows", {"o__payload": _altered(lambda ray: {"row": (ray.row + 1)[:len(ray.row)]})}),
         "columns of another section": Control(
             "columns", {"o__payload": _altered(lambda ray: {"column": (ray.column - 7)[:len(ray.column)]})}),
-        "another place in the memory": Control(
+        "another address in the memory": Control(
             "place", {"o__payload": _altered(lambda ray: {"ray": ray.ray ^ ray.slot[0]})}),
     })

@@ -6,10 +6,8 @@ from tb.formal.declare import Claim, Control, declare
 
 
 def exact_count(m, bench, dut, most):
-    """Items told apart: those that came through each place, and those that left. ``empty`` if and only if all had left
-    a cycle ago.
-    """
-    # Totals modulo 64; that no more are inside than there is room for makes their difference exact.
+    """``level`` is the number of items that came less those that left. ``empty``: all had left a cycle ago."""
+    # Totals modulo 64: their difference is exact, because at most ``most`` items are inside.
     came, left, late = Signal(6), Signal(6), Signal.like(dut.leaves)
     m.d.sync += [came.eq(came + sum(dut.enters)), late.eq(dut.leaves), left.eq(left + sum(late))]
     inside, after = Signal(6), Signal(8)
@@ -27,5 +25,5 @@ test_work_count = declare(
     controls={
         "one that is early": Control("empty", {"empty": lambda dut: (dut.level == 0) | (
             (dut.level == 1) & dut.leaves[0])}),
-        "one that counts one place": Control("level", {"level": lambda dut: dut.level - (dut.level == 3)}),
+        "one that counts one input": Control("level", {"level": lambda dut: dut.level - (dut.level == 3)}),
     })
