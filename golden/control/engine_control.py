@@ -1,4 +1,4 @@
-"""Engine control: which command begins when, and what the registers ``status`` and ``error`` say."""
+"""Engine control: which command begins when, and the registers ``status`` and ``error``."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,8 @@ RULES = {
 ACTIVITIES = ("load", "cast", "write")
 # Errors that leave units in an undefined state.
 RESETS = {"PATH_TIMEOUT", "NETWORK_CHECK", "NETWORK_ORDER", "NETWORK_ADDRESS", "WATCHDOG"}
-# Regions that a cast needs, as the register ``regions`` has them: of residents the patches are read.
+# Regions that a cast needs, as bits of the register ``regions``. `residents` is not loaded: the load of `patches` reads
+# it.
 ALL_REGIONS = sum(1 << number for number, region in enumerate(REGIONS)
                   if region.life != "result" and region.name != "residents")
 
@@ -40,7 +41,7 @@ class Fault:
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """What the control sees in a cycle.
+    """Inputs of the control in a cycle.
 
     Parameters
     ----------
@@ -80,7 +81,19 @@ class Inputs:
 
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
-    """What the control says in a cycle: what starts, whether units are reset, faults cleared, ``status``, ``error``."""
+    """Outputs of the control in a cycle.
+
+    Parameters
+    ----------
+    starts
+        The activity that starts.
+    stops
+        Units are reset.
+    clear
+        Faults are cleared.
+    status, error
+        The registers.
+    """
 
     starts: str | None
     stops: bool
@@ -106,9 +119,9 @@ class EngineControl:
         self._complete, self._age, self._expired = False, 0, False
 
     def step(self, given: Inputs) -> Outputs:
-        """What the control says in the cycle in which it sees ``given``."""
+        """The outputs in the cycle with these inputs."""
         command, in_flight = given.command_name, given.busy | {self._starts} - {None}
-        said = Outputs(
+        outputs = Outputs(
             starts=self._starts, stops=self._stops, clear=self._stops or command == "clear", error=self._error,
             status={**{f"{name}s": name in in_flight for name in ACTIVITIES}, "stops": self._stops,
                     "loaded": self._loaded, "failed": bool(self._error), "present": self._present,
@@ -119,13 +132,13 @@ class EngineControl:
         if command in RULES and not refusal and not resets and not self._stops:
             starts = RULES[command][0]
         self._keep_error(given, command, refusal)
-        self._poll(given, said.clear)
+        self._poll(given, outputs.clear)
         self._watch(given, in_flight)
         self._keep_frusta(given)
         self._stops = given.memory_busy if self._stops else resets
         self._starts = starts
         self._cycle += 1
-        return said
+        return outputs
 
     def _refusal(self, command, in_flight):
         """The error of a command that is not possible."""
@@ -165,7 +178,7 @@ class EngineControl:
             self._age = 1 if self._starts else self._age + 1
 
     def _keep_frusta(self, given):
-        """What is loaded, and how many frusta have been started; a reset forgets both."""
+        """Remember what is loaded, and whether one or two frusta have been started; a reset clears both."""
         if self._starts == "load":
             self._complete = given.regions & ALL_REGIONS == ALL_REGIONS
         if "load" in given.ends:
