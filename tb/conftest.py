@@ -12,13 +12,13 @@ _skipped: list[str] = []
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
-    """Hypothesis draws from the run's seed."""
+    """Pass the run's seed to Hypothesis."""
     if "SEED" in os.environ:
         config.option.hypothesis_seed = int(os.environ["SEED"])
 
 
 def pytest_report_header():
-    """What replays the run."""
+    """The seed with which the run can be repeated."""
     return f"SEED={os.environ['SEED']}" if "SEED" in os.environ else "the same seed and examples as in every run"
 
 
@@ -32,19 +32,19 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_runtest_logreport(report):
-    """Note what is skipped."""
+    """Record the tests that are skipped."""
     if report.skipped and not hasattr(report, "wasxfail"):
         _skipped.append(report.nodeid)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session):
-    """A test that does not run notices nothing."""
+    """Fail a run with skipped tests: they find nothing."""
     if _skipped and session.exitstatus == pytest.ExitCode.OK:
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Say why the run fails."""
+    """Print why the run fails."""
     if _skipped:
         terminalreporter.write_line(f"error: skipped tests: {len(_skipped)}; none may be", red=True)

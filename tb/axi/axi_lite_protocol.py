@@ -8,7 +8,7 @@ from tb.axi.channels import Operators, channel_rules, channel_state, no
 __all__ = ["AxiLiteProtocol"]
 
 EXOKAY = 1
-# Accesses of a kind that have not been answered: one whose answer is offered, and the next one.
+# Most outstanding accesses of a kind: one whose answer is offered, and the next one.
 MOST = 2
 _CHANNELS = {"aw": ("awaddr", "awprot"), "w": ("wdata", "wstrb"), "b": ("bresp",), "ar": ("araddr", "arprot"),
              "r": ("rdata", "rresp")}
@@ -46,7 +46,7 @@ class AxiLiteProtocol:
                             "r_due", "b_resp", "r_resp")
 
     def step(self, pins: SimpleNamespace, state: dict, use: Operators) -> tuple[dict, dict]:
-        """Violations in a cycle, and the next state unless there is a reset; that is one of the pins."""
+        """Violations in a cycle, and the next state if the pin ``reset`` is 0."""
         violated, following = channel_rules(pins, state, _CHANNELS)
         written, read = (state["addresses"][0] != 0) & (state["data"][0] != 0), state["reads"][0] != 0
         answers = {"b": pins.bvalid & pins.bready & written, "r": pins.rvalid & pins.rready & read}

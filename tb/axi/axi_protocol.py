@@ -67,7 +67,7 @@ class AxiProtocol:
         self.manager, self.subordinate = _MANAGER, _SUBORDINATE
 
     def step(self, pins: SimpleNamespace, state: dict, use: Operators) -> tuple[dict, dict]:
-        """Violations in a cycle, and the next state unless there is a reset; that is one of the pins."""
+        """Violations in a cycle, and the next state if the pin ``reset`` is 0."""
         violated, following = channel_rules(pins, state, _CHANNELS)
         for part in (self._addresses, self._writes, self._reads):
             more, after = part(pins, state, use)

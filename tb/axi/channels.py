@@ -10,7 +10,7 @@ __all__ = ["AMARANTH", "PYTHON", "Operators", "channel_rules", "channel_state", 
 
 @dataclass(frozen=True, kw_only=True)
 class Operators:
-    """What integers and Amaranth values do not share as Python's operators.
+    """Operations that Python has no operator for that works on integers and on Amaranth values alike.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def no(value):
 
 
 def channel_state(pins: dict[str, int], channels: dict[str, tuple[str, ...]]) -> dict[str, list[tuple[int, int]]]:
-    """Width and initial value of what `channel_rules` remembers.
+    """Widths and initial values of the state of `channel_rules`.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ __all__ = ["PortMonitor"]
 
 
 class PortMonitor:
-    """Checks every cycle from now on. The task fails the test.
+    """Checks every cycle from its construction on. A violation fails the test.
 
     Parameters
     ----------
@@ -41,5 +41,5 @@ class PortMonitor:
             self.monitor.step(now, reset=int(self._reset.value))
 
     def stop(self) -> None:
-        """Check no more."""
+        """End the checks."""
         self._task.cancel()

@@ -24,7 +24,7 @@ class ProtocolMonitor:
     Members
     -------
     rules
-        The same; it may change.
+        The parameter; it may be replaced between cycles.
     cycles
         Cycles in which something was offered.
     """
@@ -41,7 +41,7 @@ class ProtocolMonitor:
         self._quiet = False
 
     def violated(self, pins: dict[str, int], *, reset: int = 0) -> list[str]:
-        """Names of the rules that are violated in the next cycle; pins of what is not valid may be anything.
+        """Names of the rules that the next cycle violates; payloads without ``valid`` may be anything.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class ProtocolMonitor:
         return found
 
     def step(self, pins: dict[str, int], *, reset: int = 0) -> None:
-        """Like `violated`.
+        """Check the next cycle, given as to `violated`.
 
         Raises
         ------

@@ -96,7 +96,7 @@ def traced(name, changes=None):
 
 
 def protocol_of(name, rule=None):
-    # Ids are told apart before their number is: one id more than outstanding reads.
+    # With as many outstanding reads as ids `ar_id` would be violated first, so here there are more ids.
     return PROTOCOLS[name](**({"memory.outstanding": 1} if rule == "ar_count" and name == "axi" else {}))
 
 

@@ -79,13 +79,13 @@ class Bench:
     formula
         Names in the docstring's formula that are no parameters of the configuration.
     splits
-        Each pattern of stalls has items of its own; otherwise all have all of them.
+        Each stall pattern has items of its own; otherwise each one has all of them.
     patience
-        Cycles without a transfer after which all is over, beside the latency.
+        A run ends after this many cycles without a transfer, and the latency.
     now, shapes
-        The vectors that are being played, and the shapes of what comes: for a subclass' methods.
+        The present vectors, and the shapes of the outputs' payloads: for methods of a subclass.
     cycles
-        That the watchdog of simulators waits for more than what the items of the cases can take.
+        Added to the cycles that the items can take: the limit of the watchdog in simulators.
     """
 
     component: Callable
@@ -102,7 +102,7 @@ class Bench:
     now: Vectors
     shapes: Mapping
 
-    # What subclasses say.
+    # Subclasses override these.
 
     def vectors(self, config: Config) -> Vectors:
         """The only case's vectors."""
@@ -122,23 +122,23 @@ class Bench:
         return type(self).component(config=config, **self.arguments)
 
     def is_over(self, given: Vectors, came: dict[str, list[int]]) -> bool:
-        """Whether all has come that is expected."""
+        """Whether everything expected has come."""
         return all(len(came[name]) >= len(items) for name, items in given.expected.items())
 
     def check(self, given: Vectors, came: dict[str, list[int]]) -> None:
-        """Everything that came, as bits, is what was expected."""
+        """Compare everything that came, as bits, with what is expected."""
         for name, expected in given.expected.items():
             check(self.shapes[name], came[name], expected, what=name)
 
     def check_times(self, given: Vectors, cycles: dict[str, list[int]], latency: int) -> None:
-        """Of transfers without stalls: one per interval, after the latency."""
+        """Check the cycles of transfers without stalls: one per interval, after the latency."""
         (first, *_), name = given.inputs, list(given.expected)[-1]
         entered, left, interval = cycles[first], cycles[name], self.interval
         assert {b - a for a, b in pairwise(entered)} <= {interval}, f"{first} must be taken without a gap"
         assert {b - a for a, b in pairwise(left)} <= {interval * self.per_result}, f"{name} must come without a gap"
         assert left[0] - entered[self.per_result - 1] == latency, f"{name} must come after {latency} cycles"
 
-    # What they get.
+    # Subclasses use these.
 
     def values(self, name: str, came: Mapping[str, list[int]]) -> list:
         """What came out of a stream, as dicts."""

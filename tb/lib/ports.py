@@ -63,7 +63,7 @@ class Ports:
         self.sinks = {name: Sink(self.dut, name, stalls=self._pattern(name)) for name in self._streams[Out]}
         for name in self._streams[Out]:
             if not Shape.cast(self.payloads[name]).width:
-                # Of a payload without bits Verilog makes a port that is not driven.
+                # A payload without bits is an undriven port in Verilog.
                 self.sinks[name].payload = None
         self.respond(*self._responders)
 
@@ -136,7 +136,7 @@ class Ports:
             cycle += 1
 
     def stop(self) -> None:
-        """Offer, accept and record nothing more."""
+        """End all offers, acceptances and records."""
         for task in self._tasks:
             task.cancel()
         for monitor in (*self.sinks.values(), *self._monitors.values()):

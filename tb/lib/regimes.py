@@ -16,7 +16,7 @@ from tb.lib.stall_patterns import FEW_PAIRS, STALL_PAIRS, STALLS
 
 __all__ = []
 
-# Items of a case under each of many pairs of stall patterns: more of them find nothing more.
+# Items of a case under each of many pairs of stall patterns: more of them find no further faults.
 STALLED = 100
 RESETS = 3
 

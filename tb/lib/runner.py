@@ -65,8 +65,8 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
              visible: tuple[str, ...] = (), **given) -> None:
     """Run coroutines in a simulator.
 
-    The seed is `tb.lib.seed.SEED`. A failing run is repeated, so that assertions tell their values,
-    and with waveforms.
+    The seed is `tb.lib.seed.SEED`. A failing run is repeated with waveforms, and its assertions then print
+    their values.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
 
 @dataclass(frozen=True)
 class Run:
-    """Verilog of a component, and the coroutines that look at it: what `simulate` is given."""
+    """Verilog of a component and the coroutines that test it: the arguments of `simulate`."""
 
     text: str
     module: str
@@ -124,7 +124,7 @@ _recorded: list[Run] | None = None
 
 @contextlib.contextmanager
 def recorded() -> Iterator[list[Run]]:
-    """A context in which `simulate` only notes what it would run."""
+    """A context in which `simulate` only records its runs."""
     global _recorded
     _recorded = []
     try:
@@ -175,9 +175,9 @@ class Simulation:
         plusargs
             Arguments of the simulator.
         failures
-            After so many the run ends; 0: all tests run.
+            The run ends after this many; 0: all tests run.
         explains
-            Failed assertions tell their values. To prepare that takes longer than most runs.
+            Failed assertions print their values. The preparation takes longer than most runs.
         """
         results = (WAVES if self._waves else BUILD / "results").resolve() / name
         shutil.rmtree(results, ignore_errors=True)

@@ -185,7 +185,7 @@ class ScheduleBench:
         async for *_, seen in ctx.tick().sample(self._seen):
             cycle, still = cycle + 1, still + 1
             assert cycle < self._watchdog, (
-                f"the watchdog waited {self._watchdog} cycles for everything to stand still")
+                f"the run does not end within {self._watchdog} cycles")
             for name, end in zip(self.cycles, ends, strict=True):
                 valid, ready, payload = seen & 1, seen >> 1 & 1, seen >> 2 & (1 << end.width) - 1
                 seen >>= 2 + end.width
@@ -210,14 +210,14 @@ class ScheduleBench:
 
     @staticmethod
     def _offers(leading, ends):
-        """What is given in a cycle: while there are leading items, nothing of other inputs."""
+        """The offers of a cycle; while there are leading items, only those of their input."""
         while leading and not leading[0].leads:
             leading.popleft()
         return _joined(end.gives(not leading or end is leading[0]) for end in ends)
 
 
 def _joined(parts):
-    """Numbers one above the other, of pairs of number and bits."""
+    """Numbers concatenated from the lowest bits on, given as pairs of number and bits."""
     bits = place = 0
     for part, width in parts:
         bits |= part << place
@@ -249,7 +249,7 @@ class _SourceState:
         return len(self._given)
 
     def answer(self, delay, values):
-        """Give values after some cycles."""
+        """Offer values after some cycles."""
         for value in values:
             if not self._given:
                 self._idle = delay
@@ -260,7 +260,7 @@ class _SourceState:
         """``valid`` and payload, and their bits."""
         self._may = may
         offers = may and self._given and not self._idle
-        # What is not an item's has no meaning.
+        # Without ``valid`` the payload has no meaning, and must have no effect.
         return 1 | self._given[0][1] << 1 if offers else (1 << self.width) // 3 << 1, self.width + 1
 
     def after(self, valid, ready, payload):

@@ -16,7 +16,7 @@ ITEMS = {k: [{"low": k, "high": number % 16} for number in range(24)] for k in r
 
 
 class TestArbiter(Bench):
-    """Of each source all items come, in its order; in turn while all ask. What it does in all cycles is proved."""
+    """Items of each source come in its order; while all request, in turn. `tb.formal.test_arbiter` has proofs."""
 
     variants, simulators, splits = ({},), SIMULATORS[1:], False
     policy = ArbiterPolicy.ROUND_ROBIN
@@ -50,7 +50,7 @@ class TestLongestWaiting(TestArbiter):
 @pytest.mark.parametrize(("policy", "order"), [(ArbiterPolicy.ROUND_ROBIN, [0, 1, 2, 0]),
                                                (ArbiterPolicy.LONGEST_WAITING, [0, 2, 1, 0])])
 def test_who_came_first(policy, order):
-    """While the output waits with an item of input 0, inputs 2, 1 and 0 ask, one after the other."""
+    """While the output stalls with an item of input 0, inputs 2, 1 and 0 request, one after the other."""
     zero = {"low": 0, "high": 0}
     came = ScheduleBench(Arbiter(SHAPE, count=COUNT, policy=policy)).run(Schedule(
         items={"i__0": [(0, zero), (8, zero)], "i__1": [(6, zero)], "i__2": [(4, zero)]}, stalls={"o": [20]}))["o"]

@@ -13,7 +13,7 @@ from tb.lib.runner import SIMULATORS, Simulation, recorded
 
 
 class Doubled(wiring.Component):
-    """Twice a number, with at most one fault; it asks for the second half of each number at ``o_ask``.
+    """Twice a number, with at most one fault; it requests the second half of each number at ``o_ask``.
 
     Timing
     ------

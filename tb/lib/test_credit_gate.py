@@ -44,7 +44,7 @@ class Gated(wiring.Component):
 
 
 class TestCreditGate(Bench):
-    """What it does in all cycles is proved."""
+    """`tb.formal.test_credit_gate` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 

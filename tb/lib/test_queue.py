@@ -12,7 +12,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestQueue(Bench):
-    """What it does in all cycles is proved."""
+    """`tb.formal.test_queue` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 

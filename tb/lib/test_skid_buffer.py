@@ -9,7 +9,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestSkidBuffer(Bench):
-    """What it does in all cycles is proved."""
+    """`tb.formal.test_skid_buffer` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 
