@@ -21,7 +21,7 @@ CLUSTER_FAULTS = [one.name for one in ErrorCode if PATH < one.value < NETWORK or
 CLUSTER_FAULTS.append("SECTION")
 NETWORK_FAULTS = [one.name for one in ErrorCode if NETWORK < one.value < LIST]
 BEGINS = {"load": "loading", "cast": "casting", "write": "writing"}
-# Activities that tell their end.
+# Activities whose end is an event of its own.
 ENDING = ("load", "write")
 NUMBERS = {one.name: one.value for one in ErrorCode}
 CODES = {number: name for name, number in NUMBERS.items()}
@@ -108,7 +108,7 @@ class TraceBench:
         inputs, outputs = _inputs(dut), _outputs(dut)
         self._inputs = [(len(port), value) for port, value in inputs]
         self._outputs = {name: len(port) for name, port in outputs.items()}
-        # One signal each for inputs and outputs: the simulator is slow in what it is asked from outside.
+        # One signal each for inputs and outputs: each access from outside costs the simulator much time.
         self._given, self._said = Signal(sum(map(len, next(zip(*inputs, strict=True))))), Signal(
             sum(self._outputs.values()))
         top = Module()

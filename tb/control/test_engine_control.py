@@ -106,12 +106,12 @@ def test_of_several_commands_the_lowest_counts(bench):
                                                         "none")
 
 
-# In this cycle something happens, and something else some cycles before or after it.
+# The cycle of one event; the other one is some cycles before or after it.
 MEETING = 30
 
 
 def happens(name, cycle, activity):
-    """Changes of a plan in which this activity begins in cycle 16, by which something happens in a cycle."""
+    """Changes of a plan by which an event occurs in a cycle; in the plan the activity begins in cycle 16."""
     if name in BITS:
         return {"commands": {cycle: BITS[name]}}
     if name == "end":
@@ -143,8 +143,9 @@ def test_two_events_at_once(bench, activity):
 @pytest.mark.parametrize("limit", [2, 3, 9])
 @pytest.mark.parametrize("activity", ["load", "cast", "write"])
 def test_the_watchdog_counts_from_the_start(bench, activity, limit):
-    """``status`` shows an activity while it is busy and in the cycle before: for as many cycles as the watchdog allows,
-    for one fewer and for one more."""
+    """``status`` shows an activity while it is busy and in the cycle before. Here it does so for as many cycles as the
+    watchdog allows, for one fewer and for one more.
+    """
     once = (1, "NONE")
     for shown in range(limit - 1, limit + 2):
         busy = (shown - 1, "NONE")
@@ -157,7 +158,7 @@ def test_the_watchdog_counts_from_the_start(bench, activity, limit):
 
 @pytest.mark.parametrize("regions", [ALL, ALL & ~1, ALL | 1 << 4, 0, (1 << register("regions").width) - 1])
 def test_a_cast_needs_all_regions_at_once(bench, regions):
-    """All of them in one load without a fault; parts may follow, but no faulty one."""
+    """One load without a fault has all of them; loads of parts may follow, but none with a fault."""
     for fault in "NONE", "POINTER":
         plan = script({3: "load", 10: "load", 16: "cast"}, cycles=30, regions=[ALL, regions],
                       takes={"load": [(3, "POINTER"), (3, fault)]})

@@ -1,4 +1,4 @@
-"""What stands around a ray memory of cell traversal, and what holds for one memory and for several banks."""
+"""The environment of a ray memory of cell traversal, and coroutines for one memory and for several banks."""
 
 import importlib
 from itertools import pairwise
@@ -78,7 +78,7 @@ class Rays:
             await self.edge
 
     async def settled(self):
-        """Until no ray is away and nothing waits."""
+        """Wait until no ray is away and no request is deferred."""
         quiet = 0
         while quiet < 2 * self.again:
             await self.edge
@@ -90,24 +90,24 @@ class Rays:
         await self.ports.send("i_start", [0])
         before, passed = len(self.left), [len(monitor.items) for monitor in self._passed]
         some = self._random.choice(np.arange(1, 1 << self.module.VERSION_BITS), shells, replace=False)
-        asked = [(int(slot), shell) for shell in sorted(some.tolist())
+        requested = [(int(slot), shell) for shell in sorted(some.tolist())
                  for slot in self._random.integers(self._slots, size=2 * self._slots)]
-        await self.ports.send("i", [request(*one, tag) for tag, one in enumerate(asked)])
+        await self.ports.send("i", [request(*one, tag) for tag, one in enumerate(requested)])
         await self.settled()
         left = self.left[before:]
         assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
-        assert {ray[:2] for ray in left} == set(asked), "no request may be lost"
-        assert all(asked[tag] == (slot, shell) for slot, shell, tag in left)
+        assert {ray[:2] for ray in left} == set(requested), "no request may be lost"
+        assert all(requested[tag] == (slot, shell) for slot, shell, tag in left)
         for slot in {ray[0] for ray in left}:
             served = [tag for other, _, tag in left if other == slot]
             assert served == sorted(served), "requests for a slot must be served in their order"
         tags = sorted([tag for *_, tag in left] + [
             tag for monitor, seen in zip(self._passed, passed, strict=True) for tag in monitor.items[seen:]])
-        assert tags == list(range(len(asked))), "each request must leave or be dropped, once"
+        assert tags == list(range(len(requested))), "each request must leave or be dropped, once"
 
 
 class Watch:
-    """Counts the cases of the traffic, from the requests and what they must come to."""
+    """Counts the cases of functional coverage that requests and their expected outcomes meet."""
 
     def __init__(self, rays):
         self.coverage, self._dut, self._module = Coverage(CASES), rays.dut, rays.module
@@ -149,7 +149,7 @@ def check_rate(cycles, what):
 
 @cocotb.test()
 async def every_pair_of_stalls(dut):
-    """Each slot leaves once for each shell that was asked for, one copy at a time."""
+    """Each slot leaves once for each shell that was requested, one copy at a time."""
     await start(dut, cycles=100_000)
     watch = None
     for number, (requests, sink) in enumerate(STALL_PAIRS):

@@ -56,7 +56,7 @@ def check(came, given):
     cells, over = [[] for _ in items], [False] * len(items)
     for item in came:
         ray = item["tag"]
-        assert not over[ray], f"ray {ray} goes on after its last cell"
+        assert not over[ray], f"ray {ray} continues after its last cell"
         if item["is_cell"]:
             cells[ray].append(item["cell"])
         over[ray] = bool(item["last"])

@@ -29,7 +29,7 @@ CHANGES = {"ctu.run_ahead": 15}
 
 
 def requests(stages):
-    """What golden asks for; see `check`."""
+    """Golden's requests; see `check`."""
     return Vectors(inputs={"i": stages.items}, first={"i_table": stages.tables}, ports=stages.ports, expected={},
                    about=stages)
 

@@ -23,7 +23,7 @@ def check(schedule):
     assert BENCH.run(schedule)["o"] == [
         {**first, "ray": (first["ray"] + k) % (1 << 12), "column": (first["column"] + k) % (1 << 10)}
         for first, count in ((group["first"], group["count"]) for group in groups) for k in range(count)]
-    assert sum(BENCH.history["leaves"]) == len(groups), "each group must make room once"
+    assert sum(BENCH.history["leaves"]) == len(groups), "each group must free its entry once"
 
 
 @SETTINGS

@@ -45,7 +45,7 @@ BENCHMARK = re.compile(r"radiosity bench \w")
 # Other tests have these tools, with smaller units.
 WITHOUT_TOOLS = re.compile(r"hw report (.*--record|\w+(?!.*--unit))"
                            r"| board(?!.*--no-bitstream)")
-# Where that which a command does is run: the module, its test, and what this calls.
+# Commands whose work another test runs: the module, its test, and a call in it.
 ELSEWHERE = {
     WITHOUT_TOOLS.pattern: [
         ("tb/synthesis/test_figures.py", "test_area_and_clock_stay", "measure("),

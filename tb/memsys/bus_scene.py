@@ -56,8 +56,8 @@ class BusScene:
 
     def check(self, kind: RequestKind, mine: list[tuple[int, int]], hit, beats: list[dict],
               failed=lambda kind, key: False, *, errors: bool = False) -> int:
-        """Compare the beats of all replies of one kind. Of what ``failed`` only the error is compared; with ``errors``
-        any reply may be one. Returns the number of errors.
+        """Compare the beats of all replies of one kind. Of those that ``failed`` only the error is compared;
+        with ``errors`` any reply may be an error. Returns the number of errors.
         """
         wrong = 0
         ends = [k + 1 for k, beat in enumerate(beats) if beat["last"]]

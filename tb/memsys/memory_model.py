@@ -1,4 +1,4 @@
-"""A main memory behind AXI4, cycle by cycle: late, out of order, wrong or silent as one likes."""
+"""A main memory behind AXI4, cycle by cycle, with any latency and order of replies, with errors, or silent."""
 
 import random
 from collections import deque
@@ -16,7 +16,7 @@ ERROR = 2
 class MemoryModel:
     """What a memory does with the pins of a manager. Knows nothing of a simulator.
 
-    That the manager keeps the rules of AXI is for `tb.axi.axi_protocol.AxiProtocol` to check.
+    `tb.axi.axi_protocol.AxiProtocol` checks that the manager keeps the rules of AXI.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class MemoryModel:
     reads, writes
         Bursts: first address, beats.
     asked, busy
-        Reads that have not been answered; something has not.
+        The number of outstanding reads; whether anything is outstanding.
     faulty
         It has broken rules of AXI.
     """

@@ -160,7 +160,7 @@ async def a_target_that_raises(dut):
 
 @cocotb.test()
 async def faults_of_the_bus(dut):
-    """What memory has not answered as it must is an error or right; so is the next request, at once. Memory stays."""
+    """A request that memory answers wrongly is an error or right; so is the next one, at once. Memory stays."""
     await start(dut, cycles=400_000)
     draw, config = random.Random(options()["seed"]), config_of(options()["changes"])
     scene = BusScene(config)

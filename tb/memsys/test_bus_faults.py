@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The port of main memory after faults of the bus: all of memory is compared, and the next request is at once."""
+"""The port of main memory after faults of the bus: all of memory is compared, and the next request follows at once."""
 
 import random
 
@@ -45,7 +45,7 @@ class FaultBench:
         self.bench.stop()
 
     async def exchange(self, count=4):
-        """Whether all of it was without an error. No reply without one is wrong, and no other byte is written."""
+        """Whether no reply was an error. Replies without an error are right, and no other byte is written."""
         bench = self.bench
         for sink in (bench.replies, bench.written):
             sink.items.clear()
@@ -95,7 +95,7 @@ class FaultBench:
         return self.bench.fault()[0]
 
     async def recovers(self):
-        """Exchanges until one is without an error; and then none is with one."""
+        """Exchange until there is no error; then there is none in later exchanges."""
         for _ in range(EXCHANGES):
             if await self.exchange(2):
                 break
@@ -117,8 +117,8 @@ async def restart(dut, bench, draw, **memory):
 
 @cocotb.test()
 async def every_fault(dut):
-    """Is reported as what it is; nothing wrong is believed; the next exchange is right, unless the burst never ends:
-    then all exchanges end with errors until a reset of machine and memory.
+    """Each fault is reported by its code; no wrong reply is accepted; the next exchange is right. If the burst never
+    ends, all exchanges end with errors until a reset of machine and memory.
     """
     await start(dut, cycles=4_000_000)
     draw = random.Random(options()["seed"])
@@ -135,7 +135,7 @@ async def every_fault(dut):
             while not bench.model.struck:
                 assert clean, "an error without a fault"
                 clean = await bench.exchange()
-            # A beat that nobody asked for may come after the last reply.
+            # An unexpected beat may come after the last reply.
             for _ in range(PATIENCE):
                 if bench.fault() is not Fault.NONE:
                     break
@@ -169,7 +169,7 @@ async def silent_channels(dut):
 
 @cocotb.test()
 async def reset_of_the_machine_alone(dut):
-    """Memory goes on with the reads of before: none of its beats is taken for one of a later read."""
+    """Memory continues earlier reads: none of their beats is taken for one of a later read."""
     await start(dut, cycles=200_000)
     draw = random.Random(options()["seed"])
     for _ in range(6 * options()["rounds"]):
@@ -179,12 +179,12 @@ async def reset_of_the_machine_alone(dut):
         await ClockCycles(dut.clk, draw.randrange(6, 120))
         bench.bench.stop()
         await reset(dut)
-        asked, bench.model.faulty = bench.model.asked, True
+        outstanding, bench.model.faulty = bench.model.asked, True
         while bench.model.busy:
             await RisingEdge(dut.clk)
         await ClockCycles(dut.clk, 3)
         # One beat may come in the last cycle of the reset.
-        assert bench.fault() is Fault.READ_PROTOCOL or not asked
+        assert bench.fault() is Fault.READ_PROTOCOL or not outstanding
         bench.bench = Bench(dut)
         bench.bench.random = draw
         await bench.bench.clear()

@@ -26,11 +26,11 @@ from tb.system.test_engine import BASE, SMALL, Bench
 
 MODULE = "tb.memsys.test_engine_bus_faults"
 CHANGES = SMALL | {"noc.columns": 2}
-# Of which the bus is not at fault.
+# Without a fault of the bus.
 OWN = ("stop", "reset of the machine alone", "windows rewritten")
 KINDS = (*READ_FAULTS, *WRITE_FAULTS, *OWN)
 PHASES = {"load": "loads", "cast": "casts", "write": "writes"}
-# Cycles that a command may take, and those after which the host thinks that it hangs.
+# Cycles that a command may take, and those after which the host reports that it hangs.
 WATCHDOG, PATIENCE = 30_000, 60_000
 # Attempts until the machine has recovered: late replies are outstanding for three time-outs.
 ATTEMPTS = 20
@@ -126,7 +126,7 @@ class Injection:
         else:
             bench.model.faulty = True
             await reset(bench.dut)
-            # Memory goes on with the reads of before.
+            # Memory continues earlier reads.
             while bench.model.busy:
                 await RisingEdge(bench.dut.clk)
             await ClockCycles(bench.dut.clk, 3)
@@ -202,6 +202,6 @@ def run(numbers, least):
 @pytest.mark.nightly
 def test_injected_faults():
     chosen = os.environ.get("FAULTS")
-    # A fault that can be no burst's does not count: some more are drawn.
+    # A fault that no burst of the frustum can have does not count: some more are drawn.
     numbers = [int(number) for number in chosen.split(",")] if chosen else list(range(FAULTS + FAULTS // 10))
     run(numbers, 0 if chosen else FAULTS)

@@ -262,7 +262,7 @@ async def malformed_tables(dut):
 
 @cocotb.test()
 async def faults_of_the_bus(dut):
-    """Tables that memory has not answered as it must end with a fault, or are right; so are the next ones, at once."""
+    """Loads of tables that memory answers wrongly end with a fault, or are right; so are the next ones, at once."""
     await start(dut, cycles=300_000)
     draw, bench = random.Random(options()["seed"]), Bench(dut, latency=4, spread=5, shuffles=True)
     names = ("clusters", "cells", "patches")

@@ -59,13 +59,13 @@ def test_no_part_of_the_frustum_is_wrong(section):
 
 @pytest.mark.parametrize(("count", "rows"), [(8, 2), (7, 1), (4, 1), (3, 0)])
 def test_a_region_that_is_too_small_is_wrong(count, rows):
-    """Rows that fit are offered before."""
+    """The rows that fit are offered before the error."""
     found, wrong = run(hits(4, 2, (0, 4, 0, 2), count=count))
     assert (len(found), wrong) == (rows, rows < 2)
 
 
 @pytest.mark.parametrize(("count", "wrong"), [(0, True), (1, True), (2, False), (9, False)])
 def test_sums_are_one_extent(count, wrong):
-    """A region of sums has a record beside those of patches."""
+    """A region of sums has one more record than there are patches."""
     command = hits(1, 1, (0, 1, 0, 1), address=640, count=count) | {"kind": ResultKind.SUMS}
     assert run(command) == ([] if wrong else [(640, count - 1)], wrong)

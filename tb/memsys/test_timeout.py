@@ -9,7 +9,7 @@ from tb.lib.schedules import SETTINGS
 
 
 def expected(cycles, bits):
-    """In each cycle whether 2^bits cycles in a row before it were waits without progress, and none since had any."""
+    """In each cycle whether 2^bits cycles in a row have waited without progress, and none since had any."""
     since = 0
     for waits, moves in cycles:
         yield since >= 1 << bits

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""What it counts is proved: tb/formal/test_work_count.py."""
+"""Its arguments. tb/formal/test_work_count.py proves its behaviour."""
 
 import pytest
 

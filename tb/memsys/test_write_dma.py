@@ -275,7 +275,7 @@ async def errors_of_memory(dut):
 
 @cocotb.test()
 async def faults_of_the_bus(dut):
-    """Results that memory has not answered as it must end with a fault, or are right; so are the next ones, at once."""
+    """Results that memory answers wrongly end with a fault, or are right; so are the next ones, at once."""
     await start(dut, cycles=300_000)
     draw, bench = np.random.default_rng(options()["seed"]), Bench(dut, latency=4, spread=5)
     section = Sector(2, 40, 3, 6)

@@ -49,7 +49,7 @@ def _bench(module) -> Callable[[], None]:
 
 
 # Of each block its parts: a function that simulates. Of a whole unit's answers most are the same whatever the low bits
-# of what it calculates with, so each of its parts is judged by its own bench.
+# of what it calculates with, so each of its parts is tested by its own bench.
 BLOCKS: dict[str, dict[str, Callable[[], None]]] = {
     "icu": {
         "vertex_gather": _bench(test_vertex_gather), "g2r_transform": _bench(test_g2r_transform),

@@ -119,7 +119,7 @@ class Clusters:
                 home, patch = vertices[0]["surface"], vertices[0]["patch"]
                 assert vertices == self._reply(home, patch), f"cluster {node} got a reply that is not whole"
                 got[home].append(patch)
-            assert got == expected, f"cluster {node} did not get what it asked for, in order"
+            assert got == expected, f"cluster {node} did not get what it requested, in order"
             for to, asked in enumerate(self.asked):
                 assert [patch for source, patch in asked if source == node] == expected[to]
             assert not int(getattr(self.dut, f"fault__{node}").value)

@@ -39,7 +39,7 @@ def test_flits_are_those_of_golden(bodies, method):
             value["header"] = schedule.items["i"][place - place % max(1, bodies)][1]["header"]
         expected = packets(schedule.values("i"), bodies, method)
         found = bench.run(schedule)["o"]
-        # The rest is of a packet whose items did not all come.
+        # The remaining flits are of an incomplete packet.
         assert found[:len(expected)] == expected
         assert sum(one["last"] for one in found) == sum(one["last"] for one in expected)
 

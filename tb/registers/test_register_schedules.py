@@ -48,7 +48,7 @@ class Accesses:
 
     @property
     def schedule(self):
-        """For the bench."""
+        """The schedule for the bench."""
         return Schedule(stalls=self.stalls, items={
             "aw": [(gap, {"addr": address, "prot": gap % 8}) for gap, _, address, *_ in self.writes],
             "w": [(gap, {"data": data, "strb": strobe}) for _, gap, _, data, strobe in self.writes],

@@ -32,7 +32,7 @@ from tb.system.scenes import Frustum
 
 __all__ = ["Campaign", "cast_campaign", "configuration"]
 
-# Room for the frusta drawn; memories that are seldom cleared, and wide beats: hits leave at one ray per cycle.
+# Capacities for the frusta drawn; tags that seldom need a sweep; wide beats, so that hits leave at one ray per cycle.
 _CHANGES = {"icu.rays": 1 << 12, "icu.side_bits": 8, "icu.patch_bits": 10, "icu.generation_bits": 8,
             "memsys.scene_cells": 1024, "memsys.own_cells": 256, "memsys.own_entries": 512, "memsys.own_patches": 64,
             "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.lfu_lines": 8, "memory.data_bits": 128,
@@ -42,7 +42,7 @@ _HEMISPHERES = {1: ((64, 64), (128, 32), (256, 16)), 2: ((128, 64), (256, 32), (
                 4: ((128, 128), (256, 64))}
 # Frusta of a phase.
 _FRUSTA = 6
-# Rays of a sparse casting's ray.
+# Rays for each ray of the sparse casting.
 _RATIO = 16
 _BASE = 0x4000
 

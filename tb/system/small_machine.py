@@ -16,7 +16,7 @@ from tb.system.scenes import Frustum
 __all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "Driven", "cut", "resident"]
 
 BASE = 0x1_0000_4000
-# Room for small frusta, and little of it: resident sets, lists and caches that are too small.
+# Capacities for small frusta only: resident sets, lists and caches are too small for the scene.
 SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generation_bits": 2,
          "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
          "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
@@ -45,8 +45,8 @@ def cut(frustum: Frustum, *columns: int) -> Frustum:
 
 
 def resident(frustum: Frustum, cluster: int | None) -> Frustum:
-    """The frustum with the first patches of the scene in the memory of one cluster, as many as it has room for, or with
-    all patches in main memory alone.
+    """The frustum with the first patches of the scene in the memory of one cluster, as many as it can hold, or with all
+    patches in main memory alone.
     """
     clusters, residence = frustum.image["clusters"].copy(), frustum.image["residence"].copy()
     count = 0 if cluster is None else min(SMALL["memsys.own_patches"], len(residence))
@@ -61,14 +61,14 @@ def resident(frustum: Frustum, cluster: int | None) -> Frustum:
 
 
 class Driven:
-    """A simulated machine with its host. Main memory has room for images, and around them bytes that stay.
+    """A simulated machine with its host. Main memory holds images, and around them bytes that must not change.
 
     Parameters
     ----------
     frusta
-        Those that memory has room for.
+        Main memory can hold an image of each of them.
     images
-        So many of them at the same time.
+        The number of images at the same time.
     memory
         Parameters of `SimulatedPort`.
     """

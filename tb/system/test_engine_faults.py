@@ -31,7 +31,7 @@ def machine(given):
 
 
 def right(machine, given):
-    """Sound memory that has answered everything, a long watchdog, and a whole frustum."""
+    """With a sound, idle memory and a long watchdog a whole frustum is right."""
     machine.port.fault()
     machine(machine.port.wait(200))
     machine(machine.host.write("watchdog", 1 << 20))
@@ -133,7 +133,7 @@ def test_accesses_outside_the_windows(machine, given):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_windows_rewritten_while_they_are_used(machine, given):
-    """Word by word, to anything: a command keeps the windows with which it began."""
+    """The host rewrites them word by word, to any value; a command keeps the windows with which it began."""
     host, data, draw = machine.host, given.image.to_bytes(), random.Random(1)
     windows = {"read_base": BASE, "read_limit": BASE + len(data), "write_base": BASE + given.image.offsets["hits"],
                "write_limit": BASE + len(data)}

@@ -41,7 +41,7 @@ def test_hemispheres(clusters, memory):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_a_cast_waits_for_the_slowest_patch(clusters):
-    """Memory answers later than the host asks for the status: a cast that ended before would lack hits."""
+    """Memory answers later than the host reads the status: a cast that ended before would lack hits."""
     given = [resident(frustum, None) for frustum in cornell(clusters)]
     with Driven(given, latency=4 * POLL) as machine:
         for frustum in given:
@@ -73,8 +73,8 @@ CUTS = (12, 28, 4, 4, 31, 1, 16)
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_results_beside_the_next_frustum_have_their_own_sections(clusters):
-    """Sections differ from frustum to frustum; results are those of the frustum before the present one, whose rays are
-    other ones.
+    """Sections differ from frustum to frustum; results are those of the frustum before the present one, which has
+    other rays.
     """
     made = cornell(clusters)
     given = [cut(made[number % len(made)], *((0, column) if clusters > 1 else (0,)))
@@ -112,7 +112,7 @@ def test_sums_of_several_frusta_add_up(clusters):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_a_moved_vertex_is_seen(clusters):
-    """The comparisons are not of what was there before."""
+    """The comparisons do not pass with results of an earlier cast."""
     given = cornell(clusters)[0]
     with Driven([given]) as machine:
         machine.check(given)
@@ -204,8 +204,8 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
             assert all(keys)
             memsys = config.replace({"memsys.cache_policy": policy.name.lower()}).memsys
             caches = [Cache.of(memsys, lines=lines) for lines in (memsys.cell_lines, memsys.patch_lines)]
-            for cache, wanted in zip(caches, keys, strict=True):
-                cache.access(np.array(wanted, dtype=np.int64))
+            for cache, expected in zip(caches, keys, strict=True):
+                cache.access(np.array(expected, dtype=np.int64))
             expected[policy, number] = tuple(count for cache in caches for count in (cache.hits, cache.misses))
             # A policy is taken with the cells: later loads write another one into the register.
             machine.check(given[0], policy=policy)
@@ -213,6 +213,6 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
                 machine.check(frustum, *FRUSTUM)
             found[policy, number] = tuple(machine(machine.host.read(name)) for name in COUNTED)
     assert found == expected
-    # One of the phases tells each two policies apart.
+    # For every two policies one of the phases has different hits and misses.
     for one, other in combinations(CachePolicy, 2):
         assert any(expected[one, number] != expected[other, number] for number in range(len(phases)))

@@ -129,7 +129,7 @@ def test_images_beyond_the_capacity_are_refused(frustum, changes, message):
         check_image(frustum.image, CONFIG.replace(changes))
 
 
-# By region: its capacity, and records that it has room for besides.
+# By region: its capacity, and the records that it can hold besides.
 CAPACITIES = {
     "columns": ("Columns", 1 << CONFIG.icu.side_bits, 0), "rows": ("Rows", 1 << CONFIG.icu.side_bits, 0),
     "patches": ("Patches", 1 << CONFIG.icu.patch_bits, 0), "cells": ("Cells", CONFIG.memsys.scene_cells, 0),

@@ -37,7 +37,7 @@ class Engine:
         return said.starts or (said.error.code if said.error else None)
 
     def finish(self):
-        """Until nothing is in flight."""
+        """Step until nothing is in flight."""
         while any(self.step().status[f"{name}s"] for name in ("load", "cast", "write", "stop")):
             pass
 
