@@ -89,7 +89,7 @@ def _run(tree, tests, options, limit):
             return f"no end within {limit:g} s", limit
     if process.returncode not in (0, *NOTICED):
         raise click.ClickException(f"no such tests: {' '.join(tests)}\n{output[-2000:]}")
-    first = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - |$)", output, re.M)
+    first = re.search(r"^(?:FAILED|ERROR) (\S.*?)(?: - |$)", output, re.M)
     return ("" if process.returncode == 0 else first[1] if first else "pytest"), round(time.monotonic() - begin, 1)
 
 

@@ -68,6 +68,8 @@ def load(regions, faults=(), *, image=64, seed=1):
             await ctx.tick()
             if taken and cycle == 0:
                 ctx.set(dut.i.valid, 0)
+                # The host may write other numbers from now on.
+                ctx.set(dut.i.payload, {"image": 1, "regions": ~regions & ALL})
             if overs:
                 await ctx.tick()
                 assert not ctx.get(dut.busy)
@@ -142,6 +144,8 @@ def write(given, faults=(), *, seed=1):
             await ctx.tick()
             if cycle == 0:
                 ctx.set(dut.i.valid, 0)
+                # The host may write other numbers from now on.
+                ctx.set(dut.i.payload, {name: 1 - bit for name, bit in given.items()})
             if overs:
                 assert not ctx.get(dut.busy)
                 break

@@ -2,6 +2,7 @@
 
 """Stages come in golden's order, each with the rows of its grid that lie in sector and window."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,9 +20,9 @@ BENCH = ScheduleBench(StageRows(config=CONFIG), patience=60)
 SHELLS, WINDOWS = 4, slice(0, 4)
 
 
-def played(kind, *, sector, seed, items=WINDOWS, stalls=()):
+def played(kind, *, sector, seed, items=WINDOWS, stalls=(), stages=WindowStages):
     """The stages, with the cycles."""
-    stages = WindowStages(kind, CONFIG, seed=seed, sector=sector, last_shell=SHELLS)
+    stages = stages(kind, CONFIG, seed=seed, sector=sector, last_shell=SHELLS)
     stages.only(items)
     came = BENCH.run(Schedule(
         first={"i_table": stages.tables}, items={"i": [(2 * (not k), item) for k, item in enumerate(stages.items)]},
@@ -44,7 +45,11 @@ def rows_of(stages, window, shell):
     ("hemisphere", 0, 3, ()), ("hemisphere", 1, 4, (0, 5, 30, 1)), ("screen", 2, 5, (9,) * 9),
     ("hemisphere", 4, 6, ())])
 def test_rows_of_every_stage(kind, sector, seed, stalls):
-    stages, came = played(kind, sector=sector, seed=seed, stalls=stalls)
+    check(*played(kind, sector=sector, seed=seed, stalls=stalls))
+
+
+def check(stages, came):
+    """The stages are golden's, and their rows those of `rows_of`."""
     expected = list(stages.stages())
     assert [item["final"] for item in came] == [0] * len(expected) + [1]
     first_row, first_column, first_ray = 0, 0, 0
@@ -59,6 +64,30 @@ def test_rows_of_every_stage(kind, sector, seed, stalls):
         assert (item["first_column"], item["first_ray"], item["columns"]) == (*places[shell][1:], rays.columns)
         if len(rows):
             assert (item["row"], item["row_number"]) == (places[shell][0] + rows[0], rows[0]), number
+
+
+class BorderStages(WindowStages):
+    """A row of each shell is at the sector's border, or ``outside`` units beyond it."""
+
+    at_end, outside = True, 0
+
+    def _prepare(self, record, sector, of, last_shell, config):
+        def at_border(shell):
+            rays = of(shell)
+            if self.at_end:
+                distance = rays.row_position - 256 * sector.end_row
+            else:
+                distance = 256 * sector.first_row - rays.row_position
+            return replace(rays, row_border=int(distance[distance > 1].min()) - self.outside)
+
+        super()._prepare(record, sector, at_border, last_shell, config)
+
+
+@pytest.mark.parametrize("outside", [-1, 0, 1])
+@pytest.mark.parametrize(("at_end", "sector"), [(True, 1), (False, 4)])
+def test_a_row_at_the_sectors_border_is_in_the_stage(at_end, sector, outside):
+    stages = type("Stages", (BorderStages,), {"at_end": at_end, "outside": outside})
+    check(*played("hemisphere", sector=sector, seed=4, items=slice(0, 0), stages=stages))
 
 
 def test_a_stage_after_the_latency():

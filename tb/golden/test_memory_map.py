@@ -241,6 +241,16 @@ def test_tables_that_point_outside_are_refused(image, region, field, value, mess
         from_bytes(broken(image, region, field, value))
 
 
+@pytest.mark.parametrize(("region", "field", "table"), [
+    ("patch_lists", "patch", "patches"), ("patches", "id", "patches"), ("subshells", "patch", "patches"),
+    ("residents", "patch", "patches"), ("near_cells", "cell", "cells")])
+def test_the_last_record_of_a_table_is_accepted_and_the_one_behind_it_refused(image, region, field, table):
+    count = len(image[table])
+    assert from_bytes(broken(image, region, field, count - 1))[region][field][0] == count - 1
+    with pytest.raises(InputError, match=rf"{region}\.{field} must be below {count}"):
+        from_bytes(broken(image, region, field, count))
+
+
 def test_the_largest_weight_is_accepted(image):
     assert from_bytes(broken(image, "rows", "weight", (1 << 42) - 1))["rows"]["weight"][0] == (1 << 42) - 1
 

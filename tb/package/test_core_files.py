@@ -61,6 +61,20 @@ def test_files_of_a_core(router):
             assert sum(field["width"] for field in port["fields"]) == port["width"]
 
 
+@pytest.mark.parametrize("top", ["ctu", "icu"])
+def test_fields_of_a_port_follow_each_other(top, monkeypatch):
+    monkeypatch.setitem(TOPS, top, dataclasses.replace(TOPS[top], text=lambda *_: ""))
+    facts = json.loads(core_files(top, config=PRESETS["tiny"], preset="tiny")[f"radiosity_{top}.json"])
+    ports = {port["name"]: port for port in facts["ports"]}
+    assert any(field["name"].count(".") > 1 for field in ports["i_frustum__payload"]["fields"])
+    for port in facts["ports"]:
+        end = 0
+        for field in port.get("fields", ()):
+            assert field["low"] == end, (port["name"], field)
+            end += field["width"]
+        assert end in (0, port["width"])
+
+
 def test_latencies_are_those_of_the_units_that_a_core_has(router):
     facts = json.loads(router[1]["radiosity_router.json"])
     assert facts["latencies"] == {

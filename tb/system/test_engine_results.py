@@ -127,6 +127,31 @@ def test_a_moved_vertex_is_seen(clusters):
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
+def test_a_scene_is_read_where_it_was_loaded_from(clusters):
+    """A phase and a frustum from elsewhere leave its place and the caches as they are; a scene alone changes both."""
+    given, other = (cut(resident(cornell(clusters, cell=cell, points=(5,))[0], None), *range(0, 20 * clusters, 20))
+                    for cell in (0.2, 0.3))
+    with Driven([given], images=2, latency=5) as machine:
+        machine.load(given, at=1)
+        machine.cast()
+        machine.results(given, at=1)
+        counted = [machine(machine.host.read(name)) for name in COUNTED]
+        assert any(counted)
+        machine.load(given, *PHASE)
+        assert [machine(machine.host.read(name)) for name in COUNTED] == counted
+        broken = bytearray(given.image.to_bytes())
+        for region in "cells", "patch_lists", "patches":
+            first, size = given.image.offsets[region], given.image[region].nbytes
+            broken[first:first + size] = bytes(size)
+        machine.put(bytes(broken))
+        machine.cast()
+        machine.results(given)
+        machine.load(other, "scene", "frustum")
+        machine.cast()
+        machine.results(other)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
 def test_counters_of_each_cluster(clusters):
     """They agree with each other, with the shared ones, and with where the patches are."""
     made = cornell(clusters, cell=0.2)[0]

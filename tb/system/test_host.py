@@ -8,7 +8,7 @@ import pytest
 from golden.config import PRESETS
 from golden.errors import InputError
 from golden.memory_map import MemoryImage
-from hw.host import LIVES, EngineError, EngineTimeoutError, Host, Port, check_image
+from hw.host import LIVES, POLL, EngineError, EngineTimeoutError, Host, Port, check_image
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
@@ -108,6 +108,27 @@ def test_errors_are_reported_and_cleared(port, frustum):
     with pytest.raises(EngineError, match=r"PATH_BUS: a cell or a patch .* \(cluster 1, at 0x63\)") as raised:
         asyncio.run(host.load(frustum.image))
     assert (raised.value.code, raised.value.cluster, raised.value.address) == (ErrorCode.PATH_BUS, 1, 99)
+    assert port.commands[-1]["clear"]
+
+
+class Resets(Registers):
+    """After a command units are in reset for some reads of ``status``."""
+
+    async def read(self, address):
+        if address == PLACES["status"] and self.busy:
+            self.busy -= 1
+            return register("status").pack(stops=1, failed=1)
+        return await super().read(address)
+
+
+def test_an_error_that_ends_in_a_reset_is_reported_after_it(frustum):
+    port = Resets()
+    port.looks = 3
+    port.set("error", ErrorCode.READ_TIMEOUT.value)
+    port.set("status", register("status").pack(failed=1))
+    with pytest.raises(EngineError, match="READ_TIMEOUT"):
+        asyncio.run(Host(port, CONFIG).load(frustum.image))
+    assert port.waited == 3 * POLL
     assert port.commands[-1]["clear"]
 
 

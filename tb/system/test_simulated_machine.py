@@ -9,6 +9,8 @@ from golden.config import PRESETS
 from golden.errors import InputError
 from golden.memory_map import MemoryImage
 from hw.cluster import COUNTERS
+from hw.host import LIVES, EngineError
+from hw.registers.error_code import ErrorCode
 from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
@@ -65,6 +67,26 @@ def test_all_counters_are_those_of_the_cast(monkeypatch):
         assert tuple(counters) == tuple(COUNTERS)
         assert {counters[name] for name in SINCE_RESET} == {(1 << 31) + 1}
         assert counters["cycles"] == 7
+
+
+def test_after_a_load_that_fails_everything_is_loaded_again(monkeypatch):
+    loads = []
+
+    class FailingHost(CountingHost):
+        async def load(self, image, *, lives, policy):
+            loads.append(lives)
+            if len(loads) == 2:
+                raise EngineError(ErrorCode.READ_REPLY, 0, 0)
+
+    port = SimpleNamespace(cycles=0, size=1 << 40)
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedPort", lambda *_, **__: port)
+    monkeypatch.setattr("hw.simulator.simulated_machine.Host", lambda *_: FailingHost())
+    machine, image = SimulatedMachine(CONFIG), frusta("cornell", CONFIG, cell=0.5, points=(5,))[0].image
+    machine.cast(image)
+    with pytest.raises(EngineError, match="READ_REPLY"):
+        machine.cast(image)
+    machine.cast(image)
+    assert loads == [tuple(LIVES), ("frustum",), tuple(LIVES)]
 
 
 @ONE_CLUSTER

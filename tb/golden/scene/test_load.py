@@ -216,6 +216,14 @@ def test_mtl_materials_arrive_whole(tmp_path):
     assert bright.diffuse == bright.specular == (0.5, 0.5, 0.5)
 
 
+@pytest.mark.parametrize(("lines", "index"), [("Ni 1.5\nillum 2", 1), ("Ni 1.5\nillum 3", 1), ("illum 4", 1),
+                                              ("Ni 1.5\nillum 4", 1.5)])
+def test_transparent_materials_refract_if_they_have_an_index_and_illum_says_so(tmp_path, lines, index):
+    write(tmp_path, "a.mtl", f"newmtl glass\nd 0.2\n{lines}\n")
+    scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl glass\n" + obj(BOX, BOX_QUADS)))
+    assert [material.refraction_index for material in scene.materials] == [index]
+
+
 @pytest.mark.parametrize("faces", [BOX_QUADS, fans(BOX_QUADS)])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_glass_bodies_look_outwards_however_they_are_wound(tmp_path, faces, reverse):
