@@ -29,9 +29,9 @@ class ReadBuffer(wiring.Component):
     length : In(burst_bits)
         Length of the burst.
     offered : In(1)
-        Memory has not accepted the address of a burst, the latest one.
+        Memory has not yet accepted the address of the latest burst.
     offered_slot : In(slot_bits)
-        Its slot: a beat for it is no answer.
+        The slot of that burst: a beat for it is unexpected.
     i : In, stream of `MemoryFormats.read_data`
         Beats of memory; the id is the slot. Always ready.
     outstanding, wrong : Out(outstanding)

@@ -10,9 +10,9 @@ _BLOCKS = ("icu", "ctu", "memsys", "control", "registers", "noc")
 
 
 def unit_latencies(*components: wiring.Component) -> dict[str, int]:
-    """The latencies in cycles of the components below some components, and of these, by block and name.
+    """The latencies in cycles of some components and of all components inside them, by block and name.
 
-    Components without a latency are left out, and those that are there with several.
+    Left out are components without a latency, and those whose instances differ in it.
     """
     found = {}
     for component in components:

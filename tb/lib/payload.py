@@ -7,7 +7,13 @@ __all__ = ["mask_of", "pack", "unpack"]
 
 
 def pack(shape, value) -> int:
-    """The bits of a payload: dicts for structs, lists for arrays, integers for the rest; None or missing is 0."""
+    """The bits of a payload: dicts for structs, lists for arrays, integers for the rest; None or missing is 0.
+
+    Raises
+    ------
+    KeyError
+        The struct has no such field.
+    """
     if value is None:
         return 0
     if isinstance(shape, StructLayout):

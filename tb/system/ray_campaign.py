@@ -137,6 +137,11 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
         Fewest rays.
     progress
         Show the progress of a build.
+
+    Raises
+    ------
+    AssertionError
+        The machine accessed bytes outside main memory.
     """
     config, draw, campaign = configuration(clusters), random.Random(f"{clusters} {seed}"), Campaign()
     memory = {"latency": draw.choice((2, 10, 25)), "spread": draw.choice((0, 8)), "seed": draw.getrandbits(20)}
@@ -145,10 +150,11 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
         complete(host.identify())
         for number, frusta in enumerate(_phases(draw, clusters, config, campaign.seconds)):
             begin = time.process_time()
-            room = max(len(one.image.to_bytes()) for one in frusta)
-            if _BASE + 2 * room > port.size:
-                port.resize(_BASE + 2 * room)
-            _cast_phase(port, host, frusta, room, draw.choice(tuple(CachePolicy)), campaign, f"phase {number}")
+            image_bytes = max(len(one.image.to_bytes()) for one in frusta)
+            if _BASE + 2 * image_bytes > port.size:
+                port.resize(_BASE + 2 * image_bytes)
+            policy = draw.choice(tuple(CachePolicy))
+            _cast_phase(port, host, frusta, image_bytes, policy, campaign, f"phase {number}")
             campaign.seconds["machine"] += time.process_time() - begin
             if campaign.rays >= rays:
                 campaign.cycles = port.cycles
@@ -157,11 +163,11 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
     raise AssertionError("phases never end")
 
 
-def _cast_phase(port, host, frusta, room, policy, campaign, name):
+def _cast_phase(port, host, frusta, image_bytes, policy, campaign, name):
     """All frusta of a phase; each one's results are compared while the machine casts the next one."""
     for number, frustum in enumerate(frusta):
         complete(host.load(frustum.image, lives=("frustum",) if number else tuple(LIVES), policy=policy,
-                           base=_BASE + number % 2 * room))
+                           base=_BASE + number % 2 * image_bytes))
         complete(host.start())
         if number:
             _compare(host, frusta[number - 1], campaign, f"{name}, frustum {number - 1}", earlier=True)
