@@ -34,7 +34,6 @@ TESTED_IN = {
     "hw/memsys/patch_fetch.py": ("tb/memsys/test_fetches.py", ""),
     "hw/memsys/patch_table.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/patch_type_memory.py": ("tb/memsys/test_tables.py", ""),
-    "hw/memsys/read_engine.py": ("tb/formal/test_memory_engines.py", ""),
     "hw/memsys/read_share.py": ("tb/memsys/test_path_parts.py", ""),
     "hw/memsys/vertex_merge.py": ("tb/memsys/test_path_parts.py", ""),
     "hw/memsys/word_writer.py": ("tb/memsys/test_write_dma.py", "WriteDma"),
