@@ -7,12 +7,12 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.control.cast_control import CastControl
+from hw.control.cluster_faults import ClusterFaults
 from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
 from hw.control.near_cells import NearCells
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import COUNTERS as TRAVERSAL_COUNTERS
-from hw.ctu.subshell_generator import ListError
 from hw.ctu.subshell_table import SubshellTable
 from hw.ctu.subshell_windows import VERTICES
 from hw.ctu.traversal_unit import TraversalUnit
@@ -24,13 +24,11 @@ from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.memory_system import COUNTERS as MEMORY_COUNTERS
 from hw.memsys.memory_system import MemorySystem
-from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
 from hw.memsys.result_formats import ResultFormats
 from hw.memsys.table_load import TableLoad
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
-from hw.registers.error_code import LIST, PATH, ErrorCode
 
 __all__ = ["COUNTERS", "Cluster", "ClusterSignature"]
 
@@ -283,16 +281,11 @@ class Cluster(wiring.Component):
 
     def _add_ends(self, m, control):
         """The first fault; counters."""
-        memory, traversal, fault = self._memory, self._traversal, self.fault
-        with m.If(self.clear):
-            m.d.sync += fault.as_value().eq(0)
-        with m.Elif(fault.code == ErrorCode.NONE):
-            with m.If(control.wrong):
-                m.d.sync += fault.code.eq(ErrorCode.SECTION)
-            with m.Elif(memory.fault.code != PathFault.NONE):
-                m.d.sync += [fault.code.eq(memory.fault.code.as_value() + PATH), fault.number.eq(memory.fault.number)]
-            with m.Elif(control.final & (traversal.error != ListError.NONE)):
-                m.d.sync += fault.code.eq(traversal.error.as_value() + LIST)
+        memory, traversal = self._memory, self._traversal
+        m.submodules.faults = faults = ClusterFaults(config=self._config)
+        m.d.comb += [
+            faults.wrong.eq(control.wrong), faults.memory.eq(memory.fault), faults.final.eq(control.final),
+            faults.error.eq(traversal.error), faults.clear.eq(self.clear), self.fault.eq(faults.fault)]
         groups = (1, *map(len, _UNIT_COUNTERS.values()))
         m.submodules.choice = choice = CounterChoice(groups=groups, number_bits=COUNTER_BITS)
         units = {"intersection": self._intersection, "traversal": traversal, "memory": memory}

@@ -1,13 +1,11 @@
 """First fault: the first of several faults, until it is cleared."""
 
-from amaranth.hdl import Module
+from amaranth.hdl import Module, Value
 from amaranth.lib import stream, wiring
+from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
 from hw.lib.validate import check_integer
-from hw.memsys.fault import Fault
-from hw.memsys.memory_formats import MemoryFormats
 
 __all__ = ["FirstFault"]
 
@@ -15,20 +13,22 @@ __all__ = ["FirstFault"]
 class FirstFault(wiring.Component):
     """Latches the first fault until it is cleared; of two in the same cycle that of the lower input.
 
+    A fault is an event, reported once: one in the cycle of a clear is latched, as if it came after it.
+
     Parameters
     ----------
-    config
-        The configuration.
+    layout
+        Of a fault. Its ``code`` is 0 while there is none.
     count
         Number of inputs, at least 1.
 
     Members
     -------
-    i : In, ``count`` streams of `MemoryFormats.fault`
+    i : In, ``count`` streams of ``layout``
         Faults. Always ready.
     clear : In(1)
-        Clears the latch.
-    o : Out(MemoryFormats.fault)
+        Clears the latch, of earlier faults.
+    o : Out(layout)
         The fault, all 0 while there is none.
 
     Timing
@@ -43,18 +43,17 @@ class FirstFault(wiring.Component):
         The count is out of range.
     """
 
-    def __init__(self, *, config: Config, count: int):
+    def __init__(self, *, layout: StructLayout, count: int):
         check_integer("Count", count, minimum=1)
-        fault = MemoryFormats(config).fault
-        super().__init__({"i": In(stream.Signature(fault, always_ready=True)).array(count), "clear": In(1),
-                          "o": Out(fault)})
+        super().__init__({"i": In(stream.Signature(layout, always_ready=True)).array(count), "clear": In(1),
+                          "o": Out(layout)})
         self.latency = 1
 
     def elaborate(self, platform):
         m = Module()
         with m.If(self.clear):
             m.d.sync += self.o.as_value().eq(0)
-        with m.Elif(self.o.code == Fault.NONE):
+        with m.If(self.clear | (Value.cast(self.o.code) == 0)):
             for source in reversed(list(self.i)):
                 with m.If(source.valid):
                     m.d.sync += self.o.eq(source.payload)

@@ -12,6 +12,7 @@ from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.cell_table import CellTable
 from hw.memsys.filter import Filter
+from hw.memsys.first_fault import FirstFault
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.patch_table import PatchTable
@@ -277,16 +278,15 @@ class MemorySystem(wiring.Component):
 
     def _add_fault(self, m, number, causes):
         """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""
+        m.submodules.first_fault = first_fault = FirstFault(layout=self.fault.shape(), count=1)
         # Registered like ``drained``.
         found = Signal.like(self.fault)
         m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(number)]
         for happens, what, which in causes:
             with m.If(happens):
                 m.d.sync += [found.code.eq(what), found.number.eq(which)]
-        with m.If(self.clear):
-            m.d.sync += self.fault.as_value().eq(0)
-        with m.Elif((self.fault.code == PathFault.NONE) & (found.code != PathFault.NONE)):
-            m.d.sync += self.fault.eq(found)
+        m.d.comb += [first_fault.i[0].valid.eq(found.code != PathFault.NONE), first_fault.i[0].payload.eq(found),
+                     first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
 
     def _add_counters(self, m, hits, misses, left):
         """Counters of a frustum; ``hits`` and ``misses`` are totals, ``left`` are patches by source."""

@@ -1,0 +1,67 @@
+"""Cluster faults: the first fault of a cluster's units, until it is cleared."""
+
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.control.control_formats import ControlFormats
+from hw.ctu.subshell_generator import ListError
+from hw.memsys.first_fault import FirstFault
+from hw.memsys.path_fault import PathFault
+from hw.memsys.path_formats import PathFormats
+from hw.registers.error_code import LIST, PATH, ErrorCode
+
+__all__ = ["ClusterFaults"]
+
+
+class ClusterFaults(wiring.Component):
+    """Latches the first fault of a cluster's units; of several in the same cycle section, memory system, list.
+
+    ``wrong`` and the end of a faulty list are events, reported once: those in the cycle of a clear are latched. The
+    memory system latches its own fault, and clears it in the same cycle: what it holds then is an earlier one.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    wrong : In(1)
+        A cast has ended because its section is too large, see `CastControl`.
+    memory : In(PathFormats.fault)
+        Of the memory system, until ``clear``.
+    final : In(1)
+        The traversal sends its final item.
+    error : In(ListError)
+        The fault of the frustum's list, at ``final``.
+    clear : In(1)
+        Clears earlier faults.
+    fault : Out(ControlFormats.fault)
+        The first fault, all 0 while there is none.
+
+    Timing
+    ------
+    Latency: ``1`` cycle.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._fault = ControlFormats(config).fault
+        super().__init__({"wrong": In(1), "memory": In(PathFormats(config).fault), "final": In(1),
+                          "error": In(ListError), "clear": In(1), "fault": Out(self._fault)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.first_fault = first_fault = FirstFault(layout=self._fault, count=3)
+        section, memory, subshells = first_fault.i
+        m.d.comb += [
+            section.valid.eq(self.wrong), section.payload.code.eq(ErrorCode.SECTION),
+            memory.valid.eq((self.memory.code != PathFault.NONE) & ~self.clear),
+            memory.payload.code.eq(self.memory.code.as_value() + PATH), memory.payload.number.eq(self.memory.number),
+            subshells.valid.eq(self.final & (self.error != ListError.NONE)),
+            subshells.payload.code.eq(self.error.as_value() + LIST),
+            first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
+        return m
