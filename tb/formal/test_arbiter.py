@@ -92,7 +92,8 @@ def make(policy=IN_TURN, real=None, rule=None):
 test_arbiter = declare(
     make, cycles=10, claims=[Claim(policy=policy, unbounded=True) for policy in (IN_TURN, BY_AGE)],
     controls={
-        **{f"{policy.name.lower()} with {rule.__name__}": Control(breaks, policy=policy, rule=rule)
+        **{f"{policy.name.lower()} with {rule.__name__}": Control(
+            breaks, policy=policy, rule=rule, nightly=policy is BY_AGE)
            for policy in (IN_TURN, BY_AGE) for rule, breaks in ((LowestFirst, "bound"), (AllFirst, "one"))},
         "by age instead of in turn": Control("policy", policy=IN_TURN, real=BY_AGE),
         "in turn instead of by age": Control("policy", policy=BY_AGE, real=IN_TURN),

@@ -51,7 +51,8 @@ def make(kind=EngineControl):
 test_activities_end = declare(
     make, cycles=16, engine="abc bmc3",
     controls={
-        "the watchdog leaves casts alone": Control("active", {"stops": lambda dut: dut.stops & ~dut.casts}),
+        "the watchdog leaves casts alone": Control(
+            "active", {"stops": lambda dut: dut.stops & ~dut.casts}, nightly=True),
         "the watchdog is late": Control("active", kind=source_fault(
             EngineControl, "(cycles >= self.watchdog)", "(cycles > self.watchdog)")),
         "a reset stays": Control("held", kind=source_fault(

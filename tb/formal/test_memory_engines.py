@@ -107,7 +107,8 @@ def bursts_of_requests(m, bench, dut):
 
 test_reads = declare(
     lambda silent=False: Bench(reads_answered, ReadEngine(config=CONFIG, tag=TAG), silent=silent),
-    cycles=12, engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=PATIENCE + 4, nightly=True)],
+    cycles=12, engine=ENGINE, covers_nightly=True,
+    claims=[Claim(), Claim(silent=True, cycles=PATIENCE + 4, nightly=True)],
     controls={
         "a beat too many": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control(
@@ -118,7 +119,7 @@ test_reads = declare(
     })
 test_writes = declare(
     lambda silent=False: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG), silent=silent), cycles=12,
-    engine=ENGINE, claims=[Claim(), Claim(silent=True, cycles=24, nightly=True)],
+    engine=ENGINE, covers_nightly=True, claims=[Claim(), Claim(silent=True, cycles=24, nightly=True)],
     controls={
         "waits for an answer without end": Control(
             "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),

@@ -56,7 +56,7 @@ def make(policy=ArbiterPolicy.ROUND_ROBIN):
 
 
 test_network = declare(
-    make, cycles=14, engine="abc bmc3",
+    make, cycles=14, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(), *(Claim(policy=policy, cycles=20, nightly=True) for policy in ArbiterPolicy)],
     controls={
         "a flit to the wrong node": Control(

@@ -125,8 +125,8 @@ test_sets = declare(
     controls={
         "does not see the request in front": Control("hit", kind=with_parts(SetPlacement, UpdateMemory=Blind)),
         "least recently used instead of direct": Control("line", direct=0, taken_for=1),
-        "direct instead of least recently used": Control("line", direct=1, taken_for=0),
-        "a start that empties nothing": Control("hit", {"i_start__ready": lambda dut: 1}),
+        "direct instead of least recently used": Control("line", direct=1, taken_for=0, nightly=True),
+        "a start that empties nothing": Control("hit", {"i_start__ready": lambda dut: 1}, nightly=True),
         "an answer twice": Control("once", {"o__valid": lambda dut: dut.o.valid | dut.i.valid}),
     })
 test_counts = declare(

@@ -114,7 +114,7 @@ def make_patient(where="interior", policy=IN_TURN, patience=None, **more):
 
 
 test_credits = declare(
-    make, cycles=10, engine="abc bmc3",
+    make, cycles=10, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(router_cycles=1, cycles=8), Claim(router_cycles=2), *(
         Claim(where=where, policy=policy, router_cycles=cycles, cycles=14 if cycles == 2 else 12, nightly=True)
         for where in NETWORKS for policy in ArbiterPolicy for cycles in (1, 2))],
@@ -122,20 +122,21 @@ test_credits = declare(
         "too many entries": Control("credit", depth=2 * DEPTH),
         "a credit returned twice": Control(
             "entry", {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}),
-        "a credit that is not returned": Control("flit", {"o_credit__1": lambda dut: dut.o_credit[1][0:0]}),
+        "a credit that is not returned": Control(
+            "flit", {"o_credit__1": lambda dut: dut.o_credit[1][0:0]}, nightly=True),
         "a lost flit": Control("flit", {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[0].payload.flit.first}),
         "packets in each other": Control("packet", kind=with_parts(Router, InputQueue=LastAlways)),
     })
 test_progress = declare(
-    make_patient, cycles=16, engine="abc bmc3",
+    make_patient, cycles=16, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(policy=policy) for policy in ArbiterPolicy] + [
         Claim(where=where, policy=policy, router_cycles=cycles, nightly=True)
         for where, policy in PATIENCE for cycles in (1, 2)],
     controls={
         "a shorter bound in turn": Control("patience", patience=PATIENCE["interior", IN_TURN] - 1),
         "a shorter bound by age": Control(
-            "patience", where="end", policy=BY_AGE, patience=PATIENCE["end", BY_AGE] - 1),
+            "patience", where="end", policy=BY_AGE, patience=PATIENCE["end", BY_AGE] - 1, nightly=True),
         "in turn over two channels": Control(
             "patience", where="end", patience=2 * PATIENCE["end", BY_AGE], nightly=True),
-        "an input that is never granted": Control("patience", rule=LowestFirst),
+        "an input that is never granted": Control("patience", rule=LowestFirst, nightly=True),
     })

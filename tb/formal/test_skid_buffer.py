@@ -28,7 +28,8 @@ test_skid_buffer = declare(
     claims=[Claim(unbounded=True)],
     controls={
         "is ready when full": Control("ready", {"i__ready": lambda dut: 1}),
-        "is ready only when its sink is": Control("ready", {"i__ready": lambda dut: dut.i.ready & dut.o.ready}),
+        "is ready only when its sink is": Control(
+            "ready", {"i__ready": lambda dut: dut.i.ready & dut.o.ready}, nightly=True),
         "stalls every other cycle": Control("flow", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.a}),
         "delivers an item twice": Control(
             "order", {"o__valid": lambda dut: dut.o.valid | ~dut.i.ready | dut.i.valid}),

@@ -227,6 +227,7 @@ def test_at_a_memory_of_others(simulator, bits):
              name=f"bus_at_memory-{bits}-{simulator}", changes=changes)
 
 
+@pytest.mark.nightly
 def test_faults_of_the_bus():
     changes = {**SMALL, "memory.timeout_bits": 7}
     simulate(BusAtMemory(config=config_of(changes)), MODULE, ("faults_of_the_bus",), simulator="icarus",
