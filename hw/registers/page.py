@@ -36,6 +36,10 @@ idle. A command that is not possible is an error and changes nothing.
 The first error stays in `error` until `command.clear`. After an error results are undefined. After a fault of the
 tables, and after a reset by a stop or by an error, load all regions again (`status.loaded`).
 
+After `READ_TIMEOUT` all reads end as errors until each late beat of before has come: a load that begins earlier fails
+with `READ_REPLY`, whatever memory does now. Repeat the load until it ends without an error. If a burst never ends, none
+does: reset the machine and its memory together. After `WRITE_TIMEOUT` the same holds of writes and `WRITE_REPLY`.
+
 {errors}
 ## Counters
 
