@@ -9,8 +9,8 @@ from golden.scene.cells import patches_by_cell
 
 __all__ = ["MARGIN", "CellTable"]
 
-# A patch is also listed in cells that it misses by up to this many units of G (docs/exactness.md). The R frame rounds a
-# vertex by half of 2^-22, two units of G, along each axis, and a traversal step is off by less than one unit.
+# A patch is also listed in cells that it misses by up to this many units of G. The R frame of a hemisphere rounds a
+# vertex by up to 2 sqrt(3) units along an axis of G; the slack of shelling covers all else (docs/exactness.md).
 MARGIN = 4
 
 
