@@ -38,8 +38,9 @@ class StageProgress:
             known = json.loads(record.read_text())
             self._expected |= {name: known[name] for name in expected if name in known}
         self._tick = 0.5 if sys.stderr.isatty() else 10.0
+        self._total = max(1, round(sum(self._expected.values())))
         self._bar = progress_bar(
-            total=round(sum(self._expected.values())), desc=title, disable=not shown, delay=2, miniters=0,
+            total=self._total, desc=title, disable=not shown, delay=2, miniters=0,
             mininterval=self._tick / 2, bar_format="{desc}{percentage:3.0f}% |{bar}| {elapsed} of about {total} s")
         self._done = 0.0
 
@@ -65,7 +66,8 @@ class StageProgress:
         self._show(0)
 
     def _show(self, share):
-        self._bar.update(round(self._done + share, 1) - self._bar.n)
+        # The total is rounded: the last stage must not pass it.
+        self._bar.update(min(round(self._done + share, 1), self._total) - self._bar.n)
 
     def keep(self) -> None:
         """Keep the durations, of a complete job, for the next estimate."""

@@ -45,6 +45,16 @@ def test_the_last_durations_are_the_next_estimate(capsys, monkeypatch, tmp_path)
     assert known["other"] == 7.0
 
 
+@pytest.mark.parametrize(("first", "total"), [(100.4, 101), (0.0, 1), (99.6, 101)])
+def test_the_bar_ends_at_its_end_whatever_the_durations(capsys, monkeypatch, tmp_path, first, total):
+    """Their sum is not a whole number of seconds; beyond the total tqdm warns."""
+    record = tmp_path / "durations.json"
+    record.write_text(json.dumps({"first": first, "second": 1.0 if first else 0.3}))
+    text = shown(capsys, monkeypatch, shown=True, record=record)
+    assert f"of about {total} s" in text
+    assert "clamping" not in text
+
+
 def test_a_failing_stage_ends_the_bar():
     with StageProgress("job", STAGES, shown=True) as bar, pytest.raises(OSError, match="no"), bar.stage("first"):
         raise OSError("no")
