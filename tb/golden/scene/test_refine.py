@@ -7,6 +7,7 @@ from golden.errors import InputError
 from golden.scene.material import Material
 from golden.scene.refine import MOST_ELEMENTS, refine
 from golden.scene.scene import Scene
+from tb.lib.schedules import SETTINGS
 
 TRAPEZOID = [(0, 0, 0), (4, 0, 0), (2.5, 1, 0), (1, 1, 0)]
 TRIANGLE = [(0, 0, 1), (3, 0, 1), (0, 2, 1), (0, 2, 1)]
@@ -27,7 +28,7 @@ def bilinear(corners, u, v):
     return (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(SETTINGS, max_examples=60)
 @given(max_edge=st.floats(0.05, 5), seed=st.integers(0, 1000))
 def test_elements_keep_the_edge_bound_and_the_area_and_are_as_few_as_that_takes(max_edge, seed):
     turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
@@ -41,7 +42,7 @@ def test_elements_keep_the_edge_bound_and_the_area_and_are_as_few_as_that_takes(
     assert np.array_equal(refined.cuts, np.maximum(fewest, 1))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(SETTINGS, max_examples=60)
 @given(max_area=st.floats(0.002, 5))
 def test_elements_keep_the_area_bound(max_area):
     refined = refine(scene(TRAPEZOID, TRIANGLE), max_area=max_area)

@@ -1,0 +1,28 @@
+"""Every test that Hypothesis gives examples draws them from a nightly's seed."""
+
+import ast
+
+from tb.sources.source_trees import source_trees
+
+SHARED = "tb/lib/schedules.py"
+
+
+def own_settings(tree):
+    """Lines of settings that are not made from the shared ones, or that choose themselves what is drawn."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("settings", "hypothesis.settings"):
+            shared = node.args and ast.unparse(node.args[0]) == "SETTINGS"
+            if not shared or {"derandomize", "database"} & {word.arg for word in node.keywords}:
+                yield node.lineno
+
+
+def test_settings_are_the_shared_ones():
+    wrong = [f"{path}:{line}" for path, tree in source_trees("tb").items() if path != SHARED
+             for line in own_settings(tree)]
+    assert not wrong
+
+
+def test_the_check_sees_settings():
+    tree = ast.parse("\n".join((
+        "settings(max_examples=3)", "settings(SETTINGS, derandomize=True)", "settings(SETTINGS, max_examples=3)")))
+    assert list(own_settings(tree)) == [1, 2]
