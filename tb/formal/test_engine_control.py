@@ -49,7 +49,7 @@ def make(kind=EngineControl):
 
 
 test_activities_end = declare(
-    make, cycles=16, engine="abc bmc3",
+    make, cycles=16, engine="abc bmc3", covers_nightly=True,
     controls={
         "the watchdog leaves casts alone": Control(
             "active", {"stops": lambda dut: dut.stops & ~dut.casts}, nightly=True),

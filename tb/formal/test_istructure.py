@@ -272,14 +272,14 @@ PAIRS = FIRST | {
     ("write_2", "read_4"): "released", ("write_2", "write_4"): "refusal", ("write_3", "write_4"): "refusal"}
 
 test_one_location = declare(
-    make_place, cycles=16, engine="abc bmc3",
+    make_place, cycles=16, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(depth=4, version_bits=2), *(
         Claim(depth=depth, version_bits=bits, unbounded=True, nightly=True)
         for depth, bits in ((2, 1), (4, 1), (2, 2)))],
     controls={f"{access} does not notice {to}": Control(breaks, access=access, to=to, nightly=(access, to) not in FIRST)
               for (access, to), breaks in PAIRS.items()})
 test_with_the_store = declare(
-    make, cycles=16, engine="abc bmc3", claims=[Claim(), Claim(depth=4, deferred=4, cycles=19)],
+    make, cycles=16, engine="abc bmc3", covers_nightly=True, claims=[Claim(), Claim(depth=4, deferred=4, cycles=19)],
     controls={
         "answers before the write": Control(
             "early", {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)}),

@@ -129,6 +129,7 @@ test_writes = declare(
     })
 test_bursts = declare(
     lambda: Bench(bursts_of_requests, BurstSplitter(config=CONFIG, tag=TAG)), cycles=10, engine=ENGINE,
+    covers_nightly=True,
     controls={
         "begins again": Control("next", {"o__payload": lambda dut: dut.o.payload.as_value() ^ dut.o.payload.ends}),
         "another tag": Control("tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ (

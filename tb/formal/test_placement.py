@@ -121,7 +121,7 @@ def of_counts(lines=2, count_bits=2, alter=lambda hit, line: (hit, line)):
 
 
 test_sets = declare(
-    of_sets, cycles=18, engine="abc bmc3", claims=[Claim(direct=0), Claim(direct=1)],
+    of_sets, cycles=18, engine="abc bmc3", covers_nightly=True, claims=[Claim(direct=0), Claim(direct=1)],
     controls={
         "does not see the request in front": Control("hit", kind=with_parts(SetPlacement, UpdateMemory=Blind)),
         "least recently used instead of direct": Control("line", direct=0, taken_for=1),
@@ -130,7 +130,7 @@ test_sets = declare(
         "an answer twice": Control("once", {"o__valid": lambda dut: dut.o.valid | dut.i.valid}),
     })
 test_counts = declare(
-    of_counts, cycles=28, engine="abc bmc3",
+    of_counts, cycles=28, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(lines=2), Claim(lines=2, cycles=34, nightly=True), Claim(lines=4, cycles=34, nightly=True)],
     controls={
         "counters of another width": Control("line", count_bits=3, nightly=True),

@@ -57,9 +57,10 @@ test_rules = declare(
     })
 
 test_rules_of_the_memory_engines = declare(
-    make, cycles=14, engine="abc bmc3", claims=[Claim(name=name) for name in ENGINES],
+    make, cycles=14, engine="abc bmc3", covers_nightly=True, claims=[Claim(name=name) for name in ENGINES],
     controls={f"the {name} withdraws an answer": Control(
-        "withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}, name=name) for name in ENGINES})
+        "withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}, name=name, nightly=name == "write_engine")
+        for name in ENGINES})
 
 
 def make_blind(name="queue", wrong=None):
