@@ -229,8 +229,8 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
             assert all(keys)
             memsys = config.replace({"memsys.cache_policy": policy.name.lower()}).memsys
             caches = [Cache.of(memsys, lines=lines) for lines in (memsys.cell_lines, memsys.patch_lines)]
-            for cache, expected in zip(caches, keys, strict=True):
-                cache.access(np.array(expected, dtype=np.int64))
+            for cache, requests in zip(caches, keys, strict=True):
+                cache.access(np.array(requests, dtype=np.int64))
             expected[policy, number] = tuple(count for cache in caches for count in (cache.hits, cache.misses))
             # A policy is taken with the cells: later loads write another one into the register.
             machine.check(given[0], policy=policy)
