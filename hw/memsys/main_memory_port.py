@@ -5,11 +5,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.lib.first_fault import FirstFault
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.axi_signature import AxiSignature
 from hw.memsys.burst_splitter import BurstSplitter
 from hw.memsys.fault import Fault
-from hw.memsys.first_fault import FirstFault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.read_engine import ReadEngine
 from hw.memsys.window_check import WindowCheck

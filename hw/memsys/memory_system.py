@@ -8,11 +8,11 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
+from hw.lib.first_fault import FirstFault
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.cell_table import CellTable
 from hw.memsys.filter import Filter
-from hw.memsys.first_fault import FirstFault
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.patch_table import PatchTable

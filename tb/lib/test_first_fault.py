@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from golden.config import PRESETS
+from hw.lib.first_fault import FirstFault
 from hw.memsys.fault import Fault
-from hw.memsys.first_fault import FirstFault
 from hw.memsys.memory_formats import MemoryFormats
 from tb.lib.schedules import SETTINGS
 
