@@ -149,6 +149,7 @@ class EngineControl(wiring.Component):
                 m.d.sync += [error.code.eq(self.write_over.payload.code.as_value()),
                              error.number.eq(self.write_over.payload.address)]
             with m.Elif(bits["clear"]):
+                # The other errors of this cycle are cleared with the earlier ones.
                 pass
             with m.Elif(self.memory_fault.code != Fault.NONE):
                 m.d.sync += [error.code.eq(self.memory_fault.code.as_value()),

@@ -29,6 +29,16 @@ TABLE = (Register(name="said", access=Access.READ, about="."), Register(name="go
          Register(name="mode", access=Access.WRITE, about="."))
 
 
+def watched(bench, dut, protocol, port):
+    """A module with the component, connected to the bench's ports, and a checker of one of these."""
+    m = Module()
+    m.submodules.dut = dut
+    connect_ports(m, bench, dut)
+    m.submodules.checker = checker = ProtocolChecker(protocol)
+    checker.watch(m, port)
+    return m, checker
+
+
 class ManagerRules(wiring.Component):
     """The port keeps AXI's rules whatever its clients request and whatever memory does, faults and resets included.
 
@@ -46,11 +56,7 @@ class ManagerRules(wiring.Component):
         super().__init__(dut.signature)
 
     def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = self._dut
-        connect_ports(m, self, self._dut)
-        m.submodules.checker = checker = ProtocolChecker(self._protocol)
-        checker.watch(m, self.axi)
+        m, checker = watched(self, self._dut, self._protocol, self.axi)
         for interface in (self.i_read, self.i_write, self.i_write_data):
             add_rules(m, interface, Assume)
         # The windows stay.
@@ -87,11 +93,7 @@ class SubordinateRules(wiring.Component):
         super().__init__(dut.signature)
 
     def elaborate(self, platform):
-        m = Module()
-        m.submodules.dut = self._dut
-        connect_ports(m, self, self._dut)
-        m.submodules.checker = checker = ProtocolChecker(self._protocol)
-        checker.watch(m, self.host)
+        m, checker = watched(self, self._dut, self._protocol, self.host)
         add_rules(m, self.i_window, Assume)
         m.d.comb += [
             *(Assume(~checker.violated[rule]) for rule in self._protocol.manager),
