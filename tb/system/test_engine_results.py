@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from golden.cast.shelling import Shelling
+from golden.ctu.sector import Sector
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.memory_map.layout import NONE
 from golden.memsys.cache import Cache
@@ -16,6 +17,7 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.ceiling_points import ceiling_points
 from hw.host import POLL
 from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.image_layout import PATCH_WORDS
 from hw.simulator.cast_result import SHARED_COUNTERS
 from tb.system.scenes import frusta
 from tb.system.small_machine import CLUSTERS, CONFIGS, Driven, cut, resident
@@ -197,15 +199,34 @@ def test_counters_of_each_cluster(clusters):
             assert less < many
 
 
-def cached(shelling, records, config, frustum):
-    """Golden's keys of cells and of patches: what one cluster requests of the caches, frustum after frustum."""
-    strings, memsys = ReferenceStrings.of(shelling, records), config.memsys
-    pointer, count = shelling.table.pointer, shelling.table.count
-    own = (np.arange(len(count)) < memsys.own_cells) & (pointer + count <= memsys.own_entries)
-    cells = [part << (memsys.scene_cells - 1).bit_length() | cell for (one,) in strings.cells for cell in one.tolist()
-             if not own[cell] for part in range(max(1, -(-int(count[cell]) // memsys.reply_ids)))]
-    held = frustum.image["residence"]["cluster"] != NONE
-    return cells, [patch for (one,) in strings.patches for patch in one.tolist() if not held[patch]]
+class Requests:
+    """What golden's clusters request, frustum after frustum, of the frusta of `cornell`."""
+
+    def __init__(self, clusters, *, points, cell, rays, sectors=()):
+        self.config, scene = CONFIGS[clusters], open_scene("cornell")
+        places, down = ceiling_points(scene)
+        geometry = PatchGeometry.of(scene, self.config.numbers, [*places, scene.camera.eye])
+        shelling = Shelling(geometry, self.config, cell=cell, by_code=True)
+        records = [hemisphere_record(Hemisphere(*rays), geometry.coordinates, places[point], down) for point in points]
+        self._strings, self._table = ReferenceStrings.of(shelling, records, sectors), shelling.table
+
+    def cached(self, frustum):
+        """Keys of cells and of patches: requests to the caches, where the residents are those of an image."""
+        memsys, pointer, count = self.config.memsys, self._table.pointer, self._table.count
+        own = (np.arange(len(count)) < memsys.own_cells) & (pointer + count <= memsys.own_entries)
+        cells = [part << (memsys.scene_cells - 1).bit_length() | cell for clusters in self._strings.cells
+                 for one in clusters for cell in one.tolist() if not own[cell]
+                 for part in range(max(1, -(-int(count[cell]) // memsys.reply_ids)))]
+        held = frustum.image["residence"]["cluster"] != NONE
+        return cells, [patch for clusters in self._strings.patches for one in clusters for patch in one.tolist()
+                       if not held[patch]]
+
+    def beats(self, key):
+        """Of main memory, to read a part of a cell's list: the record, and a word for every two entries."""
+        part, cell = divmod(key, self.config.memsys.scene_cells)
+        first = self._table.pointer[cell] + self.config.memsys.reply_ids * part
+        end = min(self._table.pointer[cell] + self._table.count[cell], first + self.config.memsys.reply_ids)
+        return 1 + max(0, -(-end // 2) - first // 2)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS[:1])
@@ -213,24 +234,19 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
     """One cluster opens few cells of the bus, in golden's order, and requests all patches there, or those that are not
     resident.
     """
-    config, points, cell, rays = CONFIGS[clusters], (5, 1, 2), 0.3, (32, 8)
-    made = cornell(clusters, points=points, cell=cell, rays=rays)
+    given = {"points": (5, 1, 2), "cell": 0.3, "rays": (32, 8)}
+    made, requests = cornell(clusters, **given), Requests(clusters, **given)
     phases = made, [resident(frustum, None) for frustum in made]
-    scene = open_scene("cornell")
-    places, down = ceiling_points(scene)
-    geometry = PatchGeometry.of(scene, config.numbers, [*places, scene.camera.eye])
-    shelling = Shelling(geometry, config, cell=cell, by_code=True)
-    records = [hemisphere_record(Hemisphere(*rays), geometry.coordinates, places[point], down) for point in points]
     found, expected = {}, {}
     with Driven(made, latency=10) as machine:
         for policy, number in product(CachePolicy, range(len(phases))):
             given = phases[number]
-            keys = cached(shelling, records, config, given[0])
+            keys = requests.cached(given[0])
             assert all(keys)
-            memsys = config.replace({"memsys.cache_policy": policy.name.lower()}).memsys
+            memsys = requests.config.replace({"memsys.cache_policy": policy.name.lower()}).memsys
             caches = [Cache.of(memsys, lines=lines) for lines in (memsys.cell_lines, memsys.patch_lines)]
-            for cache, requests in zip(caches, keys, strict=True):
-                cache.access(np.array(requests, dtype=np.int64))
+            for cache, several in zip(caches, keys, strict=True):
+                cache.access(np.array(several, dtype=np.int64))
             expected[policy, number] = tuple(count for cache in caches for count in (cache.hits, cache.misses))
             # A policy is taken with the cells: later loads write another one into the register.
             machine.check(given[0], policy=policy)
@@ -241,3 +257,31 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
     # For every two policies one of the phases has different hits and misses.
     for one, other in combinations(CachePolicy, 2):
         assert any(expected[one, number] != expected[other, number] for number in range(len(phases)))
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS[1:])
+@pytest.mark.parametrize("policy", CachePolicy)
+def test_requests_of_two_clusters_are_goldens(clusters, policy):
+    """Their order depends on cycles, and hits on their order. Each request is a hit or a miss, and each miss one read
+    of main memory.
+    """
+    given = {"points": (5, 1, 2), "cell": 0.2, "rays": (32, 8)}
+    columns = given["rays"][0]
+    made = [resident(cut(frustum, 0, columns // 3), None) for frustum in cornell(clusters, **given)]
+    sectors = [Sector(*(int(one[name]) for name in ("first_column", "end_column", "first_row", "end_row")))
+               for one in made[0].image["clusters"]]
+    requests = Requests(clusters, **given, sectors=tuple(sectors))
+    cells, patches = requests.cached(made[0])
+    with Driven(made, latency=10) as machine:
+        beats = 0
+        for number, frustum in enumerate(made):
+            machine.load(frustum, *(FRUSTUM if number else ()), policy=policy)
+            beats -= machine.port.read_beats
+            machine.cast()
+            beats += machine.port.read_beats
+        cell_hits, cell_misses, patch_hits, patch_misses = (machine(machine.host.read(name)) for name in COUNTED)
+    assert (cell_hits + cell_misses, patch_hits + patch_misses) == (len(cells), len(patches))
+    assert len(set(cells)) <= cell_misses < len(cells)
+    assert len(set(patches)) <= patch_misses < len(patches)
+    lists, each = beats - PATCH_WORDS * patch_misses, [requests.beats(key) for key in cells]
+    assert min(each) * cell_misses <= lists <= max(each) * cell_misses
