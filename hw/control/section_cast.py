@@ -1,0 +1,122 @@
+"""Section cast: start and end of one section after the other in a cluster's units."""
+
+from amaranth.hdl import Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.formats import Formats
+
+__all__ = ["SectionCast"]
+
+# Patches in the intersection unit, more than its capacity.
+PATCHES = 1023
+_UNITS = ("memory", "intersection", "traversal", "near")
+
+
+class SectionCast(wiring.Component):
+    """Starts a section in a cluster's units, detects its end, and hands its results over.
+
+    The memory system and the intersection unit start first, then cell traversal and the near cells. A cast has ended
+    when the traversal has sent its final item, the memory system is drained, and each patch that entered the
+    intersection unit is done. The next section starts when the results of the ended one are being read out: the ray
+    memory's other bank is free then, or becomes free.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i : In, stream of `Formats.section`
+        The next section; accepted when all units have begun it.
+    begins : Out(1)
+        The units begin it: what belongs to it is taken from the slot.
+    o_results : Out, stream without payload
+        A cast has ended; accepted when its read-out has begun.
+    wants : Out(1)
+        No section waits, and the present one, if any, sends no more grid rays.
+    busy : Out(1)
+        A section is being cast, or waits for its read-out.
+    cycles : Out(32)
+        Cycles of the present cast, or those of the last one.
+    tiles_across : Out(Formats.count)
+        Tiles in a row of tiles of the section.
+    o_memory, o_intersection, o_traversal, o_near : Out, stream without payload
+        Start the memory system, the intersection unit, the traversal unit, and the near cells.
+    final, drained : In(1)
+        The traversal sends its final item; the memory system is drained.
+    enters, leaves : In(1)
+        A patch enters the intersection unit; a patch is done.
+    idle : Out(1)
+        No cell and no patch is in flight.
+
+    Timing
+    ------
+    Latency: ``2`` cycles from a section to the start of the memory system and of the intersection
+    unit; of one that has waited ``1``. The results of a cast are offered 3 cycles after its last patch is done.
+    """
+
+    latency = 2
+
+    def __init__(self, *, config: Config):
+        self._config, formats = config, Formats(config)
+        starts = Out(stream.Signature(0))
+        super().__init__({
+            "i": In(stream.Signature(formats.section)), "begins": Out(1), "o_results": starts, "wants": Out(1),
+            "busy": Out(1), "cycles": Out(32), "tiles_across": Out(formats.count),
+            **{f"o_{name}": starts for name in _UNITS}, "final": In(1), "drained": In(1), "enters": In(1),
+            "leaves": In(1), "idle": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        section, bits = self.i.payload, self._config.icu.tile_bits
+        columns = Signal.like(section.end_column)
+        m.d.sync += [columns.eq(section.end_column - section.first_column),
+                     self.tiles_across.eq((columns + (1 << bits) - 1) >> bits)]
+        over, settled, patches, known = Signal(), Signal(), Signal(range(PATCHES + 1)), Signal()
+        m.d.sync += [patches.eq(patches + self.enters - self.leaves), known.eq(self.i.valid & ~self.i.ready)]
+        m.d.comb += [self.idle.eq(self.drained & (patches == 0)), self.busy.eq(1)]
+        # Registered: the units are far away.
+        starts = {name: Signal(name=f"starts_{name}") for name in _UNITS}
+        for name, start in starts.items():
+            unit = getattr(self, f"o_{name}")
+            m.d.comb += unit.valid.eq(start)
+            with m.If(unit.ready):
+                m.d.sync += start.eq(0)
+
+        def start(*names):
+            m.d.sync += [starts[name].eq(1) for name in names]
+
+        with m.If(self.final):
+            m.d.sync += over.eq(1)
+        m.d.comb += self.wants.eq(~self.i.valid & (over | ~self.busy))
+        with m.FSM():
+            # The tiles follow a section by two registers.
+            with m.State("Wait"):
+                m.d.comb += self.busy.eq(0)
+                with m.If(self.i.valid & known):
+                    m.d.comb += [self.busy.eq(1), self.begins.eq(1)]
+                    m.d.sync += [over.eq(0), self.cycles.eq(0)]
+                    start("memory", "intersection")
+                    m.next = "Begin"
+            with m.State("Begin"), m.If(~starts["memory"] & ~starts["intersection"]):
+                start("traversal", "near")
+                m.next = "Traverse"
+            with m.State("Traverse"), m.If(~starts["traversal"] & ~starts["near"]):
+                m.d.comb += self.i.ready.eq(1)
+                m.next = "Cast"
+            # A cell that leaves together with the final item is counted a cycle later.
+            with m.State("Cast"):
+                m.d.sync += settled.eq(over & self.idle)
+                with m.If(settled & self.idle):
+                    m.d.sync += settled.eq(0)
+                    m.next = "Results"
+            with m.State("Results"):
+                m.d.comb += self.o_results.valid.eq(1)
+                with m.If(self.o_results.ready):
+                    m.next = "Wait"
+        with m.If(self.busy & ~self.o_results.valid & ~self.begins):
+            m.d.sync += self.cycles.eq(self.cycles + 1)
+        return m
