@@ -92,7 +92,7 @@ UNITS = {
         "SystemBusInterface": {},
     },
     "control": {
-        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "LoadControl": {}, "ResultControl": {},
+        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {}, "ResultControl": {},
         "SumMerge": {"count": 2}, "EngineControl": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},

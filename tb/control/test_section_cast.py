@@ -77,13 +77,13 @@ def run(sections, *, seed=1, slow=6, late=0):
             ctx.set(dut.o_results.ready, int(it.reading == 0))
             if ctx.get(dut.wants):
                 assert not there, "no section is requested while one waits"
-                assert final or begun == 0, "none is requested before the present one sends no more"
+                assert final or not begun, "none is requested before the present one sends no more"
                 it.wanted.append(it.cycle)
             for name in UNITS:
                 stream = getattr(dut, f"o_{name}")
                 if ctx.get(stream.valid) and ctx.get(stream.ready):
                     if name in ("memory", "intersection"):
-                        assert cells == 0 and not done_at, f"{name} starts while the earlier section is in flight"
+                        assert not cells + len(done_at), f"{name} starts while the earlier section is in flight"
                     else:
                         assert begun >= 2, f"{name} starts after the memory system and the intersection unit"
                     begun, starts[name] = begun + 1, None
@@ -95,7 +95,7 @@ def run(sections, *, seed=1, slow=6, late=0):
                 it.note("taken")
                 it.taken, next_at = it.taken + 1, it.cycle + 1 + late
             if ctx.get(dut.o_results.valid) and ctx.get(dut.o_results.ready):
-                assert final and cells == 0 and not done_at, "a cast ends after its last cell and its last patch"
+                assert (final, cells, done_at) == (True, 0, []), "a cast ends after its last cell and its last patch"
                 it.note("results")
                 counted.append(ctx.get(dut.cycles))
                 it.reading, begun, final = it.pause() * 5, 0, False
