@@ -92,8 +92,8 @@ UNITS = {
         "SystemBusInterface": {},
     },
     "control": {
-        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {}, "ResultControl": {},
-        "SumMerge": {"count": 2}, "EngineControl": {},
+        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {},
+        "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},
     "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},
