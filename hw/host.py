@@ -24,11 +24,14 @@ from hw.registers.register import WORD_BYTES, addresses
 __all__ = ["LIVES", "EngineError", "EngineTimeoutError", "Host", "Port", "check_image"]
 
 _NUMBER = {region.name: k for k, region in enumerate(REGIONS)}
-# What is read anew with a scene, a phase and a frustum. Of ``patches`` it is the resident set.
+# What is read anew with a scene, a phase, other rays and a frustum. Of ``patches`` it is the resident set. Grid rays
+# follow from the rays and the number of shells: a table for more shells begins with that for fewer. ``shells`` belongs
+# to each frustum, since `hw.control.frustum_load` takes the last shell from it.
 LIVES = {
     "scene": ("cell_grid", "cells", "patch_lists"),
     "phase": ("residence", "clusters", "subshells", "patches"),
-    "frustum": ("frustum", "columns", "rows", "near_cells", "shells", "grid_rows", "grid_columns"),
+    "rays": ("columns", "rows", "grid_rows", "grid_columns"),
+    "frustum": ("frustum", "near_cells", "shells"),
 }
 GRID_RAYS = 1 << 20
 # Errors of a command that has changed nothing.

@@ -42,7 +42,8 @@ class Region:
     name, about
         Name and meaning of the region.
     life
-        Lifetime: ``scene``, ``phase`` or ``frustum``, or ``result``: written by the machine.
+        Lifetime: ``scene``, ``phase`` or ``frustum``; ``rays``: the same in all frusta with the same rays and cells, but
+        that a frustum with more shells has more grid rays; or ``result``: written by the machine.
     record
         Meaning of one record.
     fields
@@ -135,10 +136,10 @@ REGIONS = (
         Field("grid_origin", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
         Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
     )),
-    Region("columns", "frustum", "column of rays", "Ray table, signed 1.16.", (
+    Region("columns", "rays", "column of rays", "Ray table, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
     )),
-    Region("rows", "frustum", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
+    Region("rows", "rays", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
         Field("weight", "u8", f"form factor of one ray in units of 2^-W, below 2^{WEIGHT_BITS}; screen: 0"),
         Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),
@@ -159,7 +160,7 @@ REGIONS = (
         Field("first_ray", "u4", f"grid rays of the earlier shells, from shell 2; at most {1 << GRID_RAY_BITS} in all"),
         Field("reserved", "u4", "0"),
     )),
-    Region("grid_rows", "frustum", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
+    Region("grid_rows", "rays", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: scaled slope, and 0", 2),
         Field("position", "i4", "position among the rows of rays, 1/256 row"),
         Field("first_near", "u4", "first row of rays near this one"),
@@ -168,7 +169,7 @@ REGIONS = (
         Field("column_border", "u4", "margin of a sector's grid rays beside its columns, 1/256 column"),
         Field("reserved", "u4", "0"),
     )),
-    Region("grid_columns", "frustum", "column of grid rays", "Directions, signed 1.16.", (
+    Region("grid_columns", "rays", "column of grid rays", "Directions, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: scaled slope, and 0", 2),
         Field("position", "i4", "position among the columns of rays, 1/256 column"),
         Field("reserved", "u4", "0"),

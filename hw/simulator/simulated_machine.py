@@ -57,7 +57,9 @@ class SimulatedMachine:
     def __init__(self, config: Config, *, policy: CachePolicy | None = None, **memory):
         self.config, self._policy = config, policy
         self.port = SimulatedPort(config, size=0, **memory)
-        self._host, self._before = Host(self.port, config), None
+        self._host = Host(self.port, config)
+        # The tables that the machine holds, by region; None if that is not known.
+        self._held: dict[str, np.ndarray] | None = None
         # Registers count on after a cast; known values need no reads, whose cycles clear memories before the next cast.
         self._counted = [dict.fromkeys(SINCE_RESET, 0)] * config.noc.nodes
         complete(self._host.identify())
@@ -79,7 +81,7 @@ class SimulatedMachine:
         Parameters
         ----------
         image
-            The frustum's memory image. Tables that equal those of the image before are not loaded again.
+            The frustum's memory image. Of `LIVES` only what differs from the tables that the machine holds is loaded.
         total
             The sum of all weights.
         sums
@@ -142,17 +144,21 @@ class SimulatedMachine:
         timeline.append((cycles, counters))
 
     def _load(self, image):
-        before = self._before
-        self._before = None
-        lives = tuple(life for life, names in LIVES.items() if life == "frustum" or before is None or any(
-            not np.array_equal(image[name], before[name]) for name in names))
+        held, self._held = self._held, None
+        lives = tuple(life for life in LIVES if life == "frustum" or held is None or not _holds(held, image, life))
         if "scene" in lives:
             lives = tuple(LIVES)
         size = len(image.to_bytes())
         if size > self.port.size:
             self.port.resize(size)
         complete(self._host.load(image, lives=lives, policy=self._policy))
-        self._before = image
+        self._held = {name: image[name] if life in lives else held[name] for life in LIVES for name in LIVES[life]}
 
     def _shared_counters(self):
         return {name: complete(self._host.read(name)) for name in SHARED_COUNTERS}
+
+
+def _holds(held, image, life):
+    """Whether the tables ``held`` serve as the image's of one of `LIVES`: grid rays of more shells do for fewer."""
+    return all(np.array_equal(image[name], held[name][:len(image[name])] if life == "rays" else held[name])
+               for name in LIVES[life])

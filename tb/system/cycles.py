@@ -45,7 +45,7 @@ def cycles_of(name: str) -> list[int]:
     with SimulatedPort(CONFIG, size=max(len(one.image.to_bytes()) for one in given), **memory) as port:
         host = Host(port, CONFIG)
         for number, frustum in enumerate(given):
-            complete(host.load(frustum.image, **({"lives": ("frustum",)} if number else {})))
+            complete(host.load(frustum.image, **({"lives": ("rays", "frustum")} if number else {})))
             found.append(complete(host.cast()))
             image = complete(host.results(total=frustum.total))
             assert image["hits"].tobytes() == frustum.written["hits"].tobytes(), name

@@ -166,7 +166,7 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
 def _cast_phase(port, host, frusta, image_bytes, policy, campaign, name):
     """All frusta of a phase; each one's results are compared while the machine casts the next one."""
     for number, frustum in enumerate(frusta):
-        complete(host.load(frustum.image, lives=("frustum",) if number else tuple(LIVES), policy=policy,
+        complete(host.load(frustum.image, lives=("rays", "frustum") if number else tuple(LIVES), policy=policy,
                            base=_BASE + number % 2 * image_bytes))
         complete(host.start())
         if number:

@@ -87,7 +87,7 @@ async def whole_frusta(dut):
     await start(dut, cycles=options()["cycles"])
     await bench.host.identify()
     for number, frustum in enumerate(bench.frusta):
-        lives = ("scene", "phase", "frustum") if number == 0 else ("frustum",)
+        lives = tuple(LIVES) if number == 0 else ("rays", "frustum")
         counters = await bench.check(frustum, lives=lives)
         assert sum(one["intersection_won"] for one in counters) >= (frustum.hits.patch >= 0).sum()
 
@@ -100,7 +100,7 @@ async def results_beside_the_next_frustum(dut):
     host, room, beside = bench.host, bench.room, 0
     before = None
     for number, frustum in enumerate(bench.frusta):
-        await host.load(frustum.image, lives=("scene", "phase", "frustum") if number == 0 else ("frustum",),
+        await host.load(frustum.image, lives=tuple(LIVES) if number == 0 else ("rays", "frustum"),
                         base=BASE + number % 2 * room)
         if number == 2:
             # The first image, and with it the scene, has been written over with the same one.
@@ -123,7 +123,7 @@ async def form_factors_alone(dut):
     await start(dut, cycles=options()["cycles"])
     host, total = bench.host, 0
     for number, frustum in enumerate(bench.frusta):
-        await host.load(frustum.image, lives=("scene", "phase", "frustum") if number == 0 else ("frustum",))
+        await host.load(frustum.image, lives=tuple(LIVES) if number == 0 else ("rays", "frustum"))
         await host.cast()
         last = number == len(bench.frusta) - 1
         total += frustum.total
@@ -140,7 +140,7 @@ async def all_policies(dut):
     await start(dut, cycles=options()["cycles"])
     for policy in CachePolicy:
         for number, frustum in enumerate(bench.frusta):
-            await bench.check(frustum, policy=policy, lives=("frustum",) if number else tuple(LIVES))
+            await bench.check(frustum, policy=policy, lives=("rays", "frustum") if number else tuple(LIVES))
 
 
 async def fails(code, action):

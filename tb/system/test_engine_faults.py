@@ -160,7 +160,7 @@ def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(machine, given):
     # Longer than each command, shorter than two of them.
     machine(machine.host.write("watchdog", 1 << 12))
     for _ in range(2):
-        machine.load(given, "frustum")
+        machine.load(given, "rays", "frustum")
         machine(machine.port.wait(1 << 13))
         assert machine.cast() < 1 << 12
         machine.results(given)

@@ -23,7 +23,7 @@ from tb.system.scenes import frusta
 from tb.system.small_machine import CLUSTERS, CONFIGS, Driven, cut, resident
 
 COUNTED = SHARED_COUNTERS[2:]
-FRUSTUM, PHASE = ("frustum",), ("phase", "frustum")
+FRUSTUM, PHASE = ("rays", "frustum"), ("phase", "rays", "frustum")
 
 
 def cornell(clusters, **given):

@@ -87,7 +87,7 @@ def test_a_load_says_where_everything_is(port, frustum):
     assert [command["load"] for command in port.commands] == [1]
     assert port.waited > 0
     # A frustum from another place: the scene is still read from the first one.
-    asyncio.run(host.load(frustum.image, lives=("frustum",), base=base + (1 << 20)))
+    asyncio.run(host.load(frustum.image, lives=("rays", "frustum"), base=base + (1 << 20)))
     assert asyncio.run(host.read("read_base")) == base
     assert asyncio.run(host.read("read_limit")) == base + (1 << 20) + len(data)
 
@@ -231,7 +231,7 @@ def test_a_refused_command_changes_nothing(port, frustum):
         with pytest.raises(InputError, match="A frustum must have been cast"):
             await host.results(earlier=True)
         # A load of a frustum reads the scene from 0, where the load was accepted.
-        await host.load(image, lives=("frustum",), base=far)
+        await host.load(image, lives=("rays", "frustum"), base=far)
         assert await host.read("read_base") == 0
         await host.cast()
         await host.results()

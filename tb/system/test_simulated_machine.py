@@ -89,6 +89,34 @@ def test_after_a_load_that_fails_everything_is_loaded_again(monkeypatch):
     assert loads == [tuple(LIVES), ("frustum",), tuple(LIVES)]
 
 
+class KeepingHost(CountingHost):
+    """Keeps which tables are loaded."""
+
+    def __init__(self):
+        super().__init__()
+        self.loads = []
+
+    async def load(self, image, *, lives, policy):
+        self.loads.append(lives)
+
+
+def test_only_what_differs_is_loaded(monkeypatch):
+    """A frustum with fewer shells needs no other grid rays; one with more, or with other rays, does."""
+    host, port = KeepingHost(), SimpleNamespace(cycles=0, size=1 << 40)
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedPort", lambda *_, **__: port)
+    monkeypatch.setattr("hw.simulator.simulated_machine.Host", lambda *_: host)
+    given = frusta("cornell", CONFIG, cell=0.2, points=(0, 5, 1, 2, 3, 4, 6, 7, 8, 9))
+    least, *_, most = sorted((one.image for one in given), key=lambda image: len(image["shells"]))
+    assert len(least["grid_rows"]) < len(most["grid_rows"])
+    assert (least["grid_rows"] == most["grid_rows"][:len(least["grid_rows"])]).all()
+    wider = frusta("cornell", CONFIG, cell=0.2, points=(5,), rays=(64, 8))[0].image
+    machine = SimulatedMachine(CONFIG)
+    for image in (least, most, least, most, wider):
+        machine.cast(image)
+    assert host.loads == [tuple(LIVES), ("rays", "frustum"), ("frustum",), ("frustum",),
+                          ("phase", "rays", "frustum")]
+
+
 @ONE_CLUSTER
 def test_what_is_the_same_is_not_loaded_again():
     given = frusta("cornell", CONFIG, cell=0.5, points=(5, 1))
@@ -106,6 +134,7 @@ def test_what_is_the_same_is_not_loaded_again():
         assert cast(given[1], again=True).load_cycles < second.load_cycles
         assert [cycle for cycle, _ in looks] == sorted(cycle for cycle, _ in looks)
         assert len(looks) > 3
+        assert cast(given[0]).load_cycles < first.load_cycles / 2
         # Another scene, of which more has to be loaded; and one whose vertices alone are others.
         assert cast(other).load_cycles > second.load_cycles
         cast(given[0])

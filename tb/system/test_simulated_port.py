@@ -69,7 +69,7 @@ def test_hits_and_sums_are_golden(given):
             complete(host.identify())
             cast(host, given[0])
             for frustum in given[1:]:
-                cast(host, frustum, "frustum")
+                cast(host, frustum, "rays", "frustum")
             assert port.outside == 0
             assert port.read_beats > len(given[0].image.to_bytes()) // 16
             assert port.written_beats >= 2 * len(given[0].hits.patch)
