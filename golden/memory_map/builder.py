@@ -11,6 +11,7 @@ from golden.memory_map.beats import BEATS, pack_beats
 from golden.memory_map.check import check_image
 from golden.memory_map.image import MemoryImage
 from golden.memory_map.layout import NONE, REGIONS
+from golden.memory_map.records import frustum_fields, make_records
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
@@ -81,11 +82,7 @@ def _phase_regions(plan, patches):
 
 def _frustum_regions(record, table, config, weights):
     is_screen = record.is_screen
-    frustum = _records("frustum", 1, is_screen=int(is_screen), half_angles=record.half_angles,
-                       grid_origin=table.position(record.origin),
-                       longest_direction=0 if is_screen else record.longest_direction, **{
-        name: np.ravel(getattr(record, name)) for name in
-        ("source", "columns", "rows", "column_bits", "row_bits", "origin", "matrix", "to_global", "z_scale")})
+    frustum = _records("frustum", 1, half_angles=record.half_angles, **frustum_fields(record, table))
     return {"frustum": frustum, "columns": _records("columns", record.columns, table=_pairs(record.column_table)),
             "rows": _records("rows", record.rows, table=_pairs(record.row_table),
                              weight=0 if weights is None else weights,
@@ -127,15 +124,5 @@ def _starts(counts):
 
 
 def _records(region, length, **fields):
-    """Records of a region with the fields given and 0 in all others; InputError if a value is out of range."""
-    (layout,) = (one for one in REGIONS if one.name == region)
-    records = np.zeros(length, dtype=layout.dtype)
-    for name, value in fields.items():
-        value = np.asarray(value)
-        if value.size and value.dtype.kind in "iu":
-            limits = np.iinfo(records[name].dtype)
-            if value.min() < limits.min or value.max() > limits.max:
-                raise InputError(f"memory image: {region}.{name} must be {limits.min} to {limits.max}, "
-                                 f"not {value.min()} to {value.max()}")
-        records[name] = value
-    return records
+    """Records of a region with the fields given and 0 in all others."""
+    return make_records(next(one for one in REGIONS if one.name == region), length, "memory image", fields)

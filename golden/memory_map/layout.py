@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["ALIGNMENT", "ENTRY", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE",
-           "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region", "region_offsets"]
+__all__ = ["ALIGNMENT", "ENTRY", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER",
+           "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region", "region_offsets"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 2
@@ -72,6 +72,21 @@ ENTRY = Region("region table", "scene", "region, in the order of the sections be
     Field("offset", "u8", "first byte, from the start of the image; a multiple of 64"),
     Field("count", "u8", "records"),
 ))
+# The bundle of rays in a frustum's record, without what only the host needs. Matrix entries are signed 1.16.
+FRUSTUM_FIELDS = (
+    Field("is_screen", "u4", "1: screen, 0: hemisphere"),
+    Field("source", "i4", "surface that the rays leave, -1: none"),
+    Field("columns", "u4", "azimuths or pixels across"),
+    Field("rows", "u4", "polar angles or pixels down"),
+    Field("column_bits", "u4", "binary logarithm of the full grid's columns; the frustum's are the middle ones"),
+    Field("row_bits", "u4", "the same for the rows"),
+    Field("origin", "u4", "G coordinates", 3),
+    Field("matrix", "i4", "G to R, row by row", 9),
+    Field("to_global", "i4", "directions of grid rays to G, row by row", 9),
+    Field("z_scale", "u4", "R coordinate of depth 1, unsigned 1.16"),
+    Field("grid_origin", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
+    Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
+)
 REGIONS = (
     Region("cell_grid", "scene", "scene", "The grid of cells, in scene (G) coordinates of 2^-24.", (
         Field("lower", "i4", "lower corner", 3),
@@ -122,19 +137,9 @@ REGIONS = (
         Field("patch", "u4", "patch id"),
     )),
     Region("frustum", "frustum", "frustum", "The bundle of rays. Matrix entries are signed 1.16.", (
-        Field("is_screen", "u4", "1: screen, 0: hemisphere"),
-        Field("source", "i4", "surface that the rays leave, -1: none"),
-        Field("columns", "u4", "azimuths or pixels across"),
-        Field("rows", "u4", "polar angles or pixels down"),
-        Field("column_bits", "u4", "binary logarithm of the full grid's columns; the frustum's are the middle ones"),
-        Field("row_bits", "u4", "the same for the rows"),
-        Field("origin", "u4", "G coordinates", 3),
-        Field("matrix", "i4", "G to R, row by row", 9),
-        Field("to_global", "i4", "directions of grid rays to G, row by row", 9),
-        Field("z_scale", "u4", "R coordinate of depth 1, unsigned 1.16"),
+        *FRUSTUM_FIELDS[:-2],
         Field("half_angles", "f8", "slopes of a screen at x = 1 and y = 1, for the host; 1 for a hemisphere", 2),
-        Field("grid_origin", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
-        Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
+        *FRUSTUM_FIELDS[-2:],
     )),
     Region("columns", "rays", "column of rays", "Ray table, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),

@@ -1,0 +1,49 @@
+"""Completion records: bytes at the places of the specification, and the lap that tells new ones from old ones."""
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completions
+
+
+def test_bytes_are_where_the_specification_says():
+    places = {name: offset for name, (_, offset) in COMPLETION.dtype.fields.items()}
+    assert places == {"tag": 0, "error": 4, "cluster": 5, "lap": 6, "address": 8, "sums": 16, "cycles": 20,
+                      "begin": 24, "end": 28, "tested": 32, "visited": 36, "steps": 40, "found": 44, "own": 48,
+                      "remote": 52, "hits": 56, "misses": 60}
+    assert COMPLETION.dtype.itemsize == 64
+
+
+def test_records_return_from_their_bytes():
+    data = bytes(range(128))
+    back = parse_completions(data)
+    assert back.tobytes() == data
+    assert back["lap"].tolist() == [0x0706, 0x4746]
+    with pytest.raises(InputError, match="multiple of 64, not 127"):
+        parse_completions(data[:-1])
+
+
+@pytest.mark.parametrize(("number", "bits", "expected"), [
+    (0, 2, 1), (3, 2, 1), (4, 2, 2), ((1 << 18) - 5, 2, 0xFFFF), ((1 << 18) - 4, 2, 0), (1 << 18, 2, 1), (5, 0, 6)])
+def test_a_lap_counts_the_rings_and_is_not_zero_at_first(number, bits, expected):
+    assert lap(number, bits) == expected
+
+
+@pytest.mark.parametrize("bits", [0, 1, 3])
+def test_a_host_that_polls_sees_each_completion_once_it_is_written(bits):
+    ring = np.zeros(1 << bits, dtype=COMPLETION.dtype)
+    # Twice around the laps' own modulus at the smallest ring would take long: begin shortly before it.
+    for start in 0, (1 << 16 + bits) - 3 * len(ring):
+        if start:
+            ring["lap"] = lap(start - 1, bits)
+        for number in range(start, start + 5 * len(ring)):
+            assert not has_arrived(ring, number)
+            ring["lap"][number % len(ring)] = lap(number, bits)
+            assert has_arrived(ring, number)
+
+
+@pytest.mark.parametrize("entries", [0, 3])
+def test_a_ring_of_no_power_of_two_is_refused(entries):
+    with pytest.raises(InputError, match=f"power of two, not {entries}"):
+        has_arrived(np.zeros(entries, dtype=COMPLETION.dtype), 0)
