@@ -42,8 +42,8 @@ class Region:
     name, about
         Name and meaning of the region.
     life
-        Lifetime: ``scene``, ``phase`` or ``frustum``; ``rays``: the same in all frusta with the same rays and cells, but
-        that a frustum with more shells has more grid rays; or ``result``: written by the machine.
+        Lifetime: ``scene``, ``phase`` or ``frustum``; ``rays``: the same in all frusta with the same rays and
+        cells, but that a frustum with more shells has more grid rays; or ``result``: written by the machine.
     record
         Meaning of one record.
     fields
