@@ -205,7 +205,7 @@ class Host:
         if at + len(data) > 1 << self._config.memory.address_bits:
             raise InputError(f"host: The image must end at {1 << self._config.memory.address_bits:#x} "
                              f"(memory.address_bits) at most, not {at + len(data):#x}")
-        await self.place(data, base=base)
+        await self.write_image(data, base=base)
         loaded = image, at
         scene = loaded if "scene" in lives else self._scene
         used = [(first, first + len(one.to_bytes())) for one, first in (loaded, scene or loaded)]
@@ -219,7 +219,7 @@ class Host:
         await self.finish("loads", timeout=timeout)
         self._loaded, self._scene = loaded, scene
 
-    async def place(self, data: bytes, *, base: int | None = None) -> None:
+    async def write_image(self, data: bytes, *, base: int | None = None) -> None:
         """Put the bytes of an image into main memory."""
         await self._port.write_memory(self._base if base is None else base, data)
 
@@ -313,10 +313,10 @@ class Host:
 
     async def counters(self, names: Iterable[str] = COUNTERS) -> list[dict[str, int]]:
         """Counters of each cluster, of `hw.cluster.COUNTERS`."""
-        found, places = [], {name: place for place, name in enumerate(COUNTERS)}
+        found, indices = [], {name: index for index, name in enumerate(COUNTERS)}
         for cluster in range(self._config.noc.nodes):
             first = COUNTERS_BASE + WORD_BYTES * (cluster << COUNTER_BITS)
-            found.append({name: await self._port.read(first + WORD_BYTES * places[name]) for name in names})
+            found.append({name: await self._port.read(first + WORD_BYTES * indices[name]) for name in names})
         return found
 
     async def stop(self, *, timeout: int = 1 << 20) -> None:

@@ -49,7 +49,7 @@ class CellTable(wiring.Component):
             "i_load": In(stream.Signature(formats.cell_load, always_ready=True)),
             "lists": In(formats.scene["lists"].shape), "i": In(stream.Signature(formats.cell_bits)),
             "o": Out(stream.Signature(formats.found_cell))})
-        self._row = StructLayout({"list": formats.list_place, "is_own": 1, "is_empty": 1, "wrong": 1})
+        self._row = StructLayout({"list": formats.list_extent, "is_own": 1, "is_empty": 1, "wrong": 1})
         self._memory = Memory(shape=self._row, depth=memsys.own_cells, init=[], attrs={"no_rw_check": 1})
         self._address_bits = memsys.own_cells.bit_length() - 1
         self._pipeline = pipeline = Pipeline(self.i, self.o)

@@ -69,17 +69,17 @@ class DeferredStore(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        place = range(self._depth)
+        entry = range(self._depth)
         # No entry is read while it is written.
         m.submodules.tags = tags = Memory(shape=self._tag, depth=self._depth, init=[], attrs={"no_rw_check": 1})
-        m.submodules.behind = behind = Memory(shape=place, depth=self._depth, init=[],
+        m.submodules.behind = behind = Memory(shape=entry, depth=self._depth, init=[],
                                               attrs={"ram_style": "distributed"})
         tag_write, tag_read = tags.write_port(), tags.read_port(domain="comb")
         behind_write, behind_read = behind.write_port(), behind.read_port(domain="comb")
 
         # Entries that were never used, then those that became free.
-        m.submodules.free = free = Queue(place, depth=self._depth)
-        unused, new, takes = Signal(range(self._depth + 1)), Signal(place), Signal()
+        m.submodules.free = free = Queue(entry, depth=self._depth)
+        unused, new, takes = Signal(range(self._depth + 1)), Signal(entry), Signal()
         recycles = unused == self._depth
         m.d.comb += [self.i.ready.eq(self.waiting != self._depth), takes.eq(self.i.valid & self.i.ready),
                      new.eq(Mux(recycles, free.o.payload, unused)), free.o.ready.eq(takes & recycles)]

@@ -60,7 +60,7 @@ class LocalPatchGeometry(wiring.Component):
         formats, icu = self._formats, self._icu
         super().__init__({
             "i_load": In(stream.Signature(formats.geometry_load, always_ready=True)),
-            "i": In(stream.Signature(StructLayout({"patch": icu.patch, "address": formats.place_bits}))),
+            "i": In(stream.Signature(StructLayout({"patch": icu.patch, "address": formats.own_patch_bits}))),
             "o": Out(stream.Signature(icu.patch_vertex)),
             "i_remote": In(stream.Signature(formats.remote_found)),
             "o_remote": Out(stream.Signature(formats.remote_reply)),
@@ -91,7 +91,7 @@ class LocalPatchGeometry(wiring.Component):
 
     def _add_load(self, m):
         """Heads, and vertices as they are decoded."""
-        given, address_bits = self.i_load.payload, self._formats.place_bits
+        given, address_bits = self.i_load.payload, self._formats.own_patch_bits
         m.submodules.decoder = decoder = PatchDecoder(config=self._config)
         vertex, head = (Signal(StructLayout({"enable": 1, "address": range(memory.depth), "data": memory.shape}),
                                name=name) for name, memory in (("vertex", self._vertices), ("head", self._heads)))
@@ -127,7 +127,7 @@ class _Side:
     def __init__(self, of, *, i, o, vertex, wrong, number, request, node=None):
         self._i, self._wrong, self._number, self._vertex, self._request = i, wrong, number, vertex, request
         formats, icu = of._formats, of._icu
-        shape = {"patch": icu.patch, "address": formats.place_bits, "present": 1}
+        shape = {"patch": icu.patch, "address": formats.own_patch_bits, "present": 1}
         if node is not None:
             shape["node"] = node.shape()
         self._steps = stream.Signature(StructLayout({"index": 2, **shape})).create()

@@ -110,7 +110,7 @@ class MainMemoryPort(wiring.Component):
         m.submodules.first_fault = first_fault = FirstFault(layout=self.fault.shape(), count=4)
         sources = ("read_check", "write_check", "read_engine", "write_engine")
         for given, part in zip(first_fault.i, sources, strict=True):
-            # A stop clears until all is answered: nobody waits for that. Loads and results report their own faults.
+            # A stop clears until all is answered: no unit waits for that. Loads and results report their own faults.
             found = self._parts[part].o_fault
             m.d.comb += [given.valid.eq(found.valid & ~self.clear), given.payload.eq(found.payload)]
         m.d.comb += [first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]

@@ -27,7 +27,7 @@ class PatchTable(wiring.Component):
         Entries in any order. Always ready; not while lists are in flight. Other addresses are ignored.
     patches : In(listed_bits)
         Patches of the scene. Stable while entries are loaded.
-    i : In, stream of `PathFormats.list_place`
+    i : In, stream of `PathFormats.list_extent`
         Lists.
     o : Out, stream of `PathFormats.listed`
         Their entries in order.
@@ -45,7 +45,7 @@ class PatchTable(wiring.Component):
         formats = self._formats
         super().__init__({
             "i_load": In(stream.Signature(formats.list_load, always_ready=True)),
-            "patches": In(formats.scene["patches"].shape), "i": In(stream.Signature(formats.list_place)),
+            "patches": In(formats.scene["patches"].shape), "i": In(stream.Signature(formats.list_extent)),
             "o": Out(stream.Signature(formats.listed))})
         self._memory = Memory(shape=formats.listed_bits, depth=config.memsys.own_entries, init=[],
                               attrs={"no_rw_check": 1})

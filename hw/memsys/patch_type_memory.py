@@ -55,7 +55,7 @@ class PatchTypeMemory(wiring.Component):
             "i": In(stream.Signature(icu.patch)), "o": Out(stream.Signature(formats.found_patch)),
             "i_remote": In(stream.Signature(formats.remote_request)),
             "o_remote": Out(stream.Signature(formats.remote_found))})
-        row = StructLayout({"is_held": 1, "cluster": formats.cluster, "address": formats.place_bits, "wrong": 1})
+        row = StructLayout({"is_held": 1, "cluster": formats.cluster, "address": formats.own_patch_bits, "wrong": 1})
         self._memory = Memory(shape=row, depth=1 << icu.patch.width, init=[], attrs={"no_rw_check": 1})
         self._ports = [self._memory.read_port() for _ in range(2)]
         self._pipelines = [

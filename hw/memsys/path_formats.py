@@ -38,7 +38,7 @@ class PathFormats:
         Bits of the number of a cell of the scene, and of a part of its list.
     listed_bits
         Bits of a listed number.
-    entry_bits, place_bits
+    entry_bits, own_patch_bits
         Bits of an address in the patch table, and in the resident set.
     cluster
         Bits of the number of a cluster.
@@ -56,7 +56,7 @@ class PathFormats:
         # No list is longer than there are patches.
         self.part_bits = max(1, self.listed_bits - (memsys.reply_ids.bit_length() - 1))
         self.entry_bits = memsys.own_entries.bit_length() - 1
-        self.place_bits = memsys.own_patches.bit_length() - 1
+        self.own_patch_bits = memsys.own_patches.bit_length() - 1
         self._node_bits = config.noc.node_bits
         self.cluster = max(1, config.noc.node_bits)
         self.vertex_bits = 3 * formats.scene.width
@@ -88,14 +88,14 @@ class PathFormats:
         return StructLayout({"address": WORD, "word": 3, "record": 64})
 
     @property
-    def list_place(self) -> StructLayout:
+    def list_extent(self) -> StructLayout:
         """A list of the patch address table, of at least one entry."""
         return StructLayout({"pointer": self.entry_bits, "count": self.entry_bits + 1})
 
     @property
     def found_cell(self) -> StructLayout:
         """A cell, and its list if that is in the table; otherwise the bus is requested, or the list is wrong."""
-        return StructLayout({"cell": self.cell_bits, "list": self.list_place, "is_own": 1, "is_empty": 1, "wrong": 1})
+        return StructLayout({"cell": self.cell_bits, "list": self.list_extent, "is_own": 1, "is_empty": 1, "wrong": 1})
 
     @property
     def listed(self) -> StructLayout:
@@ -106,7 +106,7 @@ class PathFormats:
     def found_patch(self) -> StructLayout:
         """A patch, and the cluster and the local address that hold it, if any."""
         return StructLayout({"patch": self._formats.patch, "is_held": 1, "cluster": self.cluster,
-                             "address": self.place_bits, "wrong": 1})
+                             "address": self.own_patch_bits, "wrong": 1})
 
     @property
     def cell_key(self) -> StructLayout:

@@ -72,7 +72,7 @@ class RecordExtent(wiring.Component):
 
 
 def _low(words):
-    """The place of the lowest 1."""
+    """The index of the lowest 1."""
     return (words & -words).bit_length() - 1
 
 

@@ -78,13 +78,13 @@ class VertexMerge(wiring.Component):
             queues.append(queue.o)
             wiring.connect(m, wiring.flipped(source), queue.i)
             # Patches that have arrived in full and have not been granted.
-            place, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
+            vertex, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
             enters, granted = Signal(), Signal()
             m.d.comb += [enters.eq(source.valid & source.ready), granted.eq(free & arbiter.grant[k]),
                          eligible[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
             with m.If(enters):
-                m.d.sync += place.eq(place + 1)
-            m.d.sync += whole.eq(whole + (enters & (place == VERTICES - 1)) - granted)
+                m.d.sync += vertex.eq(vertex + 1)
+            m.d.sync += whole.eq(whole + (enters & (vertex == VERTICES - 1)) - granted)
             with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):

@@ -28,9 +28,9 @@ class WriteDma(wiring.Component):
     the rest of ``total``, the weight of the rays that hit nothing. ``total`` is not checked: of one that is too
     small the rest is modulo 2^`WEIGHT_SUM_BITS`.
 
-    A command accepts all items up to ``last``. An item without a record ends it with `Fault.PLACE`: a section that is
-    no part of the frustum, hits in another order than row by row, more or fewer of them, or sums of other patches than
-    the region has. A sum that has overflowed ends it with `Fault.OVERFLOW`. After the first fault nothing more is
+    A command accepts all items up to ``last``. An item without a record ends it with `Fault.NO_RECORD`: a section that
+    is no part of the frustum, hits in another order than row by row, more or fewer of them, or sums of other patches
+    than the region has. A sum that has overflowed ends it with `Fault.OVERFLOW`. After the first fault nothing more is
     written; nothing is ever written beside the region.
 
     Parameters
@@ -83,17 +83,18 @@ class WriteDma(wiring.Component):
             wiring.connect(m, source, sink)
         command, code = Signal.like(self.i.payload, reset_less=True), Signal(Fault)
         # All extents have been requested.
-        active, placed = Signal(), Signal()
+        active, all_requested = Signal(), Signal()
         outstanding = Signal(range(self._config.memory.outstanding + 16))
         requests, answers = self.o_request.valid & self.o_request.ready, self.i_written.valid & self.i_written.ready
         m.d.comb += [
             self.i_written.ready.eq(1), self.o_done.payload.code.eq(code),
             self.o_done.payload.address.eq(command.address), extents.i.payload.eq(command), words.command.eq(command),
-            words.active.eq(active), words.drained.eq(placed & ~writer.busy), words.discard.eq(code != Fault.NONE)]
+            words.active.eq(active), words.drained.eq(all_requested & ~writer.busy),
+            words.discard.eq(code != Fault.NONE)]
         m.d.sync += outstanding.eq(outstanding + requests - answers)
         with m.If(code == Fault.NONE):
             with m.If(words.wrong | (extents.wrong & extents.i.ready)):
-                m.d.sync += code.eq(Fault.PLACE)
+                m.d.sync += code.eq(Fault.NO_RECORD)
             with m.If(words.overflow):
                 m.d.sync += code.eq(Fault.OVERFLOW)
             with m.If(answers & self.i_written.payload.error):
@@ -101,16 +102,16 @@ class WriteDma(wiring.Component):
         with m.FSM():
             with m.State("Wait for a command"):
                 m.d.comb += self.i.ready.eq(1)
-                m.d.sync += [command.eq(self.i.payload), code.eq(Fault.NONE), placed.eq(0)]
+                m.d.sync += [command.eq(self.i.payload), code.eq(Fault.NONE), all_requested.eq(0)]
                 with m.If(self.i.valid):
                     m.next = "Request"
             with m.State("Request"):
                 m.d.comb += extents.i.valid.eq(1)
                 m.d.sync += active.eq(1)
                 with m.If(extents.i.ready):
-                    m.d.sync += placed.eq(1)
+                    m.d.sync += all_requested.eq(1)
                     m.next = "Drain"
-            with m.State("Drain"), m.If(words.over & placed & ~writer.busy & (outstanding == 0)):
+            with m.State("Drain"), m.If(words.over & all_requested & ~writer.busy & (outstanding == 0)):
                 m.d.sync += active.eq(0)
                 m.next = "Answer"
             with m.State("Answer"):

@@ -159,7 +159,7 @@ class SimulatedPort(Port):
         if response:
             raise RegisterError(f"the register at {address:#x} answers with response {response}")
 
-    def _place(self, address, size):
+    def _locate(self, address, size):
         first = address - self._base
         if not 0 <= first <= self.size - size:
             raise ValueError(f"Memory must hold {size} bytes at {address:#x}")
@@ -167,11 +167,11 @@ class SimulatedPort(Port):
 
     async def read_memory(self, address: int, size: int) -> bytes:
         """Read bytes of main memory."""
-        return ctypes.string_at(self._place(address, size), size)
+        return ctypes.string_at(self._locate(address, size), size)
 
     async def write_memory(self, address: int, data: bytes) -> None:
         """Write bytes to main memory."""
-        ctypes.memmove(self._place(address, len(data)), bytes(data), len(data))
+        ctypes.memmove(self._locate(address, len(data)), bytes(data), len(data))
 
     async def wait(self, cycles: int) -> None:
         """Advance the clock by so many cycles."""

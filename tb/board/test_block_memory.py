@@ -28,7 +28,7 @@ def content():
 
 
 class Bench:
-    """A manager, somebody who peeks, and what memory must hold."""
+    """A manager, a reader that peeks, and what memory must hold."""
 
     def __init__(self, dut):
         from cocotbext.axi import AxiBus, AxiMaster
@@ -88,9 +88,9 @@ async def every_pair_of_stalls(dut):
     for give, take in STALL_PAIRS:
         bench.stall(give, take)
         bench.peeked.stalls = STALLS[take](3)
-        (address, size), (place, count) = bench.part(half), bench.part(half)
+        (address, size), (first, count) = bench.part(half), bench.part(half)
         task = cocotb.start_soon(bench.write(address, bench.random.randbytes(size)))
-        await bench.read(half + place, count)
+        await bench.read(half + first, count)
         await task
         await bench.read(address, size)
         await bench.compare([bench.random.randrange(len(bench.data) // bench.bytes) for _ in range(5)])
@@ -133,9 +133,9 @@ async def one_beat_per_cycle(dut):
     await start(dut, cycles=20_000)
     bench, beats = Bench(dut), []
     await bench.fill()
-    asked, came = (Monitor(dut, name) for name in ("i_peek", "o_peek"))
+    requests, came = (Monitor(dut, name) for name in ("i_peek", "o_peek"))
     await bench.compare(range(20))
-    assert came.cycles[0] - asked.cycles[0] == 1
+    assert came.cycles[0] - requests.cycles[0] == 1
 
     async def watch():
         cycle = 0

@@ -36,7 +36,7 @@ PICTURE = Path("out") / "board" / "simulated.png"
 
 @cocotb.test()
 async def casts_twice(dut):
-    """After reset, and again when somebody wants it; all that is sent goes into a file."""
+    """After reset, and again on request; all that is sent goes into a file."""
     dut.again.value = 0
     await start(dut, cycles=options()["cycles"])
     line = SerialLine(dut.tx, divisor=DIVISOR)
@@ -55,10 +55,10 @@ async def casts_twice(dut):
 
 def with_an_error(program):
     """The program, with a command that means nothing at its end."""
-    places = addresses(ENGINE_REGISTERS)
+    offsets = addresses(ENGINE_REGISTERS)
     *usual, halt = program.steps[:program.error]
-    more = (Step(operation=Operation.WRITE, address=places["command"], value=0),
-            Step(operation=Operation.WAIT, address=places["status"]))
+    more = (Step(operation=Operation.WRITE, address=offsets["command"], value=0),
+            Step(operation=Operation.WAIT, address=offsets["status"]))
     return dataclasses.replace(program, steps=(*usual, *more, halt, *program.steps[program.error:]),
                                error=program.error + len(more))
 

@@ -19,7 +19,7 @@ from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
 from tb.board.decoder import Frame, frames
 
-PLACES = addresses(ENGINE_REGISTERS)
+ADDRESSES = addresses(ENGINE_REGISTERS)
 MEMORY = random.Random(7).randbytes(8 * 20)
 WHERE = 0x12_3456_789A_BCD0
 
@@ -42,7 +42,8 @@ class Machine:
 
     def __init__(self, component, *, values=(), fails=None, memory=MEMORY, seed=1):
         self.component, self.memory, self.random = component, memory, random.Random(seed)
-        self.values = {PLACES["magic"]: MAGIC, PLACES["version"]: VERSION, PLACES["clusters"]: 1, **dict(values)}
+        self.values = {ADDRESSES["magic"]: MAGIC, ADDRESSES["version"]: VERSION, ADDRESSES["clusters"]: 1,
+                       **dict(values)}
         self.fails, self.writes, self.sent = fails, [], bytearray()
         self.simulator = Simulator(component)
         self.simulator.add_clock(1e-8)
@@ -62,7 +63,7 @@ class Machine:
             ctx.set(host.arready, 0)
             await self._stall(ctx)
             value = self.values.get(address, 0)
-            if address == PLACES["status"]:
+            if address == ADDRESSES["status"]:
                 looks -= 1
                 value = register("status").pack(casts=1) if looks else register("status").pack(
                     loaded=1, present=1, failed=int(self.fails is not None and self.fails == len(self.writes)))
@@ -142,8 +143,9 @@ class Machine:
 def test_a_recorded_program_is_what_the_driver_does(view):
     program, image = record(view.image, BOARD, total=5), view.image
     assert program.memory == image.to_bytes()
-    places = {place: name for name, place in PLACES.items()}
-    wrote = [(places.get(step.address), step.value) for step in program.steps if step.operation is Operation.WRITE]
+    register_names = {address: name for name, address in ADDRESSES.items()}
+    wrote = [(register_names.get(step.address), step.value) for step in program.steps
+             if step.operation is Operation.WRITE]
     offsets = image.offsets
     for name, value in ("image", 0), ("read_limit", len(program.memory)), ("write_base", offsets["hits"]), ("total", 5):
         assert (name, value) in wrote
@@ -162,7 +164,7 @@ def test_a_recorded_program_is_what_the_driver_does(view):
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.nightly)])
 def test_a_program_runs_any_number_of_times(view, seed):
     program, image = record(view.image, BOARD), view.image
-    machine = Machine(Sequencer(config=BOARD, program=program), values={PLACES["cycles"]: 0x12345678},
+    machine = Machine(Sequencer(config=BOARD, program=program), values={ADDRESSES["cycles"]: 0x12345678},
                       memory=program.memory, seed=seed)
     assert machine.run(times=2) == [False, False]
     writes = [(step.address, step.value) for step in program.steps[:program.error] if step.operation is Operation.WRITE]
@@ -175,28 +177,28 @@ def test_a_program_runs_any_number_of_times(view, seed):
 
 def test_an_error_is_reported_and_cleared(view):
     program = record(view.image, BOARD)
-    told = {PLACES["error"]: ErrorCode.WATCHDOG.value, PLACES["error_cluster"]: 3,
-            PLACES["error_address"]: WHERE & 0xFFFFFFFF, PLACES["error_address"] + 4: WHERE >> 32}
+    reported = {ADDRESSES["error"]: ErrorCode.WATCHDOG.value, ADDRESSES["error_cluster"]: 3,
+                ADDRESSES["error_address"]: WHERE & 0xFFFFFFFF, ADDRESSES["error_address"] + 4: WHERE >> 32}
     usual = [step for step in program.steps[:program.error] if step.operation is Operation.WRITE]
     # After the command to load, and after that to cast.
-    commands = [k for k, step in enumerate(usual, 1) if step.address == PLACES["command"]]
+    commands = [k for k, step in enumerate(usual, 1) if step.address == ADDRESSES["command"]]
     for at in commands[:2]:
-        machine = Machine(Sequencer(config=BOARD, program=program), values=told, fails=at, memory=program.memory)
+        machine = Machine(Sequencer(config=BOARD, program=program), values=reported, fails=at, memory=program.memory)
         assert machine.run(times=2) == [True, False]
         first, *others = frames(bytes(machine.sent))
         assert first == Frame(FrameKind.ERROR.value, b"".join(
             word.to_bytes(4, "little") for word in (ErrorCode.WATCHDOG.value, 3, WHERE & 0xFFFFFFFF, WHERE >> 32)))
-        assert machine.writes[at] == (PLACES["command"], register("command").pack(clear=1))
+        assert machine.writes[at] == (ADDRESSES["command"], register("command").pack(clear=1))
         assert [frame.kind for frame in others] == [FrameKind.CYCLES.value, *map(
             region_kind, ("frustum", "hits", "sums"))]
 
 
 @pytest.mark.parametrize(("name", "value"), [("magic", 1), ("version", 7), ("clusters", 2)])
 def test_another_machine_is_refused(view, name, value):
-    machine = Machine(Sequencer(config=BOARD, program=record(view.image, BOARD)), values={PLACES[name]: value})
+    machine = Machine(Sequencer(config=BOARD, program=record(view.image, BOARD)), values={ADDRESSES[name]: value})
     assert machine.run() == [True]
     assert [frame.kind for frame in frames(bytes(machine.sent))] == [FrameKind.ERROR.value]
-    assert machine.writes == [(PLACES["command"], register("command").pack(clear=1))]
+    assert machine.writes == [(ADDRESSES["command"], register("command").pack(clear=1))]
 
 
 @pytest.mark.parametrize("operation", [Operation.WRITE, Operation.WORD, Operation.EXPECT, Operation.WAIT])

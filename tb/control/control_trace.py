@@ -134,10 +134,10 @@ class TraceBench:
             self._trace.append(said)
 
     def _pack(self, given):
-        bits = place = 0
+        bits = shift = 0
         for width, value in self._inputs:
-            bits |= value(given) << place
-            place += width
+            bits |= value(given) << shift
+            shift += width
         return bits
 
     def _unpack(self, bits):

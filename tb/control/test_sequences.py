@@ -104,8 +104,8 @@ def test_an_image_is_at_an_address_that_is_a_multiple_of_64(image):
 
 
 def write(given, faults=(), *, seed=1):
-    """What is asked of the clusters and of the DMA, in order, and how it ended."""
-    dut, draw, asked, overs = ResultControl(config=CONFIG), random.Random(seed), [], []
+    """What is requested of the clusters and of the DMA, in order, and how it ended."""
+    dut, draw, requested, overs = ResultControl(config=CONFIG), random.Random(seed), [], []
 
     async def bench(ctx):
         for k in range(CLUSTERS):
@@ -122,21 +122,21 @@ def write(given, faults=(), *, seed=1):
             busy = left > 0
             left = max(0, left - 1)
             ctx.set(dut.i_done.valid, busy and left == 0)
-            ctx.set(dut.i_done.payload.code, dict(faults).get(sum(one[0] == "command" for one in asked) - 1,
+            ctx.set(dut.i_done.payload.code, dict(faults).get(sum(one[0] == "command" for one in requested) - 1,
                                                               Fault.NONE))
             drops = ctx.get(dut.drops)
             ctx.set(dut.i_hit.valid, drops and draw.random() < 0.5)
             ctx.set(dut.i_hit.payload, draw.random() < 0.2)
             if ctx.get(dut.o_read_out.valid) and ctx.get(dut.o_read_out.ready):
-                asked.append(("read out", ctx.get(dut.cluster), ctx.get(dut.o_read_out.payload)))
+                requested.append(("read out", ctx.get(dut.cluster), ctx.get(dut.o_read_out.payload)))
             if ctx.get(dut.o_sums.valid) and ctx.get(dut.o_sums.ready):
-                asked.append(("sums", ctx.get(dut.o_sums.payload)))
+                requested.append(("sums", ctx.get(dut.o_sums.payload)))
             if ctx.get(dut.i_hit.valid) and ctx.get(dut.i_hit.payload):
-                asked.append(("dropped", ctx.get(dut.cluster)))
+                requested.append(("dropped", ctx.get(dut.cluster)))
             if ctx.get(dut.o_command.valid) and ctx.get(dut.o_command.ready):
                 one = dut.o_command.payload
                 kind = ResultKind(ctx.get(one.kind))
-                asked.append(("command", kind.name, ctx.get(one.address), ctx.get(one["count"]),
+                requested.append(("command", kind.name, ctx.get(one.address), ctx.get(one["count"]),
                               ctx.get(one.section.first_column) if kind is ResultKind.HITS else ctx.get(one.total)))
                 left = draw.randrange(2, 9)
             if ctx.get(dut.o_over.valid):
@@ -151,7 +151,7 @@ def write(given, faults=(), *, seed=1):
                 break
 
     run(dut, bench)
-    return asked, overs
+    return requested, overs
 
 
 def hits(earlier):
@@ -176,7 +176,7 @@ def test_sums_alone():
 
 
 def test_all_clusters_are_read_out_after_a_fault_and_the_first_one_is_reported():
-    faults = {1: Fault.WRITE_REPLY, 3: Fault.PLACE}
+    faults = {1: Fault.WRITE_REPLY, 3: Fault.NO_RECORD}
     assert write({"hits": 1, "sums": 1, "earlier": 0}, faults) == ([*hits(0), *SUMS], [Fault.WRITE_REPLY])
 
 

@@ -57,7 +57,7 @@ def test_sums_are_those_of_all_hits(count, most):
 
 @pytest.mark.parametrize("count", [2, 3, 8])
 def test_sums_that_are_too_large_are_flagged(count):
-    """A sum of all clusters that has no room, and one that had none in its cluster; not the largest that has room."""
+    """A sum of all clusters that overflows, and one that overflowed in its cluster; not the largest that fits."""
     largest = (1 << WEIGHT_SUM_BITS) - 1
     came, _ = merged([[(largest, 0), (largest, 0), (5, 1), (largest - 1, 0)]] + [
         [(0, 0), (int(k == count - 1), 0), (6, 0), (int(k == 1), 0)] for k in range(1, count)])

@@ -54,14 +54,14 @@ async def strings_under_policies(dut):
             hit, line, _ = golden.access(keys)
             # The fields of an answer: tag, record, line, hit, error.
             line_bits = (options()["lines"] - 1).bit_length()
-            expected = [key << 1 | (int(place) | int(held) << line_bits) << KEY_BITS + 1
-                        for key, place, held in zip(keys, line, hit, strict=True)]
+            expected = [key << 1 | (int(address) | int(held) << line_bits) << KEY_BITS + 1
+                        for key, address, held in zip(keys, line, hit, strict=True)]
             sink = Sink(dut, "o")
             await Source(dut, "i").send([key << 1 for key in keys])
             while len(sink.items) < len(keys):
                 await RisingEdge(dut.clk)
-            for number, (got, wanted) in enumerate(zip(sink.items, expected, strict=True)):
-                assert got == wanted, f"{name}, {policy}: answer {number} is {got:x}, not {wanted:x}"
+            for number, (got, required) in enumerate(zip(sink.items, expected, strict=True)):
+                assert got == required, f"{name}, {policy}: answer {number} is {got:x}, not {required:x}"
             assert int(dut.misses.value) == golden.misses
             came[name][policy] = {"misses": golden.misses, "cycles": sink.cycles[-1] - sink.cycles[0] + 1}
             sink.stop()

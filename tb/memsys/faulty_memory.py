@@ -12,13 +12,14 @@ DECERR = 3
 # By name, what the memory does to a burst: the fault that the port reports first.
 READ_FAULTS = {
     "slverr": Fault.READ_REPLY, "decerr": Fault.READ_REPLY, "late": Fault.READ_TIMEOUT, "silent": Fault.READ_TIMEOUT,
-    "free id": Fault.READ_PROTOCOL, "id of another read": Fault.READ_PROTOCOL, "unasked beat": Fault.READ_PROTOCOL,
+    "free id": Fault.READ_PROTOCOL, "id of another read": Fault.READ_PROTOCOL, "unexpected beat": Fault.READ_PROTOCOL,
     "last beat not marked": Fault.READ_PROTOCOL, "another beat marked": Fault.READ_PROTOCOL,
     "a beat again": Fault.READ_PROTOCOL, "last beat again": Fault.READ_PROTOCOL}
 WRITE_FAULTS = {
     "write slverr": Fault.WRITE_REPLY, "write decerr": Fault.WRITE_REPLY, "write late": Fault.WRITE_TIMEOUT,
-    "write silent": Fault.WRITE_TIMEOUT, "write wrong id": Fault.WRITE_PROTOCOL, "unasked answer": Fault.WRITE_PROTOCOL,
-    "answer before the data": Fault.WRITE_PROTOCOL, "answer again": Fault.WRITE_PROTOCOL}
+    "write silent": Fault.WRITE_TIMEOUT, "write wrong id": Fault.WRITE_PROTOCOL,
+    "unexpected answer": Fault.WRITE_PROTOCOL, "answer before the data": Fault.WRITE_PROTOCOL,
+    "answer again": Fault.WRITE_PROTOCOL}
 # After these the burst never ends.
 _LOST = ("silent", "last beat not marked", "write silent", "write wrong id", "answer before the data")
 
@@ -89,7 +90,7 @@ class FaultyMemory(MemoryModel):
         free = [k for k in range(self._ids) if k not in used and k != pins["arid"] and not (
             self.out["rvalid"] and self.out["rid"] == k)]
         if not most or (kind == "id of another read" and not used) or (
-                kind in ("free id", "unasked beat") and not free):
+                kind in ("free id", "unexpected beat") and not free):
             return
         at = self._fault.beat % most
         number, data, response, last = left[at]
@@ -102,7 +103,7 @@ class FaultyMemory(MemoryModel):
             self._due_reads.pop()
         elif kind in ("free id", "id of another read"):
             left[at] = (free if kind == "free id" else used)[0], other, response, last
-        elif kind == "unasked beat":
+        elif kind == "unexpected beat":
             self.inject(rid=free[0], rdata=other, rlast=last)
         elif kind == "last beat not marked":
             left[-1] = *left[-1][:-1], 0
@@ -124,7 +125,7 @@ class FaultyMemory(MemoryModel):
             if len(self._open) > 1 or self._due_writes or self.out["bvalid"]:
                 return
             self._due_writes.append((self._now, 0, 0))
-        elif kind == "unasked answer":
+        elif kind == "unexpected answer":
             self.inject(bid=1)
         self._marked = self._open[-1], kind
         self._strike(lost=kind in _LOST)

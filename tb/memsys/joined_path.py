@@ -15,8 +15,8 @@ from tb.memsys.memory_path import MemoryPath
 __all__ = ["JoinedPath"]
 
 # By port of the path the network's.
-ASKS = {"o_request": "i_request", "o_remote": "i_reply"}
-IS_ASKED = {"i_remote": "o_request", "i_reply": "o_reply"}
+FROM_PATH = {"o_request": "i_request", "o_remote": "i_reply"}
+TO_PATH = {"i_remote": "o_request", "i_reply": "o_reply"}
 TO_MEMORY = ("o_read", "i_read")
 
 
@@ -38,7 +38,7 @@ class JoinedPath(wiring.Component):
         self.port = MainMemoryPort(config=config, tag=range(READERS))
         formats, members = MemoryFormats(config), self.path.signature.members
         super().__init__({
-            **{name: member for name, member in members.items() if name not in (*ASKS, *IS_ASKED, *TO_MEMORY)},
+            **{name: member for name, member in members.items() if name not in (*FROM_PATH, *TO_PATH, *TO_MEMORY)},
             "axi": Out(AxiSignature(config=config)), "window": In(formats.window),
             "memory_fault": Out(formats.fault), "network_fault": self.network.signature.members["fault"]})
 
@@ -48,9 +48,9 @@ class JoinedPath(wiring.Component):
         m.submodules.path, m.submodules.network, m.submodules.port = path, network, port = (
             self.path, self.network, self.port)
         for node in range(self._config.noc.nodes):
-            for out, given in ASKS.items():
+            for out, given in FROM_PATH.items():
                 wiring.connect(m, getattr(path, out)[node], getattr(network, given)[node])
-            for given, out in IS_ASKED.items():
+            for given, out in TO_PATH.items():
                 wiring.connect(m, getattr(network, out)[node], getattr(path, given)[node])
             m.d.comb += self.network_fault[node].eq(network.fault[node])
         wiring.connect(m, path.o_read, port.i_read)

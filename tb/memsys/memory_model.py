@@ -43,7 +43,7 @@ class MemoryModel:
         Channels, see above, on which nothing moves now.
     reads, writes
         Bursts: first address, beats.
-    asked, busy
+    outstanding_reads, busy
         The number of outstanding reads; whether anything is outstanding.
     faulty
         It has broken rules of AXI.
@@ -68,7 +68,7 @@ class MemoryModel:
                     "bvalid": 0, "bid": 0, "bresp": 0}
 
     @property
-    def asked(self) -> int:
+    def outstanding_reads(self) -> int:
         """See above."""
         return len(self._due_reads)
 
@@ -78,7 +78,7 @@ class MemoryModel:
         return bool(self._due_reads or self._due_writes or self._open or self.out["rvalid"] or self.out["bvalid"])
 
     def inject(self, **pins: int) -> None:
-        """Give a beat or an answer that nobody asked for: ``rid`` and so on, or ``bid`` and so on."""
+        """Give an unrequested beat or answer: ``rid`` and so on, or ``bid`` and so on."""
         self.faulty = True
         if "bid" in pins:
             self._due_writes.appendleft((0, pins["bid"], pins.get("bresp", 0)))
@@ -127,19 +127,19 @@ class MemoryModel:
     def _due(self):
         return self._now + self._latency - 1 + self._random.randint(0, self._spread)
 
-    def _check_place(self, address, length):
+    def _check_range(self, address, length):
         end = address + (length + 1) * self._bytes
         assert self.base <= address, f"{address:#x} is outside the memory"
         assert end <= self.base + len(self.data), f"{address:#x} is outside the memory"
 
     def _accept(self, pins):
-        self._check_place(pins["awaddr"], pins["awlen"])
+        self._check_range(pins["awaddr"], pins["awlen"])
         self._open.append([pins["awid"], pins["awaddr"], pins["awlen"] + 1, 0])
         self.writes.append((pins["awaddr"], pins["awlen"] + 1))
 
     def _read(self, pins):
         first, beats = pins["araddr"], pins["arlen"] + 1
-        self._check_place(first, beats - 1)
+        self._check_range(first, beats - 1)
         self.reads.append((first, beats))
         left = deque()
         for k in range(beats):

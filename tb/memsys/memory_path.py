@@ -130,22 +130,22 @@ class Memory:
         formats = MemoryFormats(config)
         self._data, self._base, self._bytes, self._fails = data, base, config.memory.beat_bytes, set(fails)
         self._latency, self._random = latency, random.Random(seed)
-        self._asked = _Wires(dut, "o_read", formats.request(range(READERS)))
+        self._requested = _Wires(dut, "o_read", formats.request(range(READERS)))
         self._given = _Wires(dut, "i_read", formats.reply(range(READERS)))
         self.reads = []
-        self._asked.ready.value = self._given.valid.value = 0
+        self._requested.ready.value = self._given.valid.value = 0
         self._task = cocotb.start_soon(self._run(RisingEdge(dut.clk)))
 
     async def _run(self, edge):
         beats, now = deque(), 0
         while True:
-            self._asked.ready.value = int(self._random.random() < 0.7)
+            self._requested.ready.value = int(self._random.random() < 0.7)
             self._given.offer([beats[0][1]] if beats and beats[0][0] <= now else [])
             await edge
             now += 1
             if self._given.taken():
                 beats.popleft()
-            request = self._asked.take()
+            request = self._requested.take()
             if request is None:
                 continue
             first = request["address"]
@@ -161,7 +161,7 @@ class Memory:
     def stop(self):
         """Answer nothing more."""
         self._task.cancel()
-        self._asked.ready.value = self._given.valid.value = 0
+        self._requested.ready.value = self._given.valid.value = 0
 
 
 class Mesh:
@@ -177,7 +177,7 @@ class Mesh:
 
         self._sides = (("o_request", "i_remote"), ("o_remote", "i_reply"))
         self._wires = {name: wires(name) for side in self._sides for name in side}
-        self.asked = 0
+        self.request_count = 0
         for _, name in self._sides:
             for one in self._wires[name]:
                 one.valid.value = 0
@@ -185,7 +185,7 @@ class Mesh:
 
     async def _run(self, edge):
         # By destination and source, requests and replies; of replies four at a time go on.
-        ways = [{(to, source): deque() for to in range(self._clusters) for source in range(self._clusters)}
+        queues = [{(to, source): deque() for to in range(self._clusters) for source in range(self._clusters)}
                 for _ in self._sides]
         shown, now = [[[] for _ in range(self._clusters)] for _ in self._sides], 0
         while True:
@@ -193,7 +193,7 @@ class Mesh:
                 for k in range(self._clusters):
                     self._wires[out][k].ready.value = int(self._random.random() < 0.8)
                     if not shown[side][k]:
-                        shown[side][k] = self._next(side, k, ways[side], now)
+                        shown[side][k] = self._next(side, k, queues[side], now)
                     self._wires[given][k].offer(shown[side][k])
             await edge
             now += 1
@@ -204,18 +204,19 @@ class Mesh:
                     item = self._wires[out][k].take()
                     if item is not None:
                         to = item["node"]
-                        self.asked += side == 0
+                        self.request_count += side == 0
                         came = {"node": k, "patch": item["patch"]} if side == 0 else item["vertex"]
-                        ways[side][to, k].append((now + self._random.randint(1, self._delay), came))
+                        queues[side][to, k].append((now + self._random.randint(1, self._delay), came))
 
-    def _next(self, side, to, ways, now):
+    def _next(self, side, to, queues, now):
         """Items that go on to a cluster, from any source."""
         size = 1 if side == 0 else 4
-        ready = [way for (at, _), way in ways.items() if at == to and len(way) >= size and way[size - 1][0] <= now]
+        ready = [queue for (at, _), queue in queues.items()
+                 if at == to and len(queue) >= size and queue[size - 1][0] <= now]
         if not ready:
             return []
-        way = self._random.choice(ready)
-        return [way.popleft()[1] for _ in range(size)]
+        queue = self._random.choice(ready)
+        return [queue.popleft()[1] for _ in range(size)]
 
     def stop(self):
         """Answer nothing more."""

@@ -213,8 +213,8 @@ class Bench:
         assert (counters["seen"], counters["opened"]) == (len(cells), len(set(cells)))
         assert counters["found"] == len(patches)
         assert counters["named"] == sum(scene["count"][cell] for cell in set(cells))
-        room = self.config.memsys.own_patches
-        where = [at if address < room else NONE for at, address in (scene["residence"][patch] for patch in patches)]
+        capacity = self.config.memsys.own_patches
+        where = [at if address < capacity else NONE for at, address in (scene["residence"][patch] for patch in patches)]
         assert counters["own"] == where.count(cluster)
         assert counters["remote"] == len(where) - where.count(cluster) - where.count(NONE)
         assert counters["hits"] + counters["misses"] == where.count(NONE)

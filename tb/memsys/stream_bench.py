@@ -101,8 +101,8 @@ class _Bench:
             await task
         await ClockCycles(self.dut.clk, 30)
         for name, sink in self.sinks.items():
-            for number, (got, wanted) in enumerate(zip(sink.items, expected[name], strict=False)):
-                assert got == wanted, f"{name}: item {number} is {got:#x}, not {wanted:#x}"
+            for number, (got, required) in enumerate(zip(sink.items, expected[name], strict=False)):
+                assert got == required, f"{name}: item {number} is {got:#x}, not {required:#x}"
             assert len(sink.items) == len(expected[name]), f"{name}: {len(sink.items)} came"
         for port, value in self.given["after"].items():
             assert int(getattr(self.dut, port).value) == value, port

@@ -70,7 +70,7 @@ class BusAtMemory(wiring.Component):
 
 
 class Bench:
-    """Clusters that ask, and a scene in memory."""
+    """Clusters that send requests, and a scene in memory."""
 
     def __init__(self, dut, *, source="none", sink="none"):
         self.dut, self.config, seed = dut, config_of(options()["changes"]), options()["seed"]
@@ -85,7 +85,7 @@ class Bench:
         dut.window.value = pack(window, {"base": BASE, "limit": BASE + len(self.scene.image)})
         dut.clear.value = 0
 
-    async def ask(self, policy, requests, failed=lambda kind, key: False, **given):
+    async def send_requests(self, policy, requests, failed=lambda kind, key: False, **given):
         """From empty caches on; golden's hits and records. Returns the number of errors; see `BusScene.check`."""
         for sink in self.sinks:
             sink.items.clear()
@@ -121,7 +121,7 @@ class Bench:
 
 @cocotb.test()
 async def every_pair_of_stalls(dut):
-    """Clusters ask and take, and memory gives, in every way; a policy after the other."""
+    """Clusters send and accept, and memory answers, in every way; one policy after another."""
     await start(dut, cycles=200_000)
     ram = attach(dut, Regions(BusScene(config_of(options()["changes"])).image, base=BASE))
     for number, (source, sink) in enumerate(STALL_PAIRS):
@@ -130,14 +130,14 @@ async def every_pair_of_stalls(dut):
             await RisingEdge(dut.clk)
             assert_known(dut, ("i_request", "o_reply__0", "o_reply__1"))
         stall(ram, ([*STALLS][(number + number // 5) % 5], "random"), number)
-        await bench.ask(POLICIES[number % 3], bench.scene.requests(40, seed=number))
+        await bench.send_requests(POLICIES[number % 3], bench.scene.requests(40, seed=number))
         assert bench.fault() == (Fault.NONE, 0)
         bench.stop()
 
 
 @cocotb.test()
 async def a_target_that_raises(dut):
-    """What cannot be read is an error, each time that it is asked for; all else is right."""
+    """What cannot be read is an error, each time that it is requested; all else is right."""
     await start(dut, cycles=60_000)
     scene = BusScene(config_of(options()["changes"]))
     patches, cells = (BASE + scene.bases[name] for name in ("patches", "cells"))
@@ -148,7 +148,7 @@ async def a_target_that_raises(dut):
     stall(ram, ("none", "random"), 3)
     for policy in POLICIES:
         bench = Bench(dut)
-        await bench.ask(policy, bench.scene.requests(60, seed=policy.value), lambda kind, key: (
+        await bench.send_requests(policy, bench.scene.requests(60, seed=policy.value), lambda kind, key: (
             key & (1 << cell_bits) - 1 if kind is RequestKind.CELL else key) in FAILED[kind])
         code, address = bench.fault()
         assert code is Fault.READ_REPLY
@@ -173,11 +173,11 @@ async def faults_of_the_bus(dut):
     for kind in READ_FAULTS:
         memory.arm(BusFault(kind=kind, burst=draw.randrange(9), beat=draw.randrange(8)))
         policy = draw.choice(POLICIES)
-        errors = await bench.ask(policy, scene.requests(50, seed=len(kind)), errors=True)
+        errors = await bench.send_requests(policy, scene.requests(50, seed=len(kind)), errors=True)
         assert memory.struck, kind
-        assert not (errors and kind in ("unasked beat", "last beat again")), kind
+        assert not (errors and kind in ("unexpected beat", "last beat again")), kind
         for _ in range(ATTEMPTS):
-            errors = await bench.ask(policy, scene.requests(30, seed=1), errors=True)
+            errors = await bench.send_requests(policy, scene.requests(30, seed=1), errors=True)
             if not errors:
                 break
         assert bool(errors) == memory.lost, kind
@@ -190,7 +190,7 @@ async def faults_of_the_bus(dut):
         dut.clear.value = 1
         await ClockCycles(dut.clk, 2)
         dut.clear.value = 0
-        await bench.ask(policy, scene.requests(20, seed=2))
+        await bench.send_requests(policy, scene.requests(20, seed=2))
         assert bench.fault()[0] is Fault.NONE
         assert memory.data == scene.image
     port.stop()
@@ -205,7 +205,7 @@ async def reset_in_flight(dut):
     for number in range(5):
         bench = Bench(dut, sink="random")
         stall(ram, ("random",), number)
-        task = cocotb.start_soon(bench.ask(CachePolicy.LRU, bench.scene.requests(60, seed=number)))
+        task = cocotb.start_soon(bench.send_requests(CachePolicy.LRU, bench.scene.requests(60, seed=number)))
         await ClockCycles(dut.clk, draw.randrange(20, 250))
         task.cancel()
         bench.stop()
@@ -213,7 +213,7 @@ async def reset_in_flight(dut):
         bench = Bench(dut)
         await ClockCycles(dut.clk, 30)
         assert not any(sink.items for sink in bench.sinks)
-        await bench.ask(CachePolicy.LRU, bench.scene.requests(20, seed=number))
+        await bench.send_requests(CachePolicy.LRU, bench.scene.requests(20, seed=number))
         bench.stop()
 
 

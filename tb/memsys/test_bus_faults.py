@@ -21,7 +21,7 @@ MODULE = "tb.memsys.test_bus_faults"
 CHANGES = SMALL | {"memory.timeout_bits": 7}
 KINDS = READ_FAULTS | WRITE_FAULTS
 # Exchanges until the port has recovered, and cycles that one may take.
-EXCHANGES, PATIENCE = 40, 24 << CHANGES["memory.timeout_bits"]
+EXCHANGES, TIMEOUT = 40, 24 << CHANGES["memory.timeout_bits"]
 
 
 class FaultBench:
@@ -55,7 +55,7 @@ class FaultBench:
         beats = bench.to_write(writes, bytearray(self._before))
         tasks = [bench.start(source, items) for source, items in (
             (bench.reads, reads), (bench.writes, writes), (bench.data, beats))]
-        for _ in range(PATIENCE):
+        for _ in range(TIMEOUT):
             if len(bench.replies.items) >= len(replies) and len(bench.written.items) >= count:
                 break
             await RisingEdge(self.dut.clk)
@@ -67,9 +67,9 @@ class FaultBench:
         assert not int(self.dut.busy.value)
         found, written = ([unpack(bench.shapes[sink.name], item) for item in sink.items]
                           for sink in (bench.replies, bench.written))
-        for got, wanted in zip(found, replies, strict=True):
-            assert (got["tag"], got["last"]) == (wanted["tag"], wanted["last"])
-            assert got["error"] or got["data"] == wanted["data"], "a wrong beat without an error"
+        for got, required in zip(found, replies, strict=True):
+            assert (got["tag"], got["last"]) == (required["tag"], required["last"])
+            assert got["error"] or got["data"] == required["data"], "a wrong beat without an error"
         assert [one["tag"] for one in written] == [one["tag"] for one in writes]
         self._compare(writes, written, beats)
         return not any(one["error"] for one in found + written)
@@ -136,12 +136,12 @@ async def every_fault(dut):
                 assert clean, "an error without a fault"
                 clean = await bench.exchange()
             # An unexpected beat may come after the last reply.
-            for _ in range(PATIENCE):
+            for _ in range(TIMEOUT):
                 if bench.fault() is not Fault.NONE:
                     break
                 await RisingEdge(dut.clk)
             assert bench.fault() is code, fault
-            assert clean == (kind in ("unasked beat", "last beat again", "unasked answer", "answer again")), fault
+            assert clean == (kind in ("unexpected beat", "last beat again", "unexpected answer", "answer again")), fault
             lost = bench.model.lost
             assert await bench.recovers() != lost, fault
             if lost:
@@ -179,7 +179,7 @@ async def reset_of_the_machine_alone(dut):
         await ClockCycles(dut.clk, draw.randrange(6, 120))
         bench.bench.stop()
         await reset(dut)
-        outstanding, bench.model.faulty = bench.model.asked, True
+        outstanding, bench.model.faulty = bench.model.outstanding_reads, True
         while bench.model.busy:
             await RisingEdge(dut.clk)
         await ClockCycles(dut.clk, 3)

@@ -105,7 +105,7 @@ class Store:
 
 
 class Bench:
-    """A cache, its golden control, and what has been asked and answered."""
+    """A cache, its golden control, and what has been requested and answered."""
 
     def __init__(self, dut):
         self.dut, self.seed, self.size = dut, options()["seed"], options()["size"]
@@ -133,8 +133,8 @@ class Bench:
         hit, line, _ = golden.access(keys)
         return [pack(self._o, {
             "tag": (first + number) % (1 << self.size["tag"]), "record": record_of(int(key), epoch, self.size["beats"]),
-            "line": int(place), "hit": bool(held), "error": fails(int(key), epoch)})
-            for number, (key, place, held) in enumerate(zip(keys, line, hit, strict=True))], hit
+            "line": int(address), "hit": bool(held), "error": fails(int(key), epoch)})
+            for number, (key, address, held) in enumerate(zip(keys, line, hit, strict=True))], hit
 
     async def finish(self, sink, expected):
         for _ in range(20_000):
@@ -142,8 +142,8 @@ class Bench:
                 break
             await RisingEdge(self.dut.clk)
         await ClockCycles(self.dut.clk, 30)
-        for number, (got, wanted) in enumerate(zip(sink.items, expected, strict=False)):
-            assert got == wanted, f"answer {number}: {unpack(self._o, got)}, not {unpack(self._o, wanted)}"
+        for number, (got, required) in enumerate(zip(sink.items, expected, strict=False)):
+            assert got == required, f"answer {number}: {unpack(self._o, got)}, not {unpack(self._o, required)}"
         assert len(sink.items) == len(expected)
 
     async def run(self, keys, policy, *, source="none", sink="none", store=None):
@@ -272,7 +272,7 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def invalidations_at_any_time(dut):
-    """What was asked for before is answered with what memory held before, what comes later with what it holds then."""
+    """What was requested before is answered with what memory held before, what comes later with what it holds then."""
     await start(dut, cycles=100_000)
     bench = Bench(dut)
     draw = random.Random(bench.seed)

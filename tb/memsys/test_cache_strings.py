@@ -1,4 +1,4 @@
-"""What clusters ask for in castings: the hardware's cache answers each request as golden's does."""
+"""What clusters request in castings: the hardware's cache answers each request as golden's does."""
 
 import pytest
 

@@ -31,7 +31,7 @@ OWN = ("stop", "reset of the machine alone", "windows rewritten")
 KINDS = (*READ_FAULTS, *WRITE_FAULTS, *OWN)
 PHASES = {"load": "loads", "cast": "casts", "write": "writes"}
 # Cycles that a command may take, and those after which the host reports that it hangs.
-WATCHDOG, PATIENCE = 30_000, 60_000
+WATCHDOG, TIMEOUT = 30_000, 60_000
 # Attempts until the machine has recovered: late replies are outstanding for three time-outs.
 ATTEMPTS = 20
 FAULTS = 300
@@ -42,14 +42,14 @@ class FaultBench(Bench):
 
     def __init__(self, dut, **memory):
         super().__init__(dut, images=2, **memory)
-        self._guard = random.Random(1).randbytes(self.room)
+        self._guard = random.Random(1).randbytes(self.image_bytes)
         self.restart()
 
     def restart(self):
         """An empty memory with nothing outstanding; all that lies behind the image is random."""
         self.stop()
         self.model = self.port.memory = FaultyMemory(self.config, **self._memory)
-        self.model.data[self.room:] = self._guard
+        self.model.data[self.image_bytes:] = self._guard
         self._at_port = ModelAtPort(self.dut, self.model)
 
     async def windows(self, frustum, *, wrong=None):
@@ -60,7 +60,7 @@ class FaultBench(Bench):
             await self.host.write(name, value if wrong is None else wrong.getrandbits(64))
 
     async def frustum(self, frustum, action=None):
-        """Load, cast, and write results; an action takes place in each of these phases.
+        """Load, cast, and write results; an action occurs in each of these phases.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class FaultBench(Bench):
         data = image.to_bytes()
         await host.write("watchdog", WATCHDOG)
         try:
-            await host.load(image, lives=(), timeout=PATIENCE)
+            await host.load(image, lives=(), timeout=TIMEOUT)
             for name, value in (("regions", ALL_REGIONS), ("total", frustum.total), ("results", 3)):
                 await host.write(name, value)
             for phase, busy in PHASES.items():
@@ -79,12 +79,13 @@ class FaultBench(Bench):
                 await host.command(phase)
                 if action:
                     await action(phase)
-                await host.finish(busy, timeout=PATIENCE)
+                await host.finish(busy, timeout=TIMEOUT)
         finally:
             # Whatever has happened, the rest of memory is as before.
             first, found = image.offsets["hits"], self.model.data
             assert found[:first] == data[:first], "a byte in front of the window has changed"
-            assert found[len(data):] == bytes(self.room - len(data)) + self._guard, "a byte behind it has changed"
+            assert found[len(data):] == bytes(self.image_bytes - len(data)) + self._guard, (
+                "a byte behind it has changed")
 
     def right(self, frustum):
         """The results in memory are golden's."""
@@ -120,7 +121,7 @@ class Injection:
             return
         await bench.port.wait(self._cycles)
         if self.kind == "stop":
-            await bench.host.stop(timeout=PATIENCE)
+            await bench.host.stop(timeout=TIMEOUT)
         elif self.kind == "windows rewritten":
             await bench.windows(bench.frusta[0], wrong=self._draw)
         else:

@@ -14,7 +14,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 CONFIG = PRESETS["tiny"]
 MEMORY = 1 << CONFIG.memory.address_bits
 BYTES = {region.name: size for region, size in zip(REGIONS, RECORD_BYTES, strict=True)}
-PLACE, SIZE = 1 << 20, 1 << 36
+BASE, SIZE = 1 << 20, 1 << 36
 # Of the machine, see `Config`.
 MOST = {
     "cell_grid": 1, "frustum": 1, "cells": CONFIG.memsys.scene_cells, "patches": 1 << CONFIG.icu.patch_bits,
@@ -28,7 +28,7 @@ def bench():
     return ScheduleBench(ImageHeader(config=CONFIG), patience=400, watchdog=10_000)
 
 
-def fault(bench, *, place=PLACE, size=SIZE, offsets=(), **counts):
+def fault(bench, *, base=BASE, size=SIZE, offsets=(), **counts):
     """The fault of a header with regions of so many records, by default none of wrong length."""
     counts = dict.fromkeys(BYTES, 0) | {"columns": 4, "rows": 4, "sums": 1} | counts
     counts["hits"] = counts["hits"] or counts["columns"] * counts["rows"]
@@ -37,8 +37,8 @@ def fault(bench, *, place=PLACE, size=SIZE, offsets=(), **counts):
         words += [dict(offsets).get(name, 4096), count]
     read = Responder("o_extent", "i_word", lambda extent: [
         {"data": word, "last": number == HEADER_WORDS - 1} for number, word in enumerate(words)])
-    came = bench.run(Schedule(items={"i": [(0, place)]}), read)
-    assert came["o_extent"] == [{"address": place, "length": HEADER_WORDS - 1, "narrow": 0}]
+    came = bench.run(Schedule(items={"i": [(0, base)]}), read)
+    assert came["o_extent"] == [{"address": base, "length": HEADER_WORDS - 1, "narrow": 0}]
     (found,) = came["o"]
     return Fault(found)
 
@@ -77,16 +77,16 @@ def test_regions_end_within_the_image(bench, region):
 def test_lengths_do_not_wrap(bench, region):
     """Of tables that the machine reads in parts: up to 2^32 records, in an image of any size."""
     largest = (1 << 32) - 1
-    room = BYTES[region] * largest + 4096
-    assert fault(bench, size=MEMORY - PLACE, **{region: largest}) is (
-        Fault.NONE if room <= MEMORY - PLACE else Fault.REGION)
+    least = BYTES[region] * largest + 4096
+    assert fault(bench, size=MEMORY - BASE, **{region: largest}) is (
+        Fault.NONE if least <= MEMORY - BASE else Fault.REGION)
     assert fault(bench, size=4096 + BYTES[region], **{region: largest}) is Fault.REGION
     assert fault(bench, **{region: 1 << 32}) is Fault.REGION
 
 
-@pytest.mark.parametrize(("place", "size", "passes"), [
-    (PLACE, MEMORY - PLACE, True), (PLACE, MEMORY - PLACE + 1, False), (0, MEMORY, False), (0, MEMORY - 1, True),
-    (MEMORY - 8192, 8192, True), (MEMORY - 8192, 8193, False), (PLACE, 1 << 63, False), (PLACE, 0, False)])
-def test_images_end_within_memory(bench, place, size, passes):
+@pytest.mark.parametrize(("base", "size", "passes"), [
+    (BASE, MEMORY - BASE, True), (BASE, MEMORY - BASE + 1, False), (0, MEMORY, False), (0, MEMORY - 1, True),
+    (MEMORY - 8192, 8192, True), (MEMORY - 8192, 8193, False), (BASE, 1 << 63, False), (BASE, 0, False)])
+def test_images_end_within_memory(bench, base, size, passes):
     """An image that fills all of memory has a size of one bit too many."""
-    assert fault(bench, place=place, size=size) is (Fault.NONE if passes else Fault.REGION)
+    assert fault(bench, base=base, size=size) is (Fault.NONE if passes else Fault.REGION)

@@ -27,8 +27,8 @@ STREAMS = ("i_start", "i_read", "i_write", "o_read", "o_refused")
 VERSION_BITS, TAG_BITS = 2, 16
 # Cycles from a write to the first read that waited for it, and to its refusal.
 RELEASE, REFUSAL = 8, 4
-CASES = ("a read finds its data", "a read waits", "several wait for one location", "all places are taken",
-         "a read waits for room", "a write is refused", "tags run out", "writes come while reads are released")
+CASES = ("a read finds its data", "a read waits", "several wait for one location", "all entries are taken",
+         "a read waits for an entry", "a write is refused", "tags run out", "writes come while reads are released")
 
 
 def make():
@@ -99,8 +99,8 @@ class Bench:
         answered, values, refused = answers(read, write, data)
         assert answered.all()
         got = self.answers[before[0]:]
-        wanted = sorted(zip(tags.tolist(), values.tolist(), strict=True))
-        assert sorted(got) == wanted, "each read must be answered once, with its data"
+        expected = sorted(zip(tags.tolist(), values.tolist(), strict=True))
+        assert sorted(got) == expected, "each read must be answered once, with its data"
         assert self.refused.items[before[1]:] == write[refused].tolist()
 
 
@@ -112,15 +112,15 @@ class Watch:
         cocotb.start_soon(self._run())
 
     async def _run(self):
-        dut, edge, present, asked, starts = self._dut, RisingEdge(self._dut.clk), {}, {}, 0
+        dut, edge, present, read_at, starts = self._dut, RisingEdge(self._dut.clk), {}, {}, 0
         while True:
             await edge
             waiting = int(dut.waiting.value)
             write = unpack(SHAPES["i_write"], int(dut.i_write__payload.value))["address"] if (
                 int(dut.i_write__valid.value) and int(dut.i_write__ready.value)) else None
             self.coverage.hit_all({
-                "all places are taken": waiting == DEFERRED,
-                "a read waits for room": waiting == DEFERRED and int(dut.i_read__valid.value)
+                "all entries are taken": waiting == DEFERRED,
+                "a read waits for an entry": waiting == DEFERRED and int(dut.i_read__valid.value)
                 and not int(dut.i_read__ready.value),
                 "a write is refused": write in present,
                 "writes come while reads are released": write is not None and bool(int(dut.o_read__valid.value))})
@@ -130,10 +130,10 @@ class Watch:
                 address = unpack(SHAPES["i_read"], int(dut.i_read__payload.value))["address"]
                 self.coverage.hit("a read finds its data" if address in present else "a read waits")
                 if address not in present:
-                    asked[address] = asked.get(address, 0) + 1
-                    self.coverage.hit("several wait for one location", asked[address] > 1)
+                    read_at[address] = read_at.get(address, 0) + 1
+                    self.coverage.hit("several wait for one location", read_at[address] > 1)
             if int(dut.i_start__valid.value) and int(dut.i_start__ready.value):
-                present, asked, starts = {}, {}, starts + 1
+                present, read_at, starts = {}, {}, starts + 1
                 self.coverage.hit("tags run out", starts > (1 << VERSION_BITS) - 1)
 
 
@@ -159,25 +159,25 @@ async def one_after_the_other(dut):
     bench = Bench(dut)
     of = block("memsys.istructure")[1]
     given = of.draw(np.random.default_rng(options()["seed"]), 400, PRESETS["tiny"])
-    wanted = of.expect(given, PRESETS["tiny"])
+    expected = of.expect(given, PRESETS["tiny"])
     await bench.start.send([0])
     for number, kind in enumerate(given["kind"].tolist()):
         address, value = int(given["address"][number]), int(given["value"][number])
         came, refused = len(bench.answer.items), len(bench.refused.items)
-        if kind == START and wanted["taken"][number]:
+        if kind == START and expected["taken"][number]:
             await bench.start.send([0])
-        elif kind == READ and wanted["taken"][number]:
+        elif kind == READ and expected["taken"][number]:
             await bench.read.send(reads_of([address], [value]))
         elif kind not in (START, READ):
             await bench.write.send(writes_of([address], [value]))
         else:
-            # A read without room would stay, and so would a start.
+            # A read without a free entry would stay, and so would a start.
             continue
         await ClockCycles(dut.clk, RELEASE + DEFERRED + 1)
-        tags = [int(tag) for tag in wanted["answered"][number] if tag >= 0]
-        assert bench.answers[came:] == [(tag, int(wanted["data"][number])) for tag in tags], number
-        assert len(bench.refused.items) - refused == (kind not in (START, READ) and not wanted["taken"][number])
-        assert int(dut.waiting.value) == wanted["waiting"][number]
+        tags = [int(tag) for tag in expected["answered"][number] if tag >= 0]
+        assert bench.answers[came:] == [(tag, int(expected["data"][number])) for tag in tags], number
+        assert len(bench.refused.items) - refused == (kind not in (START, READ) and not expected["taken"][number])
+        assert int(dut.waiting.value) == expected["waiting"][number]
 
 
 @cocotb.test()
@@ -233,22 +233,22 @@ async def one_access_per_cycle(dut):
 
 @cocotb.test()
 async def a_full_store(dut):
-    """It is released without a bubble, chain after chain, while writes go on; only reads wait for room."""
+    """It is released without a bubble, chain after chain, while writes go on; only reads wait for a free entry."""
     await start(dut, cycles=2_000)
-    for places in ([0] * DEFERRED, [k % 2 for k in range(DEFERRED)], list(range(DEFERRED))):
+    for addresses in ([0] * DEFERRED, [k % 2 for k in range(DEFERRED)], list(range(DEFERRED))):
         bench = Bench(dut)
         await bench.start.send([0])
-        reading = cocotb.start_soon(bench.read.send(reads_of([*places, COUNT - 1, COUNT - 2, COUNT - 1, *range(8)])))
+        reading = cocotb.start_soon(bench.read.send(reads_of([*addresses, COUNT - 1, COUNT - 2, COUNT - 1, *range(8)])))
         await ClockCycles(dut.clk, 40)
         assert int(dut.waiting.value) == DEFERRED
         assert not bench.answer.items
         stuck = len(bench.taken["i_read"].items)
-        # What the first read without room wants is written: it is answered, though the store stays full.
+        # The location of the first read without an entry is written: it is answered, though the store stays full.
         await bench.write.send(writes_of([COUNT - 1], [77]))
         await ClockCycles(dut.clk, 20)
         assert bench.answers == [(DEFERRED, 77)]
         assert int(dut.waiting.value) == DEFERRED
-        assert len(bench.taken["i_read"].items) == stuck + 1, "the next read without room must wait where it is"
+        assert len(bench.taken["i_read"].items) == stuck + 1, "the next read without an entry must wait where it is"
         before, came = len(bench.taken["i_write"].cycles), len(bench.answer.items)
         await bench.write.send(writes_of(range(COUNT), range(COUNT)))
         await reading
@@ -257,7 +257,7 @@ async def a_full_store(dut):
         assert cycles == list(range(cycles[0], cycles[0] + COUNT)), "writes must not stall"
         released = bench.answer.cycles[came:came + DEFERRED]
         assert released == list(range(cycles[0] + RELEASE, cycles[0] + RELEASE + DEFERRED)), "releases without a bubble"
-        assert bench.answers[came:came + DEFERRED] == sorted(enumerate(places), key=lambda read: (read[1], read[0]))
+        assert bench.answers[came:came + DEFERRED] == sorted(enumerate(addresses), key=lambda read: (read[1], read[0]))
         bench.stop()
 
 
@@ -332,7 +332,7 @@ def test_renewed_locations(seed, ready):
     dut, random = IStructure(16, depth=depth, version_bits=VERSION_BITS, deferred=8, tag=12, renews=True), \
         np.random.default_rng(seed)
     # By location: the present data, and from and to which cycle each datum was there. By tag: location and cycle.
-    present, spans, asked, refusals, coverage = {}, {}, {}, [], Coverage(
+    present, spans, read_at, refusals, coverage = {}, {}, {}, [], Coverage(
         ["a read waits", "a read waits for a renewed location", "a write of a renewed location", "a write is refused"])
 
     async def drive(ctx):
@@ -359,30 +359,30 @@ def test_renewed_locations(seed, ready):
                 dut.o_refused.payload, dut.waiting)
             coverage.hit("a read waits", waiting > 0)
             if renew:
-                place = offers.pop("i_renew")
-                if place in present:
-                    spans[place, present.pop(place)][1] = cycle
-                    renewals.add(place)
+                address = offers.pop("i_renew")
+                if address in present:
+                    spans[address, present.pop(address)][1] = cycle
+                    renewals.add(address)
             if read:
-                asked[came["tag"]] = (offers.pop("i_read"), cycle)
+                read_at[came["tag"]] = (offers.pop("i_read"), cycle)
                 coverage.hit("a read waits for a renewed location", came["address"] in renewals - set(present))
             if write:
-                place, data = offers.pop("i_write"), wrote["data"]
-                coverage.hit("a write is refused", place in present)
-                if place in present:
-                    refusals.append(place)
+                address, data = offers.pop("i_write"), wrote["data"]
+                coverage.hit("a write is refused", address in present)
+                if address in present:
+                    refusals.append(address)
                 else:
-                    coverage.hit("a write of a renewed location", place in renewals)
-                    present[place], spans[place, data] = data, [cycle, None]
+                    coverage.hit("a write of a renewed location", address in renewals)
+                    present[address], spans[address, data] = data, [cycle, None]
             if refuses:
                 assert which == refusals[refused]
                 refused += 1
             if answers_now:
-                place, since = asked.pop(answer["tag"])
-                begin, end = spans[place, answer["data"]]
+                address, since = read_at.pop(answer["tag"])
+                begin, end = spans[address, answer["data"]]
                 assert begin <= cycle
                 assert end is None or end >= since, "a read must not see what was renewed before it came"
-        assert not asked, "each read must be answered"
+        assert not read_at, "each read must be answered"
         assert refused >= len(refusals) - REFUSAL
 
     simulator = Simulator(dut)

@@ -68,7 +68,7 @@ class JoinedBench(Bench):
         return super().again(ram=self.ram, **given)
 
     async def frustum(self, share=1.0):
-        """Nobody in between finds a fault."""
+        """No unit in between finds a fault."""
         met = await super().frustum(share)
         found = unpack(MemoryFormats(self.config).fault, int(self.dut.memory_fault.value))
         assert Fault(found["code"]) is Fault.NONE
@@ -105,7 +105,7 @@ async def every_pair_of_stalls(dut):
 
 @cocotb.test()
 async def reset_in_flight(dut):
-    """Nothing of before a reset comes after it, of whatever was on its way to whom; tables stay."""
+    """Nothing of before a reset comes after it, of whatever was in flight; tables stay."""
     await start(dut, cycles=options()["cycles"])
     bench = JoinedBench(dut)
     await bench.load()

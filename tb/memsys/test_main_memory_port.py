@@ -115,9 +115,9 @@ class Bench:
         """Data of errors are not compared."""
         shape = self.shapes[sink.name]
         got = [unpack(shape, item) for item in sink.items]
-        for item, wanted in zip(got, expected, strict=False):
-            if item["error"] and wanted["error"] and "data" in item:
-                item["data"] = wanted["data"]
+        for item, required in zip(got, expected, strict=False):
+            if item["error"] and required["error"] and "data" in item:
+                item["data"] = required["data"]
         check(shape, [pack(shape, item) for item in got], [pack(shape, item) for item in expected], what=sink.name)
 
     def fault(self):
@@ -198,7 +198,7 @@ async def errors_from_memory(dut):
 
 @cocotb.test()
 async def outside_the_windows(dut):
-    """Memory is never asked, and everything is answered, in order with what lies inside."""
+    """No transaction is issued, and everything is answered, in order with what lies inside."""
     await start(dut, cycles=60_000)
     bench = Bench(dut, sink="random")
     top, beat = 1 << bench.config.memory.address_bits, bench.bytes
@@ -241,7 +241,7 @@ async def outside_the_windows(dut):
 
 @cocotb.test()
 async def wrong_answers(dut):
-    """Beats and answers that nobody asked for change nothing; too few or too many beats make their burst an error."""
+    """Unrequested beats and answers change nothing; too few or too many beats make their burst an error."""
     await start(dut, cycles=60_000)
     bench = Bench(dut)
     model = memory(bench, latency=3)
@@ -263,7 +263,7 @@ async def wrong_answers(dut):
         await bench.arrive(bench.replies, 1)
         model.silent.add("r")
         await bench.send(bench.reads, requests[1:2])
-        while not model.asked:
+        while not model.outstanding_reads:
             await RisingEdge(dut.clk)
         model.cut(cut)
         model.silent.clear()
@@ -313,8 +313,8 @@ async def latency(dut):
         for name in ("i_read__valid", "axi__arvalid", "axi__rvalid", "o_read__valid"):
             if int(getattr(dut, name).value):
                 seen.setdefault(name, cycle)
-    given, asked, came, replied = seen.values()
-    assert [asked - given, replied - came] == options()["latencies"]
+    given, requested, came, replied = seen.values()
+    assert [requested - given, replied - came] == options()["latencies"]
     port.stop()
 
 

@@ -28,7 +28,7 @@ from tb.memsys.path_bench import COVERED, NONE, Bench, scene
 
 MODULE = "tb.memsys.test_memory_path"
 CLUSTERS = 2
-# Cells and lists that are not in the tables, patches in every place, short parts of lists, few requests.
+# Cells and lists that are not in the tables, patches at every address, short parts of lists, few requests.
 SMALL = {"memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
          "memsys.reply_ids": 2, "memsys.bus_requests": 2, "memsys.cell_lines": 8, "memsys.patch_lines": 8,
          "memsys.cache_ways": 2, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2, "memsys.filter_generation_bits": 2,
@@ -49,7 +49,7 @@ async def whole_frusta(dut):
         assert_known(dut, [f"{name}__{k}" for k in range(CLUSTERS) for name in bench.shapes if name[2:] != "bus"])
         for share in (1.0, 0.4) if policy == "LRU" else (0.3,):
             bench.cover(coverage, await bench.frustum(share))
-    assert bench.mesh.asked
+    assert bench.mesh.request_count
     coverage.check()
 
 
@@ -76,8 +76,8 @@ async def reset_in_flight(dut):
 def malformed():
     """A scene of eight patches in main memory, and of each kind of fault a cell that leads to it."""
     return {
-        # 0: a list that is none, here; 1: a patch that there is not; 2: a residence that is none; 3: held by nobody;
-        # 4: a record that cannot be read; 5: as it should be; from 64 on asked of the bus, 65: a list that is none.
+        # 0: a list that is none, here; 1: a patch that there is not; 2: a residence that is none; 3: held by none;
+        # 4: a record that cannot be read; 5: as it should be; from 64 on the bus is read, 65: a list that is none.
         "pointer": [30, 0, 1, 2, 3, 4, *[0] * 58, 5, 8, 5], "count": [5, 1, 1, 1, 1, 2, *[0] * 58, 2, 1 << 31, 1],
         "lists": [300, 6, 7, 2, 0, 1, 3, 301, *[4] * 24], "vertices": [[[k, 2 * k + j, 5 + j] for j in range(4)]
                                                                        for k in range(8)],
@@ -87,7 +87,7 @@ def malformed():
 
 @cocotb.test()
 async def what_is_malformed(dut):
-    """Each fault is told, with the cell or patch; all else comes; nothing hangs; and the next frustum is right."""
+    """Each fault is reported, with the cell or patch; all else comes; nothing hangs; and the next frustum is right."""
     await start(dut, cycles=30_000)
     given = malformed()
     bench = Bench(dut, given=given, fails=[("patches", 2 * 64 + 24)])
@@ -107,8 +107,8 @@ async def what_is_malformed(dut):
         assert bench.fault(0) == (fault, number), cells
         came = [unpack(bench.shapes["o_vertex"], item) for item in bench.sinks[0].items]
         found = [(came[k]["patch"], [one["vertex"] for one in came[k:k + 4]]) for k in range(0, len(came), 4)]
-        wanted = [(patch, given["vertices"][patch]) for patch in bench.expected(good)] + extra
-        assert sorted(found) == sorted(wanted), cells
+        required = [(patch, given["vertices"][patch]) for patch in bench.expected(good)] + extra
+        assert sorted(found) == sorted(required), cells
         assert bench.fault(1) == ((PathFault.RESIDENCE, 7) if extra else (PathFault.NONE, 0))
         for k in range(CLUSTERS):
             getattr(dut, f"clear__{k}").value = 1

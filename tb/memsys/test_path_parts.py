@@ -63,8 +63,8 @@ BUS_BENCH = ScheduleBench(BUS, [*(f"i_request__{k}" for k in range(3)), "i_reply
 
 
 def test_the_bus_takes_one_request_per_cycle_the_longest_waiting_first():
-    asked = [(0, {"kind": RequestKind.PATCH.value, "key": key}) for key in range(4)]
-    came = BUS_BENCH.run(Schedule(items={f"i_request__{k}": asked for k in range(3)}, stalls={}))["o_request"]
+    requested = [(0, {"kind": RequestKind.PATCH.value, "key": key}) for key in range(4)]
+    came = BUS_BENCH.run(Schedule(items={f"i_request__{k}": requested for k in range(3)}, stalls={}))["o_request"]
     assert [one["source"] for one in came] == [0, 1, 2] * 4
     assert [one["item"]["key"] for one in came] == [key for key in range(4) for _ in range(3)]
     cycles = BUS_BENCH.cycles["o_request"]
@@ -118,10 +118,10 @@ def test_the_interface_requests_parts_and_forwards_replies(requests, listed, ver
     came = INTERFACE_BENCH.run(
         Schedule(items={"i_cell": [(0, 4), (0, 9)], "i_patch": [(0, 5), (0, 6)], "i_reply": replies},
                  stalls={"o_request": requests, "o_listed": listed, "o_vertex": vertices}))
-    asked = [(one["kind"], one["key"]) for one in came["o_request"]]
-    cells = [key for kind, key in asked if kind == RequestKind.CELL.value]
+    requested = [(one["kind"], one["key"]) for one in came["o_request"]]
+    cells = [key for kind, key in requested if kind == RequestKind.CELL.value]
     assert cells == [4, 9, 4 | 1 << FORMATS.cell_bits]
-    assert [key for kind, key in asked if kind == RequestKind.PATCH.value] == [5, 6]
+    assert [key for kind, key in requested if kind == RequestKind.PATCH.value] == [5, 6]
     entries = [(one["item"]["number"], one["last"]) for one in came["o_listed"] if one["item"]["is_id"]]
     assert entries == [(11, 0), (12, 0), (13, 1)]
     assert [one["last"] for one in came["o_listed"]] == [0, 0, 1, 1]

@@ -140,10 +140,10 @@ async def the_whole_image(dut):
         bench.compare(chosen, cluster)
     image = from_bytes(bench.data)
     for name in "hits", "sums":
-        place = int(getattr(dut, name).value)
+        found_at = int(getattr(dut, name).value)
         width = bench.config.memory.address_bits
-        assert place & (1 << width) - 1 == BASE + image.offsets[name]
-        assert place >> width == len(image[name])
+        assert found_at & (1 << width) - 1 == BASE + image.offsets[name]
+        assert found_at >> width == len(image[name])
     assert int(dut.columns.value) == len(image["columns"])
     bench.stop()
 
@@ -229,7 +229,7 @@ def broken_images(data):
 
 @cocotb.test()
 async def malformed_tables(dut):
-    """Each ends in its code; nothing of the record comes out; what is asked for next is right."""
+    """Each ends in its code; nothing of the record comes out; the next request is answered right."""
     await start(dut, cycles=200_000)
     good = Path(options()["image"]).read_bytes()
     offsets = from_bytes(good).offsets
@@ -270,7 +270,7 @@ async def faults_of_the_bus(dut):
         bench.model.arm(BusFault(kind=kind, burst=draw.randrange(12), beat=draw.randrange(8)))
         code, _ = await bench.load(names)
         assert bench.model.struck, kind
-        harmless = kind in ("unasked beat", "last beat again")
+        harmless = kind in ("unexpected beat", "last beat again")
         assert code is (Fault.NONE if harmless else Fault.READ_REPLY), kind
         if harmless:
             bench.compare(names, 0)
@@ -310,7 +310,7 @@ async def reset_in_flight(dut):
 async def a_word_per_cycle(dut):
     """Within a region, and with sixteen patches.
 
-    A burst goes on when all of it has come. A region that begins within a burst's stretch has a short one
+    A burst goes on when all of it has come. A region that begins within a burst's extent has a short one
     first, after which the next, longer one may be awaited.
     """
     await start(dut, cycles=50_000)

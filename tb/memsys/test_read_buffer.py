@@ -73,8 +73,8 @@ def test_beats_of_bursts_in_any_order(steps):
             assert [ctx.get(dut.outstanding[k]) for k in range(SLOTS)] == model.outstanding
             assert [ctx.get(dut.wrong[k]) for k in range(SLOTS)] == model.wrong
         for slot in range(SLOTS):
-            for place, data in enumerate(model.beats[slot]):
-                ctx.set(dut.port.addr, slot * BEATS + place)
+            for index, data in enumerate(model.beats[slot]):
+                ctx.set(dut.port.addr, slot * BEATS + index)
                 ctx.set(dut.port.en, 1)
                 await ctx.tick()
                 assert ctx.get(dut.port.data) == data

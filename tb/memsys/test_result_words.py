@@ -13,7 +13,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 
 CONFIG = PRESETS["tiny"]
 LARGEST = (1 << WEIGHT_SUM_BITS) - 1
-PLACE = 4096
+ADDRESS = 4096
 
 
 @responder("o_request", "i_written", after=30)
@@ -31,7 +31,7 @@ def bench():
 @pytest.mark.parametrize("total", [0, 1, 11, 12, 13, LARGEST])
 def test_rest(bench, sums, total):
     items = [(0, {"patch": patch, "sum": value, "last": patch == len(sums) - 1}) for patch, value in enumerate(sums)]
-    command = {"kind": ResultKind.SUMS.value, "address": PLACE, "count": len(sums) + 1, "total": total}
+    command = {"kind": ResultKind.SUMS.value, "address": ADDRESS, "count": len(sums) + 1, "total": total}
     came = bench.run(Schedule(items={"i": [(0, command)], "i_sum": items}), written)
     assert [one["code"] for one in came["o_done"]] == [Fault.NONE.value]
     assert [one["data"] for one in came["o_data"]] == [*sums, (total - sum(sums)) % (1 << WEIGHT_SUM_BITS)]

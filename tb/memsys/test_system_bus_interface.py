@@ -26,9 +26,9 @@ UNREADABLE = {*(SCENE.bases["cells"] + 8 * cell for cell in FAILED[RequestKind.C
 
 def beats(request, unreadable):
     """Memory's reply to a request."""
-    places = [request["address"] - BASE + 8 * number for number in range(request["length"] + 1)]
-    return [{"data": int.from_bytes(SCENE.image[place:place + 8], "little"), "tag": request["tag"],
-             "last": place == places[-1], "error": place in unreadable} for place in places]
+    positions = [request["address"] - BASE + 8 * number for number in range(request["length"] + 1)]
+    return [{"data": int.from_bytes(SCENE.image[position:position + 8], "little"), "tag": request["tag"],
+             "last": position == positions[-1], "error": position in unreadable} for position in positions]
 
 
 def bus_requests(requests):

@@ -49,14 +49,14 @@ def found_cell(number, record, lists):
 def test_cell_table(simulator):
     draw = random.Random(1)
     lists, records = cells(draw)
-    asked = [draw.randrange(len(records)) for _ in range(60)] + list(range(len(records)))
-    # What the block RAM holds of a cell that has no record here does not matter: the cell asked for is one that has.
-    asked = [number for number in asked if number < CONFIG.memsys.own_cells]
+    requests = [draw.randrange(len(records)) for _ in range(60)] + list(range(len(records)))
+    # What the block RAM holds of a cell that has no record here does not matter: the requested cell is one that has.
+    requests = [number for number in requests if number < CONFIG.memsys.own_cells]
     loads = [{"address": number, "record": {"pointer": pointer, "count": count}}
              for number, (pointer, count) in enumerate(records)]
     dut = CellTable(config=CONFIG)
     check_streams("cell_table", dut, Streams(
-        inputs={"i": asked}, expected={"o": [found_cell(number, records[number], lists) for number in asked]},
+        inputs={"i": requests}, expected={"o": [found_cell(number, records[number], lists) for number in requests]},
         first=[("i_load", loads)], ports={"lists": lists}, timing=(("i", "o", latency(dut)),)),
         simulator=simulator)
 
@@ -68,7 +68,7 @@ def test_cells_without_a_record_are_requested():
         ctx.set(dut.lists, 100)
         ctx.set(dut.o.ready, 1)
         for number in range(32):
-            # All wrong, and so are those that have no place here.
+            # All wrong, and so are those that have no entry here.
             ctx.set(dut.i_load.payload, {"address": number + 32 * (number % 2), "record": {"pointer": 100, "count": 1}})
             ctx.set(dut.i_load.valid, 1)
             await ctx.tick()
@@ -123,15 +123,15 @@ def test_patch_type_memory(simulator):
                 "wrong": cluster != NONE and (not known or address >> 31)}
 
     own, others = ([draw.randrange(8 if k < 20 else 64) for k in range(70)] for _ in range(2))
-    asked = [{"node": draw.randrange(3), "patch": patch} for patch in others]
+    requests = [{"node": draw.randrange(3), "patch": patch} for patch in others]
     loads = [{"address": patch, "record": {"cluster": cluster, "address": address}}
              for patch, (cluster, address) in enumerate(residence)]
     loads.append({"address": 256, "record": {"cluster": 1, "address": 1}})
     dut = PatchTypeMemory(config=CONFIG)
     check_streams("patch_type_memory", dut, Streams(
-        inputs={"i": own, "i_remote": asked},
+        inputs={"i": own, "i_remote": requests},
         expected={"o": [found(patch) for patch in own],
-                  "o_remote": [{"node": item["node"], "found": found(item["patch"])} for item in asked]},
+                  "o_remote": [{"node": item["node"], "found": found(item["patch"])} for item in requests]},
         first=[("i_load", loads)],
         timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_remote"))),
         simulator=simulator)
@@ -152,19 +152,20 @@ def test_local_patch_geometry(simulator):
         is_there = there and number == patch
         return [{"patch": patch, "surface": surface, "vertex": point} for point in (points if is_there else nobody)]
 
-    def ask(wrong):
+    def request(wrong):
         address = draw.randrange(16)
         return {"patch": held[address][0] ^ (wrong and draw.random() < 0.3), "address": address}
 
-    own = [ask(k > 12) for k in range(24)]
-    asked = [{"node": draw.randrange(3), "found": {**ask(k > 6), "is_held": draw.random() < 0.9, "wrong": k == 18,
-                                                   "cluster": draw.choice([1, 1, 1, 2])}} for k in range(24)]
-    answers = [{"node": item["node"], "vertex": vertex} for item in asked for vertex in vertices(
+    own = [request(k > 12) for k in range(24)]
+    requests = [{"node": draw.randrange(3), "found": {
+        **request(k > 6), "is_held": draw.random() < 0.9, "wrong": k == 18,
+        "cluster": draw.choice([1, 1, 1, 2])}} for k in range(24)]
+    answers = [{"node": item["node"], "vertex": vertex} for item in requests for vertex in vertices(
         item["found"]["patch"], item["found"]["address"],
         item["found"]["is_held"] and not item["found"]["wrong"] and item["found"]["cluster"] == cluster)]
     dut = LocalPatchGeometry(config=CONFIG)
     check_streams("local_patch_geometry", dut, Streams(
-        inputs={"i": own, "i_remote": asked},
+        inputs={"i": own, "i_remote": requests},
         expected={"o": [vertex for item in own for vertex in vertices(**item)], "o_remote": answers},
         first=[("i_load", loads)], ports={"cluster": cluster},
         timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_remote"))),

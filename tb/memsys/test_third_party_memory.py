@@ -22,7 +22,7 @@ CHANGES = {**SMALL, "memory.timeout_bits": 12}
 
 
 class Regions:
-    """Bytes at an address, as cocotbext-axi asks a target for them; some cannot be had."""
+    """Bytes at an address, as cocotbext-axi requests them from a target; some cannot be read."""
 
     def __init__(self, data, failed=lambda address: False, *, base=BASE):
         self.data, self._failed, self._base = bytearray(data), failed, base

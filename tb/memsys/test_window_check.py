@@ -31,8 +31,8 @@ def is_bad(window, address, beats=1):
     simulator.add_clock(1e-8)
     simulator.add_testbench(bench)
     simulator.run()
-    (bad, told), = found
-    assert bad == told
+    (bad, reported), = found
+    assert bad == reported
     return bool(bad)
 
 

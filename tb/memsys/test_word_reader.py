@@ -37,9 +37,9 @@ def requests(extent):
             for beat in range(first, last + 1, MOST)]
 
 
-def replies(asked, errors):
+def replies(requested, errors):
     """Beats of the requests in order; of some, errors."""
-    beats = [(request["address"] + BEAT * k, k == request["length"]) for request in asked
+    beats = [(request["address"] + BEAT * k, k == request["length"]) for request in requested
              for k in range(request["length"] + 1)]
     return [{"data": int.from_bytes(bytes(byte_at(address + j) for j in range(BEAT)), "little"), "tag": 0,
              "last": int(last), "error": int(number in errors)} for number, (address, last) in enumerate(beats)]
@@ -49,14 +49,14 @@ def replies(asked, errors):
 @given(st.lists(st.tuples(st.integers(0, 3), EXTENT), min_size=1, max_size=5), STALLS, STALLS, STALLS,
        st.sets(st.integers(0, 12), max_size=2))
 def test_words_are_the_bytes_of_memory(extents, gaps, slow, stalls, errors):
-    asked = [request for _, extent in extents for request in requests(extent)]
-    beats, gap = replies(asked, errors), iter(gaps)
+    requested = [request for _, extent in extents for request in requests(extent)]
+    beats, gap = replies(requested, errors), iter(gaps)
     schedule = Schedule(items={"i": extents, "i_reply": [(next(gap, 0), beat) for beat in beats]},
                         stalls={"o": stalls, "o_request": slow})
     found = BENCH.run(schedule)
-    assert found["o_request"] == asked
-    expected = [(word, int(place == extent["length"])) for _, extent in extents
-                for place, word in enumerate(words(extent))]
+    assert found["o_request"] == requested
+    expected = [(word, int(index == extent["length"])) for _, extent in extents
+                for index, word in enumerate(words(extent))]
     assert [word["last"] for word in found["o"]] == [last for _, last in expected]
     assert [word["data"] % (1 << 32 if narrow else 1 << 64) for word, narrow in zip(found["o"], [
         extent["narrow"] for _, extent in extents for _ in words(extent)], strict=True)] == [

@@ -122,8 +122,8 @@ class Bench:
         self.done.items.clear()
         region = kind.name.lower()
         section = section or Sector(0, 0, 0, 0)
-        place = BASE + self.image.offsets[region]
-        command = {"kind": kind.value, "address": place, "count": len(self.image[region]) if count is None else count,
+        address = BASE + self.image.offsets[region]
+        command = {"kind": kind.value, "address": address, "count": len(self.image[region]) if count is None else count,
                    "columns": columns, "total": total, "section": {
                        name: getattr(section, name) for name in ("first_column", "end_column", "first_row", "end_row")}}
         await self.command.send([pack(self.shapes["i"], command)])
@@ -132,7 +132,7 @@ class Bench:
         while not self.done.items:
             await RisingEdge(self.dut.clk)
         found = unpack(self.shapes["o_done"], self.done.items[0])
-        assert found["address"] == place
+        assert found["address"] == address
         return Fault(found["code"])
 
     async def write_hits(self, hits, section):
@@ -198,7 +198,7 @@ async def every_pair_of_stalls(dut):
 
 
 @cocotb.test()
-async def what_has_no_place(dut):
+async def what_has_no_record(dut):
     """Ends with a fault; nothing is written but some of what was right before it; then all is well again."""
     await start(dut, cycles=100_000)
     seed = options()["seed"]
@@ -224,7 +224,7 @@ async def what_has_no_place(dut):
         elif change == "rows":
             # Of the same column.
             items[1], items[9], right = items[9], items[1], [Sector(4, 5, 2, 3)]
-        assert await bench.write(ResultKind.HITS, items, section=section) is Fault.PLACE, name
+        assert await bench.write(ResultKind.HITS, items, section=section) is Fault.NO_RECORD, name
         bench.compare(bench.written(hits, right), or_before=True)
         bench.memory.data[:] = bench.data
         assert await bench.write_hits(hits, part) is Fault.NONE, name
@@ -243,7 +243,7 @@ async def what_has_no_place(dut):
                  "overflow": [*items[:7], {**items[7], "overflow": 1}, *items[8:]]}[change]
         count = 1 if change is None else None
         assert await bench.write(ResultKind.SUMS, given, total=total, count=count) is (
-            Fault.OVERFLOW if change == "overflow" else Fault.PLACE), name
+            Fault.OVERFLOW if change == "overflow" else Fault.NO_RECORD), name
         after = bench.image.with_results(hits)["sums"].copy()
         after[right:] = bench.image["sums"][right:]
         bench.compare(type(bench.image)({**bench.image.regions, "sums": after}).to_bytes(), or_before=True)
@@ -286,7 +286,7 @@ async def faults_of_the_bus(dut):
         bench.memory.arm(BusFault(kind=kind, burst=burst, beat=0))
         code = await bench.write_hits(hits, section)
         assert bench.memory.struck, kind
-        assert code is (Fault.NONE if kind in ("unasked answer", "answer again") else Fault.WRITE_REPLY), kind
+        assert code is (Fault.NONE if kind in ("unexpected answer", "answer again") else Fault.WRITE_REPLY), kind
         bench.compare(bench.written(hits, [section]), or_before=True)
         for _ in range(ATTEMPTS):
             if await bench.write_hits(hits, section) is Fault.NONE:
@@ -329,10 +329,10 @@ async def a_word_per_cycle(dut):
     bench = Bench(dut, latency=3)
     hits, section = drawn_hits(bench.image, 1), Sector(5, 25, 2, 8)
     monitors = {name: Monitor(dut, name) for name in ("i", "i_hit", "i_sum")}
-    asked = cocotb.start_soon(_first_cycle(dut))
+    first_cycle = cocotb.start_soon(_first_cycle(dut))
     assert await bench.write_hits(hits, section) is Fault.NONE
     latency = documented_latency(WriteDma, bench.config, first_row=section.first_row)
-    assert await asked - monitors["i"].cycles[0] == latency + Writes(config=bench.config).port.latency
+    assert await first_cycle - monitors["i"].cycles[0] == latency + Writes(config=bench.config).port.latency
     assert np.all(np.diff(monitors["i_hit"].cycles) == 2)
     assert await bench.write_sums(hits) is Fault.NONE
     # Half a beat may wait for the other one, before memory takes the first one.
@@ -369,7 +369,7 @@ async def at_the_memory_of_others(dut):
     bench.stop()
 
 
-ALL = ("a_whole_image", "every_pair_of_stalls", "what_has_no_place", "errors_of_memory", "faults_of_the_bus",
+ALL = ("a_whole_image", "every_pair_of_stalls", "what_has_no_record", "errors_of_memory", "faults_of_the_bus",
        "reset_in_flight", "a_word_per_cycle", "at_the_memory_of_others")
 
 

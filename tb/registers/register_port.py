@@ -17,7 +17,7 @@ STEP = 0x9E3779B97F4A7C15
 
 # A manager's channels and a subordinate's, each with its payload.
 GIVEN = {"aw": ("addr", "prot"), "w": ("data", "strb"), "ar": ("addr", "prot")}
-TOLD = {"b": ("resp",), "r": ("data", "resp")}
+ANSWERED = {"b": ("resp",), "r": ("data", "resp")}
 
 
 class RegisterPort(wiring.Component):
@@ -47,7 +47,7 @@ class RegisterPort(wiring.Component):
         self._protocol = AxiLiteProtocol(address_bits)
         host = self._dut.host
         members = {}
-        for flow, channels in (In, GIVEN), (Out, TOLD):
+        for flow, channels in (In, GIVEN), (Out, ANSWERED):
             for channel, pins in channels.items():
                 members[channel] = flow(stream.Signature(StructLayout(
                     {pin: len(getattr(host, channel + pin)) for pin in pins})))
@@ -68,7 +68,7 @@ class RegisterPort(wiring.Component):
         checker.watch(m, dut.host)
         # The bench offers items right after a reset.
         m.d.sync += [Assert(~checker.violated[rule]) for rule in self._protocol.subordinate]
-        for channels, manager in (GIVEN, True), (TOLD, False):
+        for channels, manager in (GIVEN, True), (ANSWERED, False):
             for channel, pins in channels.items():
                 mine, host = getattr(self, channel), dut.host
                 pairs = [(getattr(host, f"{channel}{pin}"), mine.payload[pin]) for pin in pins]

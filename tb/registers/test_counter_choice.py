@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Which counter's value is told."""
+"""Which counter's value is reported."""
 
 import random
 
@@ -17,25 +17,25 @@ def test_every_counter(bits):
     choice, generator = CounterChoice(groups=GROUPS, number_bits=bits), random.Random(bits)
     values = generator.sample(range(1 << 32), COUNT)
     numbers = [*range(COUNT), *generator.choices(range(COUNT), k=200)]
-    simulator, told = Simulator(choice), []
+    simulator, reported = Simulator(choice), []
     simulator.add_clock(1e-8)
 
-    async def ask(ctx):
+    async def request(ctx):
         for number, value in enumerate(values):
             ctx.set(choice.counts[number], value)
         for number in [*numbers, *[0] * choice.latency]:
             ctx.set(choice.counter, number)
-            told.append(ctx.get(choice.count))
+            reported.append(ctx.get(choice.count))
             await ctx.tick()
 
-    simulator.add_testbench(ask)
+    simulator.add_testbench(request)
     simulator.run()
-    assert told[choice.latency:] == [values[number] for number in numbers]
+    assert reported[choice.latency:] == [values[number] for number in numbers]
 
 
 def test_a_value_is_that_of_the_cycle_behind_its_number():
     choice = CounterChoice(groups=GROUPS, number_bits=5)
-    simulator, told = Simulator(choice), []
+    simulator, reported = Simulator(choice), []
     simulator.add_clock(1e-8)
 
     async def count(ctx):
@@ -43,12 +43,12 @@ def test_a_value_is_that_of_the_cycle_behind_its_number():
             for number in range(COUNT):
                 ctx.set(choice.counts[number], 1000 * number + cycle)
             ctx.set(choice.counter, cycle % COUNT)
-            told.append(ctx.get(choice.count))
+            reported.append(ctx.get(choice.count))
             await ctx.tick()
 
     simulator.add_testbench(count)
     simulator.run()
-    assert told[choice.latency:] == [1000 * (cycle % COUNT) + cycle + 1 for cycle in range(60 - choice.latency)]
+    assert reported[choice.latency:] == [1000 * (cycle % COUNT) + cycle + 1 for cycle in range(60 - choice.latency)]
 
 
 def test_init_wrong_number_bits():

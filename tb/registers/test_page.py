@@ -26,6 +26,6 @@ def test_every_error_has_a_meaning():
 
 
 def test_registers_lie_below_the_counters():
-    places = addresses(ENGINE_REGISTERS)
+    offsets = addresses(ENGINE_REGISTERS)
     last = ENGINE_REGISTERS[-1]
-    assert places[last.name] + WORD_BYTES * last.words <= COUNTERS_BASE == 1 << ADDRESS_BITS - 1
+    assert offsets[last.name] + WORD_BYTES * last.words <= COUNTERS_BASE == 1 << ADDRESS_BITS - 1

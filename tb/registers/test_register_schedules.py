@@ -18,11 +18,11 @@ from tb.registers.register_model import RegisterModel
 from tb.registers.register_port import RegisterPort
 
 SMALL = (
-    Register(name="told", access=Access.READ, about="A number of the machine."),
+    Register(name="count", access=Access.READ, about="A number of the machine."),
     Register(name="wide", access=Access.READ, width=50, about="A long one."),
     Register(name="mode", access=Access.WRITE, width=5, about="Of the host.", reset=9,
              fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
-    Register(name="place", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
+    Register(name="base", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
     Register(name="full", access=Access.WRITE, width=64, about="Two words."),
     Register(name="go", access=Access.COMMAND, width=12, about="A command."),
     Register(name="run", access=Access.COMMAND, about="Another one."))
@@ -75,10 +75,10 @@ def accesses(table, address_bits):
 
     stalls = st.fixed_dictionaries({name: lists(CYCLES) for name in ("b", "r", "o_window")})
 
-    def some(places):
-        place = st.sampled_from(places)
-        return st.builds(Accesses, lists(st.tuples(CYCLES, CYCLES, place, data, strobe)),
-                         lists(st.tuples(CYCLES, place)), stalls)
+    def some(targets):
+        target = st.sampled_from(targets)
+        return st.builds(Accesses, lists(st.tuples(CYCLES, CYCLES, target, data, strobe)),
+                         lists(st.tuples(CYCLES, target)), stalls)
 
     # Of few addresses, so that reads meet writes.
     return st.lists(address, min_size=1, max_size=4).flatmap(some)
@@ -92,12 +92,12 @@ def stalled(stalls, number, before):
 def expected_writes(model, one):
     """Of each write: cycles of address, data, effect and answer; answer, command, and all registers after it."""
     found, address, data, effect, answer = [], 0, 0, 0, 0
-    for number, (gap, data_gap, place, value, strobe) in enumerate(one.writes):
+    for number, (gap, data_gap, target, value, strobe) in enumerate(one.writes):
         # Address and data of the next write are accepted when the one before has taken effect.
         address, data = max(address + 1 + gap, effect + 1), max(data + 1 + data_gap, effect + 1)
         effect = max(address + 1, data + 1, answer)
         answer = max(effect + 1, stalled(one.stalls["b"], number, answer))
-        found.append((address, data, effect, answer, *model.write(place, value, strobe), dict(model.held)))
+        found.append((address, data, effect, answer, *model.write(target, value, strobe), dict(model.held)))
     return found
 
 
@@ -105,24 +105,24 @@ def expected_reads(table, limit, one, writes, replies):
     """Of each read: cycles of address and answer, the answer, and the cycle of the request to the window."""
     found, address, effect, answer, request, replies = [], 0, 0, 0, 0, iter(replies)
     requests = 0
-    for number, (gap, place) in enumerate(one.reads):
+    for number, (gap, target) in enumerate(one.reads):
         address = max(address + 1 + gap, effect + 1)
-        if place >= limit // 2:
+        if target >= limit // 2:
             request = max(address + 1, stalled(one.stalls["o_window"], requests, request))
             requests += 1
             effect = next(replies)
             assert effect >= max(request + 1, answer)
-            (value,) = window(place // 4 % (limit // 8))
-            told = {"data": value, "resp": OKAY}
+            (value,) = window(target // 4 % (limit // 8))
+            replied = {"data": value, "resp": OKAY}
         else:
             effect = max(address + 1, answer)
             model = RegisterModel(table)
             # A write is visible from the cycle after it has taken effect.
             held = [after for *_, when, _, _, _, after in writes if when < effect]
             model.held = held[-1] if held else model.held
-            told = model.read(place, RegisterPort.machine(table, effect))
+            replied = model.read(target, RegisterPort.machine(table, effect))
         answer = max(effect + 1, stalled(one.stalls["r"], number, answer))
-        found.append((address, answer, told, request if place >= limit // 2 else None))
+        found.append((address, answer, replied, request if target >= limit // 2 else None))
     return found
 
 
@@ -163,15 +163,15 @@ def met(one, writes, reads):
         yield CASES[0 if address < data else 1 if data < address else 2]
         if number and max(address, data) < writes[number - 1][3]:
             yield "the next write waits"
-        place = one.writes[number][2]
-        for (read, told, *_), (_, at) in zip(reads, one.reads, strict=True):
-            if told == answer:
+        target = one.writes[number][2]
+        for (read, replied, *_), (_, at) in zip(reads, one.reads, strict=True):
+            if replied == answer:
                 yield "a write and a read answered at once"
-            if at // 4 == place // 4 and told - 1 in (effect, effect + 1):
-                yield CASES[6 if told - 1 == effect else 7]
-            if writes[number][4] and read < effect < told:
+            if at // 4 == target // 4 and replied - 1 in (effect, effect + 1):
+                yield CASES[6 if replied - 1 == effect else 7]
+            if writes[number][4] and read < effect < replied:
                 yield "a refused write beside a read"
-        if any(request and request < effect < told for _, told, _, request in reads):
+        if any(request and request < effect < replied for _, replied, _, request in reads):
             yield "a write beside a read of the window"
     if any(address < before for (address, *_), (_, before, *_) in zip(reads[1:], reads, strict=False)):
         yield "the next read waits"

@@ -27,9 +27,9 @@ TABLE = (
     Register(name="wide", access=Access.READ, width=50, about="A long one."),
     Register(name="mode", access=Access.WRITE, width=5, about="Of the host's.", reset=9,
              fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
-    Register(name="place", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
+    Register(name="base", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
     Register(name="go", access=Access.COMMAND, width=12, about="A command."))
-PLACES = addresses(TABLE)
+ADDRESSES = addresses(TABLE)
 
 
 class Bench:
@@ -61,10 +61,10 @@ class Bench:
             await edge
             while not int(dut.o_window__valid.value):
                 await edge
-            place = int(dut.o_window__payload.value)
+            index = int(dut.o_window__payload.value)
             dut.o_window__ready.value = 0
             await ClockCycles(dut.clk, self.random.randrange(1, 6))
-            dut.i_window__valid.value, dut.i_window__payload.value = 1, place * 1001
+            dut.i_window__valid.value, dut.i_window__payload.value = 1, index * 1001
             await edge
             while not int(dut.i_window__ready.value):
                 await edge
@@ -94,7 +94,7 @@ async def exercise(bench, count):
     said = {"said": draw.getrandbits(32), "wide": draw.getrandbits(50)}
     for name, value in said.items():
         getattr(dut, name).value = value
-    known = {PLACES[one.name] + 4 * word: (one, word) for one in TABLE for word in range(one.words)}
+    known = {ADDRESSES[one.name] + 4 * word: (one, word) for one in TABLE for word in range(one.words)}
     commands = []
     for _ in range(count):
         address = draw.choice([*known, *known, 100, WINDOW - 4, WINDOW, WINDOW + 76])
@@ -150,14 +150,14 @@ async def reset_in_flight(dut):
     bench = Bench(dut, seed=options()["seed"])
     await reset(dut)
     for cycles in range(1, 14, 2):
-        tasks = [cocotb.start_soon(bench.write(PLACES["mode"], 3)), cocotb.start_soon(bench.read(WINDOW))]
+        tasks = [cocotb.start_soon(bench.write(ADDRESSES["mode"], 3)), cocotb.start_soon(bench.read(WINDOW))]
         await ClockCycles(dut.clk, cycles)
         for task in tasks:
             task.cancel()
         bench.answer()
         await reset(dut)
-        assert await bench.read(PLACES["mode"]) == (9, OKAY)
-        assert await bench.read(PLACES["place"] + 4) == (7 << 3, OKAY)
+        assert await bench.read(ADDRESSES["mode"]) == (9, OKAY)
+        assert await bench.read(ADDRESSES["base"] + 4) == (7 << 3, OKAY)
         await exercise(bench, 5)
         await reset(dut)
 
@@ -173,12 +173,12 @@ async def latency(dut):
         if name not in ("rvalid", "bvalid"):
             host[name].value = 0
     expected = documented_latency(Registers, PRESETS["tiny"])
-    for asks, answer in ((("arvalid",), "rvalid"), (("awvalid", "wvalid"), "bvalid")):
+    for requests, answer in ((("arvalid",), "rvalid"), (("awvalid", "wvalid"), "bvalid")):
         await RisingEdge(dut.clk)
-        for name in asks:
+        for name in requests:
             host[name].value = 1
         await RisingEdge(dut.clk)
-        for name in asks:
+        for name in requests:
             host[name].value = 0
         for _ in range(expected - 1):
             await RisingEdge(dut.clk)
@@ -197,9 +197,9 @@ async def strobes_and_late_answers(dut):
         getattr(dut, f"host__{name}").value = 0
     commands, edge = Monitor(dut, "go"), RisingEdge(dut.clk)
     dut.host__awvalid.value = dut.host__wvalid.value = 1
-    dut.host__awaddr.value, dut.host__wdata.value, dut.host__wstrb.value = PLACES["go"], 0xFFFF_FABC, 0b0010
+    dut.host__awaddr.value, dut.host__wdata.value, dut.host__wstrb.value = ADDRESSES["go"], 0xFFFF_FABC, 0b0010
     await edge
-    dut.host__awaddr.value, dut.host__wdata.value, dut.host__wstrb.value = PLACES["mode"], 0xFFFF_FF02, 0b0001
+    dut.host__awaddr.value, dut.host__wdata.value, dut.host__wstrb.value = ADDRESSES["mode"], 0xFFFF_FF02, 0b0001
     await ClockCycles(dut.clk, 8)
     assert commands.items == [0xA00]
     assert int(dut.host__bvalid.value)
@@ -248,5 +248,5 @@ def test_fields_are_packed_and_unpacked(low, high):
 def test_a_table_has_every_register_and_field():
     text = register_table(TABLE)
     for one in TABLE:
-        assert f"| {PLACES[one.name]:#05x} | `{one.name}` |" in text
+        assert f"| {ADDRESSES[one.name]:#05x} | `{one.name}` |" in text
     assert "| | `.high` | 4:2 |" in text

@@ -95,7 +95,7 @@ def _records(draw, scene, clusters, config) -> tuple[PatchGeometry, list[Frustum
         return geometry, [hemisphere_record(
             hemisphere, geometry.coordinates, point, numpy.normal(size=3), source=draw.choice(surfaces))
             for point in points], hemisphere.polar_weights
-    # Sections of any place cut tiles, so that they need more of the ray memory than they have rays.
+    # Sections at any position cut tiles, so that they need more of the ray memory than they have rays.
     width, height = draw.choice(_HEMISPHERES[clusters])
     width, height = 3 * width // 4 - draw.randrange(4), height - draw.randrange(4)
     cameras = [Camera(eye=tuple(point), target=tuple(point + numpy.normal(size=3)), up=tuple(numpy.normal(size=3)),

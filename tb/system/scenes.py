@@ -64,9 +64,9 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
         Across and down: the scene's view instead.
     """
     opened = open_scene(scene)
-    places, down = ceiling_points(opened)
+    ceiling, down = ceiling_points(opened)
     camera = opened.camera or default_camera(opened)
-    geometry = PatchGeometry.of(opened, config.numbers, [*places, camera.eye])
+    geometry = PatchGeometry.of(opened, config.numbers, [*ceiling, camera.eye])
     table, naive = Shelling(geometry, config, cell=cell, by_code=True).table, NaiveFixed(geometry, config)
     weights = None
     if pixels:
@@ -75,7 +75,7 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
     else:
         hemisphere = Hemisphere(*rays)
         weights = hemisphere.polar_weights
-        sparse, *records = (hemisphere_record(hemisphere, geometry.coordinates, places[point], down)
+        sparse, *records = (hemisphere_record(hemisphere, geometry.coordinates, ceiling[point], down)
                             for point in (0, *points))
     plan = schedule(sparse, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO,
                     ray_capacity=config.icu.rays, capacity=config.memsys.own_patches)

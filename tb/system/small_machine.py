@@ -29,7 +29,7 @@ CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters i
 # compiler in another one.
 CLUSTERS = [pytest.param(clusters, marks=pytest.mark.xdist_group(f"machine {clusters}")) for clusters in CONFIGS]
 ONE_CLUSTER = CLUSTERS[0].marks[0]
-# Around the images: bytes that nobody may write.
+# Around the images: bytes that may not be written.
 _MARGIN = 256
 
 
@@ -91,18 +91,18 @@ class Driven:
         """The result of one of the host's coroutines."""
         return complete(coroutine)
 
-    def _place(self, data, number, offset=0):
+    def _write_bytes(self, data, number, offset=0):
         first = _MARGIN + number * self._size + offset
         self._expected[first:first + len(data)] = data
 
     def put(self, data: bytes) -> None:
         """Put bytes where image 0 is."""
-        self._place(data, 0)
-        complete(self.host.place(data))
+        self._write_bytes(data, 0)
+        complete(self.host.write_image(data))
 
     def load(self, frustum: Frustum, *lives: str, at: int = 0, **given) -> None:
         """Load a frustum's image, all tables unless ``lives`` are named, which is image ``at`` of main memory."""
-        self._place(frustum.image.to_bytes(), at)
+        self._write_bytes(frustum.image.to_bytes(), at)
         complete(self.host.load(frustum.image, lives=lives or tuple(LIVES), base=BASE + at * self._size, **given))
 
     def cast(self, *, timeout: int = 1 << 18) -> int:
@@ -119,7 +119,7 @@ class Driven:
             written["sums"]["sum"] = sums
         for name, is_written in (("hits", hits), ("sums", sums is not False)):
             if is_written:
-                self._place(written[name].tobytes(), at, offsets[name])
+                self._write_bytes(written[name].tobytes(), at, offsets[name])
         self.is_as_expected()
 
     def is_as_expected(self) -> None:
@@ -134,7 +134,7 @@ class Driven:
         found = complete(self.port.read_memory(BASE, self._size))
         written, before = frustum.written.to_bytes(), frustum.image.to_bytes()
         assert all(now in both for now, *both in zip(found, written, before, strict=False))
-        self._place(found[:len(before)], 0)
+        self._write_bytes(found[:len(before)], 0)
 
     def check(self, frustum: Frustum, *lives: str, **given) -> None:
         """Load, cast and compare a frustum."""

@@ -43,8 +43,8 @@ class Bench:
         self.dut, self.given = dut, options()
         self.config = config_of(self.given["changes"])
         self.frusta = load(Path(self.given["folder"]))
-        self.room = max(len(one.image.to_bytes()) for one in self.frusta)
-        self._memory = {"data": bytes(images * self.room), "base": BASE, "seed": self.given["seed"], **memory}
+        self.image_bytes = max(len(one.image.to_bytes()) for one in self.frusta)
+        self._memory = {"data": bytes(images * self.image_bytes), "base": BASE, "seed": self.given["seed"], **memory}
         self.model = MemoryModel(self.config, **self._memory)
         self._at_port = ModelAtPort(dut, self.model)
         self.port = CocotbPort(dut, self.model)
@@ -97,11 +97,11 @@ async def results_beside_the_next_frustum(dut):
     """Hits and sums of a frustum are written while the next one is cast; two images in memory."""
     bench = Bench(dut, images=2, latency=5, spread=20)
     await start(dut, cycles=options()["cycles"])
-    host, room, beside = bench.host, bench.room, 0
+    host, image_bytes, beside = bench.host, bench.image_bytes, 0
     before = None
     for number, frustum in enumerate(bench.frusta):
         await host.load(frustum.image, lives=tuple(LIVES) if number == 0 else ("rays", "frustum"),
-                        base=BASE + number % 2 * room)
+                        base=BASE + number % 2 * image_bytes)
         if number == 2:
             # The first image, and with it the scene, has been written over with the same one.
             assert bench.frusta[0].image["cells"].tobytes() == frustum.image["cells"].tobytes()
@@ -186,7 +186,7 @@ async def what_goes_wrong(dut):
         broken = bytearray(data)
         broken[at] ^= 0x7F
         await loaded()
-        await host.place(bytes(broken))
+        await host.write_image(bytes(broken))
         await host.command("load")
         await fails(code, host.finish("loads", timeout=100_000))
         await fails(ErrorCode.NOT_LOADED, host.cast())
@@ -338,7 +338,7 @@ def run(name, scene, changes, tests, *, cell, clusters, cycles, corruptions=0, *
 
 
 def third_party_memory(bench):
-    """Puts a memory of cocotbext-axi in the place of the model."""
+    """Puts a memory of cocotbext-axi in place of the model."""
     from cocotbext.axi import AxiBus, AxiRam
 
     dut = bench.dut
@@ -369,7 +369,7 @@ async def third_parties(dut):
 
 
 # Regions, and the most cycles that a frustum whose tables are wrong may take.
-KINDS, PATIENCE = tuple(region.name for region in REGIONS if region.life != "result"), 20_000
+KINDS, TIMEOUT = tuple(region.name for region in REGIONS if region.life != "result"), 20_000
 
 
 @cocotb.test()
@@ -398,14 +398,14 @@ async def corrupted_tables(dut):
                 await host.load(frustum.image, lives=())
             except EngineError as error:
                 raise AssertionError("nothing was loaded") from error
-            await host.write("watchdog", PATIENCE)
+            await host.write("watchdog", TIMEOUT)
             await host.write("regions", ALL_REGIONS)
-            await host.place(bytes(broken))
+            await host.write_image(bytes(broken))
             try:
                 await host.command("load")
-                await host.finish("loads", timeout=2 * PATIENCE)
-                await host.cast(timeout=2 * PATIENCE)
-                await host.results(total=frustum.total, timeout=2 * PATIENCE)
+                await host.finish("loads", timeout=2 * TIMEOUT)
+                await host.cast(timeout=2 * TIMEOUT)
+                await host.results(total=frustum.total, timeout=2 * TIMEOUT)
             except EngineError as error:
                 outcome = error.code.name
             found[kind, outcome] += 1
@@ -445,7 +445,7 @@ def test_many_corrupted_tables(clusters):
         cycles=30_000_000, corruptions=30)
 
 
-# Room for a scene of some thousand patches.
+# Capacity for a scene of some thousand patches.
 LARGE = {"icu.side_bits": 8, "icu.patch_bits": 11, "noc.rows": 1}
 
 

@@ -130,7 +130,7 @@ def test_a_moved_vertex_is_seen(clusters):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_a_scene_is_read_where_it_was_loaded_from(clusters):
-    """A phase and a frustum from elsewhere leave its place and the caches as they are; a scene alone changes both."""
+    """A phase and a frustum from another address leave its address and the caches alone; only a scene changes both."""
     given, other = (cut(resident(cornell(clusters, cell=cell, points=(5,))[0], None), *range(0, 20 * clusters, 20))
                     for cell in (0.2, 0.3))
     with Driven([given], images=2, latency=5) as machine:
@@ -204,10 +204,10 @@ class Requests:
 
     def __init__(self, clusters, *, points, cell, rays, sectors=()):
         self.config, scene = CONFIGS[clusters], open_scene("cornell")
-        places, down = ceiling_points(scene)
-        geometry = PatchGeometry.of(scene, self.config.numbers, [*places, scene.camera.eye])
+        ceiling, down = ceiling_points(scene)
+        geometry = PatchGeometry.of(scene, self.config.numbers, [*ceiling, scene.camera.eye])
         shelling = Shelling(geometry, self.config, cell=cell, by_code=True)
-        records = [hemisphere_record(Hemisphere(*rays), geometry.coordinates, places[point], down) for point in points]
+        records = [hemisphere_record(Hemisphere(*rays), geometry.coordinates, ceiling[point], down) for point in points]
         self._strings, self._table = ReferenceStrings.of(shelling, records, sectors), shelling.table
 
     def cached(self, frustum):

@@ -15,7 +15,7 @@ from hw.registers.register import addresses
 from tb.system.scenes import frusta
 
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
-PLACES = addresses(ENGINE_REGISTERS)
+ADDRESSES = addresses(ENGINE_REGISTERS)
 
 
 class Registers(Port):
@@ -33,16 +33,16 @@ class Registers(Port):
     def set(self, name, value):
         """What a register holds."""
         for word in range(register(name).words):
-            self.values[PLACES[name] + 4 * word] = value >> 32 * word & 0xFFFFFFFF
+            self.values[ADDRESSES[name] + 4 * word] = value >> 32 * word & 0xFFFFFFFF
 
     async def read(self, address):
-        if address == PLACES["status"] and self.busy:
+        if address == ADDRESSES["status"] and self.busy:
             self.busy -= 1
             return register("status").pack(loads=1, casts=1, writes=1)
         return self.values.get(address, 0)
 
     async def write(self, address, value):
-        if address == PLACES["command"]:
+        if address == ADDRESSES["command"]:
             self.commands.append(command := register("command").unpack(value))
             self.busy = self.looks
             refused = next((self.refuses[name] for name, bit in command.items() if bit and name in self.refuses), None)
@@ -86,7 +86,7 @@ def test_a_load_says_where_everything_is(port, frustum):
     assert asyncio.run(host.read("regions")).bit_count() == sum(map(len, LIVES.values()))
     assert [command["load"] for command in port.commands] == [1]
     assert port.waited > 0
-    # A frustum from another place: the scene is still read from the first one.
+    # A frustum from another address: the scene is still read from the first one.
     asyncio.run(host.load(frustum.image, lives=("rays", "frustum"), base=base + (1 << 20)))
     assert asyncio.run(host.read("read_base")) == base
     assert asyncio.run(host.read("read_limit")) == base + (1 << 20) + len(data)
@@ -115,7 +115,7 @@ class Resets(Registers):
     """After a command units are in reset for some reads of ``status``."""
 
     async def read(self, address):
-        if address == PLACES["status"] and self.busy:
+        if address == ADDRESSES["status"] and self.busy:
             self.busy -= 1
             return register("status").pack(stops=1, failed=1)
         return await super().read(address)

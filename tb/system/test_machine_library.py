@@ -84,7 +84,7 @@ def test_just_exported_verilog_is_returned_though_it_exceeds_the_bound(monkeypat
 
 @pytest.mark.parametrize("clusters", [1, 2])
 def test_a_build_leaves_library_and_log(monkeypatch, tmp_path, clusters):
-    """With tools that write nothing but the files that they are asked for; a cluster is compiled once."""
+    """With tools that write nothing but the required files; a cluster is compiled once."""
     commands = []
 
     def start(self, *command):

@@ -34,5 +34,5 @@ def test_hits_and_sums_are_golden(topology, clusters):
                                 f"{scene}, {policy.name}, {memory}: {name}")
                         remote += done.total("memory_remote")
                     assert machine.port.outside == 0
-    # Clusters have asked each other, or there is nobody to ask.
+    # Clusters have sent each other requests, or there is only one.
     assert (remote > 0) == (clusters > 1)

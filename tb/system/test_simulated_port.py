@@ -91,13 +91,13 @@ def test_latency_costs_cycles_and_the_seed_repeats_them(given):
 
 @ONE_CLUSTER
 def test_errors_and_resets(given):
-    places = addresses(ENGINE_REGISTERS)
+    offsets = addresses(ENGINE_REGISTERS)
     with port_for(given) as port:
         host = Host(port, CONFIG, base=BASE)
         with pytest.raises(RegisterError, match="0x1000"):
             complete(port.read(0x1000))
         with pytest.raises(RegisterError):
-            complete(port.write(places["magic"], 1))
+            complete(port.write(offsets["magic"], 1))
         with pytest.raises(ValueError, match="Memory must hold"):
             complete(port.write_memory(BASE - 1, b"00"))
         with pytest.raises(EngineError) as raised:

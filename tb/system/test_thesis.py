@@ -46,7 +46,7 @@ def cast_on_the_machine(config, scene, *, cell, rays=RAYS):
 @pytest.mark.parametrize("scene", ["lobby", "room1627"])
 def test_scenes(scene, cell):
     for counters, listed in cast_on_the_machine(CONFIG, scene, cell=cell):
-        assert counters["memory_answered"] >= listed, "traversal asks for the patches of subshells"
+        assert counters["memory_answered"] >= listed, "traversal requests the patches of subshells"
 
 
 @pytest.mark.nightly
