@@ -243,7 +243,7 @@ class Engine(wiring.Component):
         with m.If(control.writing):
             m.d.sync += is_earlier.eq(earlier)
         hits = blocks.add("hits", SkidBuffer(write.i_hit.payload.shape()))
-        requests = blocks.add("asks", Fork(result.o_sums.payload.shape(), count=len(clusters)))
+        requests = blocks.add("sum_requests", Fork(result.o_sums.payload.shape(), count=len(clusters)))
         sums = blocks.add("sums", SumMerge(config=self._config, count=len(clusters)))
         wiring.connect(m, result.o_sums, requests.i)
         wiring.connect(m, sums.o, write.i_sum)

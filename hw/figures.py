@@ -25,13 +25,13 @@ MAIN = {
 }
 # A table is between two comments. The first one names its content: the README's units, a block's, some of a block's,
 # or those of other families.
-_PLACE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
+_TABLE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
 
 
 def pages() -> list[Path]:
     """README.md and the pages of docs/ that have such tables."""
     return [path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-            if _PLACE.search(path.read_text())]
+            if _TABLE.search(path.read_text())]
 
 
 def with_tables(text: str, history: list[Record]) -> str:
@@ -48,8 +48,8 @@ def with_tables(text: str, history: list[Record]) -> str:
                  if any(of({block: [unit]}, family) for family in FAMILIES if family != "ecp5")]
         return [record for block, unit in units for family in FAMILIES for record in of({block: [unit]}, family)]
 
-    def table(place):
-        start, what, names, end = place.groups()
+    def table(marked):
+        start, what, names, end = marked.groups()
         if what == "families":
             records, lines_of = elsewhere(), _areas
         else:
@@ -57,7 +57,7 @@ def with_tables(text: str, history: list[Record]) -> str:
         lines = lines_of(records) if records else ["Nothing has been recorded yet."]
         return "\n".join([start, *lines, "", end])
 
-    return _PLACE.sub(table, text)
+    return _TABLE.sub(table, text)
 
 
 def write_tables() -> list[Path]:

@@ -1,4 +1,4 @@
-"""The one place where a private method of Amaranth is replaced: memories of zeros are converted without initial values.
+"""The only module that replaces a private method of Amaranth: memories of zeros are converted without initial values.
 
 `amaranth.back.rtlil` writes the initial value of a memory as one constant, of which each bit is a Python object. A
 cluster's memories have tens of millions of bits, nearly all of them zeros: most of the time and memory of a conversion

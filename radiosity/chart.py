@@ -10,7 +10,7 @@ __all__ = ["Line", "write_chart"]
 
 WIDTH, HEIGHT = 720, 440
 LEFT, RIGHT, TOP, BOTTOM = 60, 200, 40, 50
-# Told apart also by those who do not see all colours.
+# Distinguished also by those who do not see all colours.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 
 

@@ -11,7 +11,7 @@ _KEY = "golden.commands.console"
 
 
 class Console:
-    """What the options ``--quiet``, ``--verbose`` and ``--json`` ask for.
+    """What the options ``--quiet``, ``--verbose`` and ``--json`` request.
 
     Members
     -------

@@ -30,7 +30,7 @@ _OWNER = "descriptor"
 
 
 class Kind(IntEnum):
-    """What a descriptor asks for."""
+    """What a descriptor requests."""
 
     FRUSTUM = 0
     LOAD = 1

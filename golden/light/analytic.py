@@ -171,7 +171,8 @@ def _area_vector(name, polygon):
 
 def _array(name, value, shape):
     value = np.asarray(value, dtype=np.float64)
-    if value.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, value.shape, strict=True)):
+    if value.ndim != len(shape) or any(
+            required not in (None, got) for required, got in zip(shape, value.shape, strict=True)):
         requirement = " x ".join("any" if size is None else str(size) for size in shape)
         raise InputError(f"form factor: {name} must be {requirement}, not {value.shape!r}")
     if not np.isfinite(value).all():

@@ -29,7 +29,7 @@ __all__ = ["CastTaskResult", "FrustumChoice", "cast_frustum"]
 
 @dataclass(frozen=True, kw_only=True)
 class FrustumChoice:
-    """The frustum that a user asks for: a hemisphere at a point or on a patch, or a screen.
+    """The requested frustum: a hemisphere at a point or on a patch, or a screen.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class FrustumChoice:
             geometry = PatchGeometry.of(scene, config.numbers, [camera.eye])
             screen = Screen(camera=camera, width=self.screen[0], height=self.screen[1])
             return screen_record(screen, geometry.coordinates), geometry, None
-        origin, normal, source = self._place(scene)
+        origin, normal, source = self._base_point(scene)
         geometry, hemisphere = PatchGeometry.of(scene, config.numbers, [origin]), Hemisphere(*self.rays)
         record = hemisphere_record(hemisphere, geometry.coordinates, origin, normal, source=source)
         return record, geometry, hemisphere.polar_weights
@@ -85,7 +85,7 @@ class FrustumChoice:
         """A warning if no patch lies in front of the hemisphere's base plane, but some lie behind it."""
         if self.screen:
             return None
-        origin, normal, _ = self._place(scene)
+        origin, normal, _ = self._base_point(scene)
         height = (scene.vertices - origin) @ (np.asarray(normal) / np.linalg.norm(normal))
         least = 1e-9 * np.ptp(scene.vertices.reshape(-1, 3), axis=0).max()
         if height.max() > least or height.min() >= -least:
@@ -95,7 +95,7 @@ class FrustumChoice:
         return (f"no ray hits a patch: the front of patch {self.patch} faces away from the scene; wind the patch the "
                 "other way round, or give --origin and --normal")
 
-    def _place(self, scene):
+    def _base_point(self, scene):
         if self.patch is None:
             return self.origin, self.normal, -1
         if not 0 <= self.patch < len(scene):

@@ -1,4 +1,4 @@
-"""An image of a scene, written as the user asks."""
+"""An image of a scene, written in the requested format."""
 
 import json
 from collections.abc import Callable

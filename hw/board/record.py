@@ -13,7 +13,7 @@ from hw.registers.register import WORD_BYTES, addresses
 
 __all__ = ["record"]
 
-_PLACES = addresses(ENGINE_REGISTERS)
+_ADDRESSES = addresses(ENGINE_REGISTERS)
 _SENT = ("frustum", "hits", "sums")
 
 
@@ -33,7 +33,7 @@ class _Recorder(Port):
     def __init__(self, config: Config, *, regions: dict[int, str] | None = None, fails: bool = False):
         self.steps, self.memory = [], b""
         self._regions, self._fails = regions or {}, fails
-        self._known = {_PLACES[name]: value for name, value in (
+        self._known = {_ADDRESSES[name]: value for name, value in (
             ("magic", MAGIC), ("version", VERSION), ("clusters", config.noc.nodes))}
 
     def _add(self, operation, **given):
@@ -41,7 +41,7 @@ class _Recorder(Port):
 
     async def read(self, address: int) -> int:
         """A register: its value is expected if it is known, otherwise sent."""
-        if address == _PLACES["status"]:
+        if address == _ADDRESSES["status"]:
             self._add(Operation.WAIT, address=address)
             return register("status").pack(failed=int(self._fails))
         if address in self._known:

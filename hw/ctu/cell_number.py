@@ -1,4 +1,4 @@
-"""Cell number: of a cell's place in the grid."""
+"""Cell number: of a cell's position in the grid."""
 
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring

@@ -53,14 +53,14 @@ class GridEntries(wiring.Component):
                 "tag": tag, **segment.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         given, made, self._tables = self.i.payload, self.o.payload, []
-        for kind, record, kept, place, outputs in (
+        for kind, record, kept, address, outputs in (
                 (GridTableKind.SHELL, formats.grid_shell, segment, given.shell,
                  {"begin": made.begin, "length": made.length}),
                 (GridTableKind.ROW, formats.grid_row, pair, given.row, {"table": made.row}),
                 (GridTableKind.COLUMN, formats.grid_column, pair, given.column, {"table": made.column})):
-            memory = Memory(shape=kept, depth=1 << len(place), init=[])
+            memory = Memory(shape=kept, depth=1 << len(address), init=[])
             self._tables.append((memory, kind, record))
-            entry = pipeline.delay(pipeline.read(memory.read_port(), pipeline.input(place)), 1)
+            entry = pipeline.delay(pipeline.read(memory.read_port(), pipeline.input(address)), 1)
             for name, target in outputs.items():
                 pipeline.output(target, pipeline.combine(lambda entry, name=name: entry[name], entry))
         pipeline.output(made.tag, pipeline.input(given.tag))

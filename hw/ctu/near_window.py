@@ -64,11 +64,11 @@ class NearWindow(wiring.Component):
         self._tables, rows = [], StructLayout({name: formats.grid_row[name].shape
                                                for name in ("first_near", "near", "column_reach")})
 
-        def entry(kind, record, kept, place):
+        def entry(kind, record, kept, index):
             """What is kept of a table's record."""
-            memory = Memory(shape=kept, depth=1 << len(place), init=[])
+            memory = Memory(shape=kept, depth=1 << len(index), init=[])
             self._tables.append((memory, kind, record))
-            return pipeline.delay(pipeline.read(memory.read_port(), pipeline.input(place)), 1)
+            return pipeline.delay(pipeline.read(memory.read_port(), pipeline.input(index)), 1)
 
         given, window, columns = self.i.payload, self.o.payload.window, pipeline.constant(self.columns)
         threshold = entry(GridTableKind.SHELL, formats.grid_shell, StructLayout({"threshold": formats.threshold}),
@@ -79,8 +79,8 @@ class NearWindow(wiring.Component):
             shape=formats.position, depth=1 << len(given.column), init=[], attrs={"no_rw_check": 1})
         ports = self._positions.read_port(), self._positions.read_port()
         self._shared = ports[1]
-        left, right = (pipeline.delay(pipeline.read(port, pipeline.input(place)), 1)
-                       for port, place in zip(ports, (given.column, given.last), strict=True))
+        left, right = (pipeline.delay(pipeline.read(port, pipeline.input(index)), 1)
+                       for port, index in zip(ports, (given.column, given.last), strict=True))
 
         def step(function, *operands):
             return pipeline.register(function, *operands)

@@ -41,7 +41,7 @@ class RayBanks(wiring.Component):
     ------
     Latency: ``9`` cycles from ``i`` to ``o``, ``22`` from ``i_return`` to the ray that leaves again. A request and a
     return per cycle, if they are spread over the banks, of which each makes one access per cycle. Requests stall with
-    ``o``, and while those that wait or are looked at have all places of a bank; returns never stall.
+    ``o``, and while those that wait or are looked at take all entries of a bank; returns never stall.
 
     Raises
     ------

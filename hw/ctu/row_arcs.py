@@ -60,8 +60,8 @@ class RowArcs(wiring.Component):
         up = pipeline.register(lambda low: low + around, low)
         # More than once around: from ``low`` on the whole circle lies before ``end``.
         whole = pipeline.register(lambda up, end: ~self.frustum.is_screen & (end >= up), up, end)
-        begins_before, goes_over = (pipeline.register(lambda value, is_wanted=is_wanted: ~self.frustum.is_screen & (
-            value > 0 if is_wanted else value < 0), value) for value, is_wanted in ((low, False), (over, True)))
+        begins_before, goes_over = (pipeline.register(lambda value, is_upper=is_upper: ~self.frustum.is_screen & (
+            value > 0 if is_upper else value < 0), value) for value, is_upper in ((low, False), (over, True)))
         wraps = pipeline.register(lambda whole, before, over: ~whole & (before | over),
                                   whole, begins_before, goes_over)
         arcs = self.o.payload

@@ -75,15 +75,15 @@ class RowPieces(wiring.Component):
         given = Signal(formats.grid_stage, reset_less=True)
         window = given.window
         # Rows whose arcs have not been requested, and rows that are not done.
-        asked, left = Signal(side), Signal(side)
-        row_asked, row = Signal(formats.grid_row_address, reset_less=True), Signal(formats.grid_row_address,
+        unrequested, left = Signal(side), Signal(side)
+        next_row, row = Signal(formats.grid_row_address, reset_less=True), Signal(formats.grid_row_address,
                                                                                  reset_less=True)
-        m.d.comb += [arcs.i.valid.eq(asked != 0), arcs.i.payload.eq(row_asked)]
+        m.d.comb += [arcs.i.valid.eq(unrequested != 0), arcs.i.payload.eq(next_row)]
         # Whether a row is done is known late, and all registers of its arcs stall until then.
         m.submodules.sectors = sectors = SkidBuffer(arcs.o.payload.shape())
         wiring.connect(m, arcs.o, sectors.i)
         with m.If(arcs.i.valid & arcs.i.ready):
-            m.d.sync += [asked.eq(asked - 1), row_asked.eq(row_asked + 1)]
+            m.d.sync += [unrequested.eq(unrequested - 1), next_row.eq(next_row + 1)]
 
         number, factor, addend = self._add_number(m)
 
@@ -115,10 +115,10 @@ class RowPieces(wiring.Component):
                 m.d.comb += self.i.ready.eq(1)
                 stage = self.i.payload
                 m.d.sync += [given.eq(stage), is_known.eq(0), number.eq(stage.first_ray), factor.eq(stage.row_number),
-                             addend.eq(stage.columns), row.eq(stage.row), row_asked.eq(stage.row),
+                             addend.eq(stage.columns), row.eq(stage.row), next_row.eq(stage.row),
                              left.eq(stage.rows)]
                 with m.If(self.i.valid):
-                    m.d.sync += asked.eq(stage.rows)
+                    m.d.sync += unrequested.eq(stage.rows)
                     m.next = "row"
             with m.State("row"):
                 sector = sectors.o.payload

@@ -66,15 +66,15 @@ class SettleSweep(wiring.Component):
         self._tile = StructLayout({"column": bits, "row": bits, "within": 1, "columns": side, "rows": side, "last": 1})
         self._across = Signal(formats.count)
         self._turn = stream.Signature(self._tile).create()
-        self._asked = stream.Signature(StructLayout({**self._tile.members, "tile": formats.tile})).create()
-        self._turns = pipeline = Pipeline(self._turn, self._asked)
+        self._request = stream.Signature(StructLayout({**self._tile.members, "tile": formats.tile})).create()
+        self._turns = pipeline = Pipeline(self._turn, self._request)
         given = self._turn.payload
         row = pipeline.combine(lambda row: Cat(row, 0).as_signed(), pipeline.input(given.row))
         product = small_product(pipeline, row, pipeline.constant(Cat(self._across, 0).as_signed()))
-        pipeline.output(self._asked.payload.tile, pipeline.register(
+        pipeline.output(self._request.payload.tile, pipeline.register(
             lambda product, column: product + column, product, pipeline.input(given.column)))
         for name in self._tile.members:
-            pipeline.output(self._asked.payload[name], pipeline.input(given[name]))
+            pipeline.output(self._request.payload[name], pipeline.input(given[name]))
 
         # The smallest code of a tile.
         lanes = StructLayout({**self._tile.members, "word": formats.settle_word})
@@ -112,10 +112,10 @@ class SettleSweep(wiring.Component):
         inner = Signal(2 * inner_bits)
         outer = {axis: Signal(bits, name=f"outer_{axis}") for axis in last}
         outer_last = {axis: outer[axis] == last[axis] >> inner_bits for axis in last}
-        place = {}
+        position = {}
         for offset, axis in enumerate(last):
             digits = [inner[2 * SIDE_BITS * k + SIDE_BITS * offset:][:SIDE_BITS] for k in range(self._levels - 1)]
-            place[axis] = Cat(*digits, outer[axis])[:bits]
+            position[axis] = Cat(*digits, outer[axis])[:bits]
         turn = self._turn
         shown = Signal(self._tile, reset_less=True)
         ends = inner.all() & outer_last["column"] & outer_last["row"] if inner_bits else \
@@ -126,11 +126,11 @@ class SettleSweep(wiring.Component):
         m.d.comb += advances.eq(active & ~self.i_start.valid & moves)
         with m.If(moves):
             m.d.sync += turn.valid.eq(advances)
-            m.d.sync += [shown.last.eq(ends), shown.within.eq((place["column"] <= last["column"])
-                                                              & (place["row"] <= last["row"]))]
+            m.d.sync += [shown.last.eq(ends), shown.within.eq((position["column"] <= last["column"])
+                                                              & (position["row"] <= last["row"]))]
             for axis, lanes in (("column", shown.columns), ("row", shown.rows)):
-                m.d.sync += [shown[axis].eq(place[axis]), lanes.eq(Cat(
-                    (place[axis] != last[axis]) | (k <= last_lane[axis]) for k in range(1 << side_bits)))]
+                m.d.sync += [shown[axis].eq(position[axis]), lanes.eq(Cat(
+                    (position[axis] != last[axis]) | (k <= last_lane[axis]) for k in range(1 << side_bits)))]
         with m.If(advances):
             m.d.sync += inner.eq(inner + 1)
             with m.If(inner.all() if inner_bits else Const(1)):
@@ -140,15 +140,15 @@ class SettleSweep(wiring.Component):
         self._turns.add_to(m)
 
         # Requests and replies.
-        asked = self._asked
+        request = self._request
         m.submodules.waiting = waiting = Queue(self._tile, depth=TILES)
         waits = waiting.o.payload
-        asks = asked.valid & waiting.i.ready & asked.payload.within
+        requests = request.valid & waiting.i.ready & request.payload.within
         m.d.comb += [
-            self.o_tile.valid.eq(asks), self.o_tile.payload.eq(asked.payload.tile),
-            asked.ready.eq(waiting.i.ready & (self.o_tile.ready | ~asked.payload.within)),
-            waiting.i.valid.eq(asked.valid & (self.o_tile.ready | ~asked.payload.within)),
-            *(waiting.i.payload[name].eq(asked.payload[name]) for name in self._tile.members),
+            self.o_tile.valid.eq(requests), self.o_tile.payload.eq(request.payload.tile),
+            request.ready.eq(waiting.i.ready & (self.o_tile.ready | ~request.payload.within)),
+            waiting.i.valid.eq(request.valid & (self.o_tile.ready | ~request.payload.within)),
+            *(waiting.i.payload[name].eq(request.payload[name]) for name in self._tile.members),
             self._come.valid.eq(waiting.o.valid & (self.i_word.valid | ~waits.within)),
             waiting.o.ready.eq(self.i_word.valid | ~waits.within),
             self.i_word.ready.eq(waiting.o.valid & waits.within), self._come.payload.word.eq(self.i_word.payload),
@@ -164,10 +164,11 @@ class SettleSweep(wiring.Component):
 
         # Squares of all levels; a code is written two cycles after it comes.
         made, code = self._made.payload, self._made.payload.code
-        place_in = Cat(*(part for k in range(self._levels - 1)
-                         for part in (made.column[SIDE_BITS * k:][:SIDE_BITS], made.row[SIDE_BITS * k:][:SIDE_BITS])))
+        within_square = Cat(*(part for k in range(self._levels - 1)
+                              for part in (made.column[SIDE_BITS * k:][:SIDE_BITS],
+                                           made.row[SIDE_BITS * k:][:SIDE_BITS])))
         for level in range(self._levels):
-            output, within = getattr(self, f"o_{level}"), place_in[:2 * SIDE_BITS * level]
+            output, within = getattr(self, f"o_{level}"), within_square[:2 * SIDE_BITS * level]
             smallest = code
             if level:
                 so_far = Signal(formats.settle, name=f"so_far_{level}", reset_less=True)

@@ -87,8 +87,8 @@ class SquareScan(wiring.Component):
         self._config, self._level, self._formats = config, level, Formats(config)
         formats = self._formats
         item = {"tag": tag, "threshold": formats.threshold, "extent": extent(config)}
-        self._place = max(1, config.icu.side_bits - square_bits(config, level) - SIDE_BITS)
-        self._item = StructLayout({**item, "column": self._place, "row": self._place, "second": 1})
+        self._word_bits = max(1, config.icu.side_bits - square_bits(config, level) - SIDE_BITS)
+        self._item = StructLayout({**item, "column": self._word_bits, "row": self._word_bits, "second": 1})
         super().__init__({
             "i": In(stream.Signature(StructLayout(item))),
             "o": Out(stream.Signature(StructLayout({**item, "live": 1}))),
@@ -174,7 +174,7 @@ class SquareScan(wiring.Component):
 
     def _word(self, value):
         """The word of a column or a row of rays."""
-        return Cat(value, Const(0, 16))[square_bits(self._config, self._level) + SIDE_BITS:][:self._place]
+        return Cat(value, Const(0, 16))[square_bits(self._config, self._level) + SIDE_BITS:][:self._word_bits]
 
     def _add_squares(self, m):
         """The memory of the codes: its read port, and the address of a word."""
@@ -182,11 +182,11 @@ class SquareScan(wiring.Component):
         m.submodules.memory = memory = Memory(shape=ArrayLayout(self._formats.settle, lanes), init=[],
                                               depth=words(self._config, self._level))
         # Words of a row of words, rounded up to a power of two.
-        last_word, shift = Signal(self._place), Signal(range(self._place + 1))
+        last_word, shift = Signal(self._word_bits), Signal(range(self._word_bits + 1))
         m.d.sync += last_word.eq(self._word((self.columns - 1)[:len(self.columns)]))
         with m.If(last_word == 0):
             m.d.sync += shift.eq(0)
-        for bit in range(self._place):
+        for bit in range(self._word_bits):
             with m.If(last_word[bit] & ~last_word[bit + 1:].any()):
                 m.d.sync += shift.eq(bit + 1)
         read, write = memory.read_port(), memory.write_port(granularity=1)

@@ -19,7 +19,7 @@ LATENCY = 3
 
 
 def stage_index_bits(config: Config) -> int:
-    """Low bits of a stage's number that tell the stages in flight apart."""
+    """Low bits of a stage's number that distinguish the stages in flight."""
     return max(1, config.ctu.run_ahead.bit_length())
 
 
@@ -34,7 +34,7 @@ class StageCount(wiring.Component):
     config
         The configuration.
     exits
-        Places at which grid rays end.
+        Exits at which grid rays end.
 
     Members
     -------

@@ -134,7 +134,7 @@ class SubshellWindows(wiring.Component):
         with m.Elif(since != self._interval - 1):
             m.d.sync += since.eq(since + 1)
 
-        turned, short, place = (block.o.payload for block in (transform, direction, coordinates))
+        turned, short, spherical = (block.o.payload for block in (transform, direction, coordinates))
         m.d.comb += [
             direction.i.valid.eq(transform.o.valid), direction.i.payload.index.eq(turned.index),
             direction.i.payload.vertex.eq(turned.vertex),
@@ -143,8 +143,8 @@ class SubshellWindows(wiring.Component):
             vertices.i.valid.eq(direction.o.valid), vertices.i.payload.index.eq(short.index),
             vertices.i.payload.item.eq(short.direction),
             planes.i.valid.eq(vertices.o.valid), planes.i.payload.directions.eq(vertices.o.payload.items),
-            seen.i.valid.eq(coordinates.o.valid), seen.i.payload.index.eq(place.index),
-            *(seen.i.payload.item[name].eq(place[name]) for name in ("first", "second", "front"))]
+            seen.i.valid.eq(coordinates.o.valid), seen.i.payload.index.eq(spherical.index),
+            *(seen.i.payload.item[name].eq(spherical[name]) for name in ("first", "second", "front"))]
         # A patch's coordinates come before its planes, and those of the next one after them.
         coordinate = Signal.like(seen.o.payload, reset_less=True)
         with m.If(seen.o.valid):

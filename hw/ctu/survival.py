@@ -46,7 +46,7 @@ class Survival(wiring.Component):
     config
         The configuration.
     ray
-        Shape of a grid ray: a structure with ``shell``, ``row`` and ``column``, places in the tables, ``ray``, its
+        Shape of a grid ray: a structure with ``shell``, ``row`` and ``column``, addresses in the tables, ``ray``, its
         number, and a sideband.
 
     Members
@@ -91,11 +91,11 @@ class Survival(wiring.Component):
                for level in range(self._levels)},
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
             "frustum": In(formats.frustum)})
-        self._asked = StructLayout({**self._item.members, "extent": extent(config)})
+        self._request = StructLayout({**self._item.members, "extent": extent(config)})
         self._scans = [SquareScan(config=config, level=level, tag=self._tag) for level in range(self._levels)]
-        self._split, self._queue = GroupSplit(ray), Queue(self._asked, depth=CREDITS)
+        self._split, self._queue = GroupSplit(ray), Queue(self._request, depth=CREDITS)
         # The last ones of a window, from the first ones and how many there are.
-        self._extents = stream.Signature(self._asked, always_ready=True).create()
+        self._extents = stream.Signature(self._request, always_ready=True).create()
         self._ends = pipeline = Pipeline(self._clip.o, self._extents)
         given, made = self._clip.o.payload, self._extents.payload
         window = given.window
@@ -153,11 +153,11 @@ class Survival(wiring.Component):
             m.d.comb += [dropped.valid.eq(scan.o.valid & ~found.live), dropped.payload.first.eq(found.tag.first),
                          dropped.payload["count"].eq(found.tag["count"])]
             if level:
-                m.submodules[f"queue_{level}"] = following = Queue(self._asked, depth=QUEUED)
+                m.submodules[f"queue_{level}"] = following = Queue(self._request, depth=QUEUED)
                 m.d.comb += [
                     scan.i.valid.eq(source.valid), source.ready.eq(scan.i.ready),
-                    *(scan.i.payload[name].eq(source.payload[name]) for name in self._asked.members),
-                    *(following.i.payload[name].eq(found[name]) for name in self._asked.members),
+                    *(scan.i.payload[name].eq(source.payload[name]) for name in self._request.members),
+                    *(following.i.payload[name].eq(found[name]) for name in self._request.members),
                     following.i.valid.eq(scan.o.valid & found.live), scan.o.ready.eq(following.i.ready | ~found.live)]
                 source = following.o
 
@@ -171,7 +171,7 @@ class Survival(wiring.Component):
         enters = source.valid & groups_may
         m.d.comb += groups_may.eq(Mux(held, held_group, reserved != SPLIT_GROUPS))
         m.d.sync += [held.eq(given.valid & ~given.ready), held_group.eq(enters)]
-        view = View(self._asked, Mux(enters, source.payload.as_value(), alone.o.payload.as_value()))
+        view = View(self._request, Mux(enters, source.payload.as_value(), alone.o.payload.as_value()))
         dies = scan.o.valid & scan.o.ready & ~found.live & ~found.tag.alone
         few, comes, admits = self.i.payload["count"] <= FEW, lives & ~found.tag.alone, Signal()
         m.d.comb += [admits.eq((reserved < SPLIT_GROUPS - 1) & ~comes),
@@ -182,7 +182,7 @@ class Survival(wiring.Component):
         m.d.comb += [
             given.valid.eq(alone.o.valid | enters), alone.o.ready.eq(given.ready & ~enters),
             source.ready.eq(given.ready & groups_may),
-            *(given.payload[name].eq(view[name]) for name in self._asked.members),
+            *(given.payload[name].eq(view[name]) for name in self._request.members),
             self.o.valid.eq(lives & found.tag.alone), self.o.payload.eq(found.tag.first),
             split.i.valid.eq(comes | (self.i.valid & few & admits)),
             split.i.payload.first.eq(Mux(comes, found.tag.first.as_value(), self.i.payload.first.as_value())),
@@ -198,7 +198,7 @@ class Survival(wiring.Component):
         wiring.connect(m, self._split.o, gate.i)
         starts, item = Signal(), Signal(self._near.i.payload.shape(), reset_less=True)
         near, ray = self._near.i, gate.o.payload
-        m.submodules.groups = groups = Queue(self._asked, depth=CREDITS)
+        m.submodules.groups = groups = Queue(self._request, depth=CREDITS)
         m.submodules.group_gate = group_gate = CreditGate(self._group, credits=CREDITS)
         group, first = group_gate.o.payload, group_gate.o.payload.first
         m.d.comb += [

@@ -28,7 +28,7 @@ LIMB = 17
 
 
 class TraversalStart(wiring.Component):
-    """``place = origin + direction begin``, and for each axis the parameters ``distance / |direction|`` to the next
+    """``position = origin + direction begin``, and for each axis the parameters ``distance / |direction|`` to the next
     border and ``1 / |direction|`` from there to the one after it.
 
     The reciprocal is one of a table with a slope; a component of 0 has one that is never reached.
@@ -75,7 +75,7 @@ class TraversalStart(wiring.Component):
         lost = []
         for axis in range(3):
             direction = pipeline.input(given.direction[axis])
-            index, within, far = self._place(direction, begin, self.origin[axis])
+            index, within, far = self._position(direction, begin, self.origin[axis])
             lacking, by = self._mantissa(direction)
             up = pipeline.combine(lambda value: ~value[-1] & value.any(), direction)
             down = pipeline.combine(lambda value: value[-1], direction)
@@ -117,24 +117,25 @@ class TraversalStart(wiring.Component):
     def _product(self, a, b):
         return self._pipeline.product(a, b, registers=self._registers)
 
-    def _place(self, direction, begin, origin):
-        """A component of the place: cell, where in it, and whether the cell's number does not fit."""
+    def _position(self, direction, begin, origin):
+        """A component of the position: cell, where in it, and whether the cell's number does not fit."""
         pipeline, half = self._pipeline, len(begin.value) // 2
         low = pipeline.combine(lambda value: value[:LIMB], direction)
         high = pipeline.combine(lambda value: value[LIMB:].as_signed(), direction)
         first = self._product(low, pipeline.combine(lambda value: value[:half], begin))
         second = self._product(low, pipeline.combine(lambda value: value[half:], begin))
         third = small_product(pipeline, high, pipeline.combine(lambda value: Cat(value, 0).as_signed(), begin))
-        # What is cut off below the point of a place never carries.
+        # What is cut off below the point of a position never carries.
         upper = pipeline.register(lambda first, second: (first >> half) + second, first, second)
         offset = pipeline.register(
             lambda upper, third: (upper + (third << LIMB - half)) >> FRACTION - half, upper, third)
-        place = pipeline.register(lambda offset: origin + offset, offset)
+        position = pipeline.register(lambda offset: origin + offset, offset)
         width = len(self.o.payload.walk.index[0])
-        index = pipeline.combine(lambda place: place[POSITION_FRACTION:POSITION_FRACTION + width].as_signed(), place)
-        rest = pipeline.combine(lambda place: place[POSITION_FRACTION + width - 1:], place)
+        index = pipeline.combine(
+            lambda position: position[POSITION_FRACTION:POSITION_FRACTION + width].as_signed(), position)
+        rest = pipeline.combine(lambda position: position[POSITION_FRACTION + width - 1:], position)
         far = pipeline.register(lambda rest: rest.any() & ~rest.all(), rest)
-        return index, pipeline.combine(lambda place: place[:POSITION_FRACTION], place), far
+        return index, pipeline.combine(lambda position: position[:POSITION_FRACTION], position), far
 
     def _mantissa(self, direction):
         """Of the reciprocal, and by how much the magnitude was shifted to the left for it."""

@@ -39,15 +39,15 @@ def encode(pipeline: Pipeline, value: Staged, exponent: Staged, numbers: Numbers
     width, fraction = value_bits(numbers), numbers.fraction_bits
     positive = pipeline.combine(lambda value: (value > 0), value)
     (leading,), empty = normalise(pipeline, width, [pipeline.combine(lambda value: value[:width], value)])
-    place = pipeline.register(lambda exponent, empty: exponent + (width - 1 + numbers.inverse_bias) - empty,
+    biased = pipeline.register(lambda exponent, empty: exponent + (width - 1 + numbers.inverse_bias) - empty,
                               exponent, empty)
     kept = width - 1 - fraction
 
-    def joined(place, leading):
+    def joined(biased, leading):
         lost = leading[:kept].any() if up else 0
-        return (Cat(leading[kept:width - 1], place).as_signed() + lost)[:fraction + len(place)].as_signed()
+        return (Cat(leading[kept:width - 1], biased).as_signed() + lost)[:fraction + len(biased)].as_signed()
 
-    key = pipeline.register(joined, place, leading)
+    key = pipeline.register(joined, biased, leading)
     most = numbers.inverse.high
 
     def clipped(key, positive):

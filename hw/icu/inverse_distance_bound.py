@@ -68,14 +68,14 @@ class InverseDistanceBound(wiring.Component):
             return pipeline.product(a, b, registers=icu.product_registers)
 
         # Phases 0 and 1 read the first and the last of the window's columns, phases 2 and 3 those of its rows.
-        def place(first, count):
+        def address_of(first, count):
             further = pipeline.register(lambda phase, count: Mux(phase[0] & (count > 0), count - 1, 0), phase,
                                         pipeline.input(count))
             return pipeline.register(lambda first, further: (first + further)[:icu.side_bits], pipeline.input(first),
                                      further)
 
-        column = place(window.column_first, window.column_count)
-        row = place(window.row_first, window.row_count)
+        column = address_of(window.column_first, window.column_count)
+        row = address_of(window.row_first, window.row_count)
         entries = [pipeline.delay(pipeline.read(self._tables[kind].read_port(), address), 1)
                    for kind, address in ((TableKind.COLUMN, column), (TableKind.ROW, row))]
         across = pipeline.combine(lambda phase, column, row: Mux(phase[1], row, column).as_signed(), phase, *entries)

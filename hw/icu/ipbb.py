@@ -92,7 +92,7 @@ class Ipbb(wiring.Component):
 
         size_bits = icu.side_bits.bit_length()
         some = [pipeline.input(seen.front.any() & Cat(*seen.winding.orientation).any())]
-        places = []
+        borders = []
         for vertices, component, negated, name, bits in ((seen.first, 1, 0, "column", "column_bits"),
                                                          (seen.second, 0, 1, "row", "row_bits")):
             size = self.frustum[name + "s"]
@@ -102,9 +102,9 @@ class Ipbb(wiring.Component):
             last = pipeline.register(lambda value, size=size: Mux(value >= size, size - 1, value), last)
             count = pipeline.register(lambda first, last: last - first + 1, first, last)
             some.append(pipeline.combine(lambda count: count > 0, count))
-            places += [(name + "_first", first), (name + "_count", count)]
+            borders += [(name + "_first", first), (name + "_count", count)]
         some = pipeline.register(lambda *conditions: Cat(conditions).all(), *some)
-        for name, value in places:
+        for name, value in borders:
             pipeline.output(window[name], pipeline.register(lambda some, value: Mux(some, value, 0), some, value))
         pipeline.output(self.o.payload.slot, pipeline.input(seen.slot))
         self.latency = pipeline.latency

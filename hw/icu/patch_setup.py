@@ -137,9 +137,9 @@ class PatchSetup(wiring.Component):
         vertex = vertices.i.payload.item
         connect_fields(m, vertices.i, direction.o, slot=seen_from.slot, index=seen_from.index)
         m.d.comb += [vertex[name].eq(seen_from[name]) for name in ("vertex", "direction", "exponent")]
-        place, coordinate = coordinates.o.payload, seen.i.payload.item
-        connect_fields(m, seen.i, coordinates.o, slot=place.slot, index=place.index)
-        m.d.comb += [coordinate[name].eq(place[name]) for name in ("first", "second", "front")]
+        spherical, coordinate = coordinates.o.payload, seen.i.payload.item
+        connect_fields(m, seen.i, coordinates.o, slot=spherical.slot, index=spherical.index)
+        m.d.comb += [coordinate[name].eq(spherical[name]) for name in ("first", "second", "front")]
 
         patch = vertices.o.payload
         for block, name, field in ((planes, "directions", "direction"), (factor, "vertices", "vertex")):

@@ -166,8 +166,8 @@ class Sbb(wiring.Component):
             return Cat(Mux(span > most, most, span)[:icu.sagitta_span_bits],
                        part[bits - 2 - icu.sagitta_polar_bits:bits - 2])
 
-        place = pipeline.register(address, lower, span)
-        sagitta = pipeline.delay(pipeline.read(self._sagittas.read_port(), place), 1)
+        entry = pipeline.register(address, lower, span)
+        sagitta = pipeline.delay(pipeline.read(self._sagittas.read_port(), entry), 1)
         reach = pipeline.register(lambda lower, sagitta: Mux(
             lower < quarter, lower - (sagitta << bits - 2 - SAGITTA_BITS), lower).as_signed(), lower, sagitta)
         return turn, reach

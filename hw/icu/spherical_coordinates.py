@@ -50,10 +50,10 @@ class SphericalCoordinates(wiring.Component):
 
     def __init__(self, *, config: Config, interval: int = 1):
         formats, icu, bits = IcuFormats(config), config.icu, config.numbers.vertex_bits
-        place = {"slot": formats.slot, "index": 2}
+        key = {"slot": formats.slot, "index": 2}
         super().__init__({
-            "i": In(stream.Signature(StructLayout({**place, "direction": formats.vertex_vector}), always_ready=True)),
-            "o": Out(stream.Signature(StructLayout({**place, "first": formats.coordinate, "second": formats.coordinate,
+            "i": In(stream.Signature(StructLayout({**key, "direction": formats.vertex_vector}), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({**key, "first": formats.coordinate, "second": formats.coordinate,
                                                     "front": 1}), always_ready=True)),
             "is_screen": In(1)})
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
@@ -122,7 +122,7 @@ class SphericalCoordinates(wiring.Component):
             pipeline.output(made[name], pipeline.register(
                 lambda *values, is_polar=is_polar: coordinate(*values, is_polar), is_screen, value, *screen[2:]))
         pipeline.output(made.front, front)
-        for name in place:
+        for name in key:
             pipeline.output(made[name], pipeline.input(given[name]))
         self.latency = pipeline.latency
 

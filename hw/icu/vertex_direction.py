@@ -42,10 +42,10 @@ class VertexDirection(wiring.Component):
 
     def __init__(self, *, config: Config, interval: int = 1):
         formats, numbers = IcuFormats(config), config.numbers
-        place = {"slot": formats.slot, "index": 2, "vertex": formats.vector_vector}
+        item = {"slot": formats.slot, "index": 2, "vertex": formats.vector_vector}
         super().__init__({
-            "i": In(stream.Signature(StructLayout(place), always_ready=True)),
-            "o": Out(stream.Signature(StructLayout({**place, "direction": formats.vertex_vector,
+            "i": In(stream.Signature(StructLayout(item), always_ready=True)),
+            "o": Out(stream.Signature(StructLayout({**item, "direction": formats.vertex_vector,
                                                     "exponent": formats.vertex_exponent}), always_ready=True))})
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload

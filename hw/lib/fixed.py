@@ -54,21 +54,21 @@ def normalise(pipeline: Pipeline, width: int, operands: Sequence[Staged]) -> tup
     -------
     The shifted values, and by how much; of zeros it is the largest shift, 2^k - 1 of at least ``width`` - 1.
     """
-    places = [min(1 << step, width) for step in reversed(range(max(1, (width - 1).bit_length())))]
+    shifts = [min(1 << step, width) for step in reversed(range(max(1, (width - 1).bit_length())))]
     operands = [pipeline.combine(lambda value: Cat(value, Const(0, max(0, width - len(value))))[:width], operand)
                 for operand in operands]
 
-    def clear(values, places):
-        return ~Cat(value[width - places:] for value in values).any()
+    def clear(values, count):
+        return ~Cat(value[width - count:] for value in values).any()
 
-    def move(empty, value, places):
-        return Mux(empty, (value << places)[:width], value)
+    def move(empty, value, count):
+        return Mux(empty, (value << count)[:width], value)
 
     # Whether a step moves is found with the step before it, for both that this one may do: the test of all leading
     # bits in front of the multiplexers is too long for one cycle.
-    empty = pipeline.register(lambda *values: clear(values, places[0]), *operands)
+    empty = pipeline.register(lambda *values: clear(values, shifts[0]), *operands)
     by = [empty]
-    for now, following in pairwise([*places, None]):
+    for now, following in pairwise([*shifts, None]):
         def test(empty, *values, now=now, following=following):
             return Mux(empty, clear([move(1, value, now) for value in values], following), clear(values, following))
 
@@ -82,12 +82,12 @@ def normalise(pipeline: Pipeline, width: int, operands: Sequence[Staged]) -> tup
 
 def shift_left(pipeline: Pipeline, value: Staged, by: Staged, width: int) -> Staged:
     """``value 2^by``, the low ``width`` bits; keeps the sign of signed values."""
-    return _shift(pipeline, value, by, width, lambda value, places: value << places)
+    return _shift(pipeline, value, by, width, lambda value, count: value << count)
 
 
 def shift_right(pipeline: Pipeline, value: Staged, by: Staged, width: int) -> Staged:
     """``value / 2^by``, cut off downwards."""
-    return _shift(pipeline, value, by, width, lambda value, places: value >> places)
+    return _shift(pipeline, value, by, width, lambda value, count: value >> count)
 
 
 def _shift(pipeline, value, by, width, move):
@@ -115,14 +115,14 @@ def small_product(pipeline: Pipeline, a: Staged, b: Staged) -> Staged:
 
 def serial_product(pipeline: Pipeline, a: Staged, b: int) -> Staged:
     """``a b`` of a signed value and a number above 0 without a multiplier: a bit of the number per cycle."""
-    places = b.bit_length()
-    bits = Array(Const(b >> place & 1, 1) for place in reversed(range(places)))
-    width = len(a.value) + places
+    count = b.bit_length()
+    bits = Array(Const(b >> bit & 1, 1) for bit in reversed(range(count)))
+    width = len(a.value) + count
 
     def row(number, total, a):
         return ((total << 1) + Mux(bits[number], a, 0))[:width].as_signed(), a
 
-    return pipeline.rounds(row, places, pipeline.constant(Const(0, width).as_signed()), a)[0]
+    return pipeline.rounds(row, count, pipeline.constant(Const(0, width).as_signed()), a)[0]
 
 
 def add_or_subtract(a: Value, b: Value, subtract: Value) -> Value:

@@ -287,12 +287,12 @@ class Pipeline:
         value = Value.cast(value)
         memory = Memory(shape=len(value), depth=depth, init=[], attrs={"ram_style": "distributed"})
         write, read = memory.write_port(), memory.read_port(domain="comb")
-        place = Signal(range(depth))
+        index = Signal(range(depth))
         m.submodules += memory
-        m.d.comb += [write.addr.eq(place), write.data.eq(value), read.addr.eq(place),
+        m.d.comb += [write.addr.eq(index), write.data.eq(value), read.addr.eq(index),
                      write.en.eq(self._advance if self._stalls else 1)]
         with m.If(write.en):
-            m.d.sync += place.eq(Mux(place == depth - 1, 0, place + 1))
+            m.d.sync += index.eq(Mux(index == depth - 1, 0, index + 1))
         return read.data
 
     def _age(self, operands):

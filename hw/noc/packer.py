@@ -62,8 +62,8 @@ class Packer(wiring.Component):
         number, part = Signal(range(last + 1)), Signal(range(len(headers) + len(bodies)))
         plain = Signal(flit(self._bits))
         with m.Switch(part):
-            for place, value in enumerate(headers + bodies):
-                with m.Case(place):
+            for index, value in enumerate(headers + bodies):
+                with m.Case(index):
                     m.d.comb += plain.data.eq(value)
         ends = part == len(headers) + len(bodies) - 1
         m.d.comb += [

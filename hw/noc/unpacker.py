@@ -58,20 +58,20 @@ class Unpacker(wiring.Component):
         last = len(headers) + len(bodies) * self._bodies - 1
         number, part = Signal(range(last + 1)), Signal(range(len(shown)))
         # A first flit begins a packet wherever it arrives.
-        now, place = Signal.like(number), Signal.like(part)
+        now, index = Signal.like(number), Signal.like(part)
         flit_in = self.i.payload
         plain = Signal(self._plain)
         m.d.comb += [
             plain.eq(Cat(flit_in.data[:self._bits], flit_in.first, flit_in.last)),
-            now.eq(Mux(flit_in.first, 0, number)), place.eq(Mux(flit_in.first, 0, part)), whole.eq(kept)]
-        with m.Switch(place):
+            now.eq(Mux(flit_in.first, 0, number)), index.eq(Mux(flit_in.first, 0, part)), whole.eq(kept)]
+        with m.Switch(index):
             for which, (old, new) in enumerate(zip(headers + bodies, shown, strict=True)):
                 with m.Case(which):
                     m.d.comb += new.eq(plain.data)
                     with m.If(self.i.valid & self.i.ready):
                         m.d.sync += old.eq(plain.data)
         dropped = ~flit_in.first & (number == 0)
-        ends = place == len(shown) - 1
+        ends = index == len(shown) - 1
         gives = ends & ~dropped
         m.d.comb += [self.o.payload.eq(whole), self.o.valid.eq(self.i.valid & gives),
                      self.i.ready.eq(self.o.ready | ~gives)]
@@ -80,7 +80,7 @@ class Unpacker(wiring.Component):
         with m.If(self.i.valid & self.i.ready):
             with m.If(~dropped):
                 m.d.sync += [number.eq(Mux(now == last, 0, now + 1)),
-                             part.eq(Mux(now == last, 0, Mux(ends, len(headers), place + 1)))]
+                             part.eq(Mux(now == last, 0, Mux(ends, len(headers), index + 1)))]
             with m.If(flit_in.data[self._bits:] != check_of(self._method, plain)):
                 m.d.sync += self.fault.eq(NetworkFault.CHECK)
             with m.Elif((flit_in.first != (number == 0)) | (flit_in.last != (now == last))):

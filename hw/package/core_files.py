@@ -98,9 +98,9 @@ def _facts(top, name, config, preset, text):
         "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),
         "sha256": hashlib.sha256(text.encode()).hexdigest()}
     if top == "engine":
-        places = addresses(ENGINE_REGISTERS)
+        offsets = addresses(ENGINE_REGISTERS)
         facts["registers"] = [
-            {"name": one.name, "address": places[one.name], "bits": one.width, "access": one.access.value,
+            {"name": one.name, "address": offsets[one.name], "bits": one.width, "access": one.access.value,
              "about": one.about} for one in ENGINE_REGISTERS]
     if top in ("engine", "cluster"):
         facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}

@@ -42,8 +42,8 @@ def copy_addresses(module: dict) -> int:
 def _moved(values, spare, follows):
     """Initial values, the last word first, at the words' new addresses."""
     words = [values[first:first + _WIDTH] for first in range(0, _WORDS * _WIDTH, _WIDTH)][::-1]
-    places = ["x" * _WIDTH] * _WORDS
+    moved = ["x" * _WIDTH] * _WORDS
     for address, word in enumerate(words):
         if not any(address >> k & 1 for k in spare):
-            places[address | sum((address >> follows & 1) << k for k in spare)] = word
-    return "".join(places[::-1])
+            moved[address | sum((address >> follows & 1) << k for k in spare)] = word
+    return "".join(moved[::-1])

@@ -34,9 +34,9 @@ def cast_strings(name: str, config: Config, *, clusters: int, hemisphere: Hemisp
                  points: tuple[int, ...] = POINTS) -> Strings:
     """Of a hemisphere at each of some points of a scene's ceiling."""
     scene = open_scene(name)
-    places, down = ceiling_points(scene)
-    geometry = PatchGeometry.of(scene, config.numbers, places)
+    origins, down = ceiling_points(scene)
+    geometry = PatchGeometry.of(scene, config.numbers, origins)
     shelling = Shelling(geometry, config, cell=cell)
-    records = [hemisphere_record(hemisphere, geometry.coordinates, places[point - 1], down) for point in (1, *points)]
+    records = [hemisphere_record(hemisphere, geometry.coordinates, origins[point - 1], down) for point in (1, *points)]
     plan = schedule(records[0], geometry, shelling.table, config, clusters=clusters, ratio=64)
     return Strings(plan=plan, requests=ReferenceStrings.of(shelling, records[1:], plan.partition.sections))

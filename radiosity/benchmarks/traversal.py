@@ -240,16 +240,17 @@ def overlap(name: str, ceiling: Ceiling) -> list[str]:
     rows = []
     for clusters in 1, 8:
         plan, pipelines = ceiling.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
-        for listed, subshells, ways in (("last only", [None] * clusters, WAYS[:3]), ("lists", plan.subshells, WAYS)):
+        for listed, subshells, policies in (
+                ("last only", [None] * clusters, WAYS[:3]), ("lists", plan.subshells, WAYS)):
             record, results = ceiling.record(POINTS[0]), []
-            for at_once, run_ahead in ways:
+            for at_once, run_ahead in policies:
                 timed = Timed(ceiling, record, rates=FAST, pipelines=pipelines, at_once=at_once, run_ahead=run_ahead)
                 took = [timed.cycles(sector, one) for sector, one in zip(plan.partition.sections, subshells,
                                                                         strict=True)]
                 results.append((max(took), timed.overlap // clusters, timed.memory.inverse))
             if any((inverse != results[0][2]).any() for _, _, inverse in results):
                 raise SystemExit(f"error: {name}: the order changes the hits")
-            cycles = [str(cycles) for cycles, _, _ in results] + ["-"] * (len(WAYS) - len(ways))
+            cycles = [str(cycles) for cycles, _, _ in results] + ["-"] * (len(WAYS) - len(policies))
             best = min(results, key=lambda result: result[0])
             rows.append(f"| {name} | {clusters} | {listed} | {' | '.join(cycles)} "
                         f"| {results[0][0] / best[0]:.2f} | {best[1]} |")
@@ -300,7 +301,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         tables.append([row for name, ceiling in ceilings.items() for row in measure(name, ceiling)])
         console().note("\n".join(tables[-1]))
     codes, again, balances, overlaps = tables
-    ways = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
+    policies = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
     write_report(output, [
         "# Cell traversal", "", provenance("numpy") + ".", "",
         f"Hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, from points 4, 7, 10 and 13 of "
@@ -337,5 +338,5 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "* Ahead n, a run-ahead depth of n: a shell of a subshell begins when the hits of all but the n shells before "
         "it are known, and survival uses the hits known then. The first column has a barrier after each shell.",
         "* Two in flight: cycles in which two subshells or more are in flight, per cluster, in the fastest column.", "",
-        f"| scene | clusters | subshells | {ways} | barrier : fastest | two in flight |",
+        f"| scene | clusters | subshells | {policies} | barrier : fastest | two in flight |",
         "|---" * (5 + len(WAYS)) + "|", *overlaps])

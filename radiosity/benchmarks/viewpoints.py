@@ -19,15 +19,15 @@ def hard_records(scene: Scene, *, origins: int, rays: tuple[int, int], pixels: t
                  seed: int, numbers: Numbers = CONFIG.numbers) -> tuple[PatchGeometry, list[FrustumRecord]]:
     """A hemisphere and a screen from each of some random origins, and the scene's own view, in these numbers."""
     random = np.random.default_rng(seed)
-    places = [random_origin(scene, random) for _ in range(origins)]
+    starts = [random_origin(scene, random) for _ in range(origins)]
     own = scene.camera or default_camera(scene)
-    geometry = PatchGeometry.of(scene, numbers, [*(origin for origin, _, _ in places), own.eye])
+    geometry = PatchGeometry.of(scene, numbers, [*(origin for origin, _, _ in starts), own.eye])
     coordinates = geometry.coordinates
     cameras = [Camera(eye=tuple(origin), target=tuple(origin + normal), up=tuple(random.normal(size=3)),
-                      fov=float(random.choice([20, 60, 100]))) for origin, normal, _ in places]
+                      fov=float(random.choice([20, 60, 100]))) for origin, normal, _ in starts]
     return geometry, [
         *(hemisphere_record(Hemisphere(*rays), coordinates, origin, normal, source=source)
-          for origin, normal, source in places),
+          for origin, normal, source in starts),
         *(screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), coordinates)
           for camera in [*cameras, own])]
 

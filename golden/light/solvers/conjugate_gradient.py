@@ -15,7 +15,7 @@ __all__ = ["conjugate_gradient"]
 _BLACK = 1e-6
 
 # A symmetric system with a mean reflectance of 0.99 takes a third of this.
-_PATIENCE = 300
+_MAX_STEPS = 300
 
 
 def conjugate_gradient(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int = SWEEPS,
@@ -28,7 +28,7 @@ def conjugate_gradient(system: RadiositySystem, *, tolerance: float = TOLERANCE,
 
     Source: Kurc 1997, sections 2.4 and 2.5.
     """
-    found = iterate(_descents(system), tolerance=tolerance, max_steps=min(max_steps, _PATIENCE), progress=progress)
+    found = iterate(_descents(system), tolerance=tolerance, max_steps=min(max_steps, _MAX_STEPS), progress=progress)
     start = found.radiosity.copy() if found.converged else system.emission.copy()
     polished = iterate(relaxed_sweeps(system, 1.0, start), tolerance=tolerance,
                        max_steps=max(1, max_steps - found.steps), progress=progress)

@@ -28,10 +28,10 @@ def cubes() -> Scene:
     x = LOWER[0] + 0.2
     builder.add([(x, -4.0, 0.5), (x, 6.0, 0.5), (x, 6.0, 9.5), (x, -4.0, 9.5)], LIGHT)
     cube = box((-SIDE / 2,) * 3, (SIDE / 2,) * 3)
-    place = np.arange(COUNT) + 0.5
-    for z in place:
-        for y in place:
-            row = np.stack([place, np.full(COUNT, y), np.full(COUNT, z)], axis=-1)
+    middles = np.arange(COUNT) + 0.5
+    for z in middles:
+        for y in middles:
+            row = np.stack([middles, np.full(COUNT, y), np.full(COUNT, z)], axis=-1)
             builder.add(cube + row[:, None, None], _paint(y / COUNT, z / COUNT))
     return builder.build(camera=Camera(eye=(-2.8, -4.3, 8.7), target=(4.4, 4.1, 3.3), fov=56.0))
 

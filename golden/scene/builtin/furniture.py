@@ -33,31 +33,31 @@ def _legs(width: float, depth: float, height: float, thickness: float) -> np.nda
     return np.concatenate([placed(leg, at=(i * x, j * y, 0.0)) for i in (-1, 1) for j in (-1, 1)])
 
 
-def table(builder: SceneBuilder, *, width: float, depth: float, height: float = 0.74, **place) -> None:
+def table(builder: SceneBuilder, *, width: float, depth: float, height: float = 0.74, **pose) -> None:
     """A board on four legs, 22 patches."""
     board = box((-width / 2, -depth / 2, height - 0.05), (width / 2, depth / 2, height))
     legs = _legs(width - 0.1, depth - 0.1, height - 0.05, 0.07)
-    builder.add(placed(np.concatenate([board, legs]), **place), OAK)
+    builder.add(placed(np.concatenate([board, legs]), **pose), OAK)
 
 
-def chair(builder: SceneBuilder, **place) -> None:
+def chair(builder: SceneBuilder, **pose) -> None:
     """A seat that looks along +y, with a straight back, 27 patches."""
     seat = box((-0.22, -0.22, 0.42), (0.22, 0.22, 0.46))
     back = box((-0.22, -0.22, 0.46), (0.22, -0.17, 0.95), omit=("-z",))
-    builder.add(placed(np.concatenate([seat, back, _legs(0.42, 0.42, 0.42, 0.045)]), **place), WALNUT)
+    builder.add(placed(np.concatenate([seat, back, _legs(0.42, 0.42, 0.42, 0.045)]), **pose), WALNUT)
 
 
-def armchair(builder: SceneBuilder, **place) -> None:
+def armchair(builder: SceneBuilder, **pose) -> None:
     """A low upholstered seat that looks along +y, 22 patches."""
     parts = [box((-0.295, -0.25, 0.1), (0.295, 0.45, 0.42), omit=("-y",)),
              box((-0.28, -0.25, 0.42), (0.28, 0.43, 0.5), omit=("-y", "-z")),
              box((-0.45, -0.45, 0.0), (0.45, -0.25, 0.85), omit=("-z",))]
     for side in (-0.45, 0.3):
         parts.append(box((side, -0.25, 0.0), (side + 0.15, 0.42, 0.6), omit=("-y", "-z")))
-    builder.add(placed(np.concatenate(parts), **place), CLOTH)
+    builder.add(placed(np.concatenate(parts), **pose), CLOTH)
 
 
-def bookshelf(builder: SceneBuilder, *, books, seed: int, **place) -> None:
+def bookshelf(builder: SceneBuilder, *, books, seed: int, **pose) -> None:
     """Shelves that look along +y, their open back at y = 0 against a wall; 24 patches and 5 a book.
 
     ``books`` says how many stand on each of the four shelves from the lowest up; ``seed`` gives their sizes and covers.
@@ -70,7 +70,7 @@ def bookshelf(builder: SceneBuilder, *, books, seed: int, **place) -> None:
     for level in levels:
         boards.append(box((-inner, 0.0, level), (inner, depth - 0.01, level + board), omit=("-x", "+x", "-y")))
     back = box((-inner, -1.0, 0.0), (inner, 0.01, height))[3:4]
-    builder.add(placed(np.concatenate([*boards, back]), **place), WALNUT)
+    builder.add(placed(np.concatenate([*boards, back]), **pose), WALNUT)
     random = np.random.default_rng(seed)
     for level, count in zip(levels, books, strict=False):
         x = -inner + 0.02
@@ -78,11 +78,11 @@ def bookshelf(builder: SceneBuilder, *, books, seed: int, **place) -> None:
                                             random.uniform(0.18, 0.26, count), random.integers(len(COVERS), size=count),
                                             strict=True):
             book = box((x, 0.03, level + board), (x + thick, 0.03 + deep, level + board + tall), omit=("-z",))
-            builder.add(placed(book, **place), COVERS[cover])
+            builder.add(placed(book, **pose), COVERS[cover])
             x += thick + 0.004
 
 
-def computer(builder: SceneBuilder, **place) -> None:
+def computer(builder: SceneBuilder, **pose) -> None:
     """A deep old screen on a foot, looking along +y, with a keyboard before it; 19 patches."""
     screen = box((-0.21, -0.22, 0.08), (0.21, 0.12, 0.44))
     front = screen[3]
@@ -91,16 +91,16 @@ def computer(builder: SceneBuilder, **place) -> None:
     foot = box((-0.12, -0.16, 0.0), (0.12, 0.08, 0.08), omit=("-z", "+z"))
     keys = box((-0.22, 0.2, 0.0), (0.22, 0.37, 0.03), omit=("-z",))
     case = np.concatenate([screen[[0, 1, 2, 4, 5]], foot, keys])
-    builder.add(placed(case, **place), CASE)
-    builder.add(placed(frame, **place), CASE, surface=np.zeros(4))
-    builder.add(placed(inset, **place), DISPLAY)
+    builder.add(placed(case, **pose), CASE)
+    builder.add(placed(frame, **pose), CASE, surface=np.zeros(4))
+    builder.add(placed(inset, **pose), DISPLAY)
 
 
-def vase(builder: SceneBuilder, *, size: float, material: Material, **place) -> None:
+def vase(builder: SceneBuilder, *, size: float, material: Material, **pose) -> None:
     """A turned vase of height ``size``, 64 patches."""
     profile = [(0.13, 0.0), (0.2, 0.14), (0.235, 0.34), (0.2, 0.56), (0.1, 0.78), (0.085, 0.88), (0.13, 1.0),
                (0.11, 0.99), (0.0, 0.8)]
-    builder.add(placed(revolution(profile, segments=8), scale=(size,) * 3, **place), material, smooth=True)
+    builder.add(placed(revolution(profile, segments=8), scale=(size,) * 3, **pose), material, smooth=True)
 
 
 def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> None:
@@ -119,13 +119,13 @@ def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> 
         builder.add(placed(leaf, turn=turn, at=at), LEAF, two_sided=True)
 
 
-def floor_lamp(builder: SceneBuilder, **place) -> None:
+def floor_lamp(builder: SceneBuilder, **pose) -> None:
     """A brass foot and pole (21 patches), a shade open at both ends (8) and a bulb (6 patches), switched off by day."""
     stand = revolution([(0.16, 0.0), (0.15, 0.03), (0.012, 0.05), (0.012, 1.52)], segments=7)
-    builder.add(placed(stand, **place), BRASS, smooth=True)
+    builder.add(placed(stand, **pose), BRASS, smooth=True)
     shade = revolution([(0.26, 1.4), (0.15, 1.75)], segments=8)
-    builder.add(placed(shade, **place), SHADE, smooth=True, two_sided=True)
-    builder.add(placed(box((-0.04, -0.04, 1.52), (0.04, 0.04, 1.62)), **place), BULB)
+    builder.add(placed(shade, **pose), SHADE, smooth=True, two_sided=True)
+    builder.add(placed(box((-0.04, -0.04, 1.52), (0.04, 0.04, 1.62)), **pose), BULB)
 
 
 def sheets(builder: SceneBuilder, *, count: int, seed: int, at) -> None:
@@ -133,5 +133,5 @@ def sheets(builder: SceneBuilder, *, count: int, seed: int, at) -> None:
     random = np.random.default_rng(seed)
     for k, (x, y, turn) in enumerate(random.uniform(-1.0, 1.0, (count, 3))):
         sheet = np.array([[-0.105, -0.15, 0.0], [0.105, -0.15, 0.0], [0.105, 0.15, 0.0], [-0.105, 0.15, 0.0]])
-        place = np.add(at, (0.4 * x, 0.2 * y, 0.002 * (k + 1)))
-        builder.add(placed(sheet, turn=40.0 * turn, at=place), PAPER, two_sided=True)
+        centre = np.add(at, (0.4 * x, 0.2 * y, 0.002 * (k + 1)))
+        builder.add(placed(sheet, turn=40.0 * turn, at=centre), PAPER, two_sided=True)

@@ -91,9 +91,9 @@ def _leg(builder: SceneBuilder, leg) -> None:
     rings = [sole * (size, size, 0.0) + (0.0, back, height) for size, back, height in (
         (0.88, -0.07, 0.002), (1.0, -0.07, 0.015), (0.98, -0.068, 0.03), (0.86, -0.05, 0.05), (0.62, -0.018, 0.075),
         (0.34, 0.005, 0.085))]
-    place = {"turn": toes, "at": (*ankle[:2], GROUND)}
-    builder.add(placed(loft(rings), **place), BEECH, smooth=True)
-    builder.add(placed(np.concatenate([cap(rings[0][::-1]), cap(rings[-1])]), **place), BEECH)
+    pose = {"turn": toes, "at": (*ankle[:2], GROUND)}
+    builder.add(placed(loft(rings), **pose), BEECH, smooth=True)
+    builder.add(placed(np.concatenate([cap(rings[0][::-1]), cap(rings[-1])]), **pose), BEECH)
 
 
 def _arm(builder: SceneBuilder, joints) -> None:
@@ -119,8 +119,9 @@ def _hand(builder: SceneBuilder, wrist: np.ndarray, knuckles: np.ndarray) -> Non
     matrix = np.array([0.042 * wide, 0.017 * np.cross(along, wide), along])
     points = sum(palm[..., k, None] * matrix[k] for k in range(3)) + np.add(wrist, (0, 0, GROUND))
     builder.add(points, BEECH, smooth=True)
-    for place, spread, length in ((-0.03, -0.28, 0.07), (-0.01, -0.08, 0.085), (0.01, 0.08, 0.08), (0.03, 0.28, 0.062)):
-        root = wrist + 0.1 * along + place * wide
+    for offset, spread, length in (
+            (-0.03, -0.28, 0.07), (-0.01, -0.08, 0.085), (0.01, 0.08, 0.08), (0.03, 0.28, 0.062)):
+        root = wrist + 0.1 * along + offset * wide
         direction = along + spread * wide
         _finger(builder, root, direction / np.linalg.norm(direction) * length, 0.0095)
     inner = -np.sign(wrist[0]) * np.sign(wide[0] if abs(wide[0]) > 0.1 else wide[2])

@@ -115,13 +115,13 @@ def _stroked(text: str, height: float) -> np.ndarray:
     across, long = 0.28 * height, (half - thick) / 2
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     flat, upright = corners * (across - 1.3 * thick, thick), corners * (thick, long)
-    places = np.array([(0, half), (across, half / 2), (across, -half / 2), (0, -half), (-across, -half / 2),
+    offsets = np.array([(0, half), (across, half / 2), (across, -half / 2), (0, -half), (-across, -half / 2),
                        (-across, half / 2), (0, 0)])
     strokes = []
     for number, character in enumerate(text):
         shift = (number - (len(text) - 1) / 2) * height, 0.0
         for stroke in map(int, STROKES[character]):
-            strokes.append((flat if stroke in (0, 3, 6) else upright) + places[stroke] + shift)
+            strokes.append((flat if stroke in (0, 3, 6) else upright) + offsets[stroke] + shift)
     return np.concatenate([strokes, np.zeros((len(strokes), 4, 1))], axis=-1)
 
 
@@ -176,6 +176,6 @@ def _things(builder: SceneBuilder) -> None:
     builder.add(placed(coffee, at=(18.5, 13.5, 0.0)), COFFEE, surface=np.zeros(len(coffee)))
     pad = box((-5.0, -7.0, 0.0), (5.0, 7.0, 0.8), omit=("-z",))
     builder.add(placed(pad, turn=-14.0, at=(19.0, -6.0, 0.0)), PAPER)
-    place = {"axis": (0.55, 0.9, 0.0), "at": (16.5, -11.0, 1.2)}
-    builder.add(placed(revolution([(0.0, -0.1), (0.35, 0.0), (0.35, 9.0)], segments=6), **place), LACQUER)
-    builder.add(placed(revolution([(0.35, 9.0), (0.0, 10.4)], segments=6), **place), TIP)
+    pose = {"axis": (0.55, 0.9, 0.0), "at": (16.5, -11.0, 1.2)}
+    builder.add(placed(revolution([(0.0, -0.1), (0.35, 0.0), (0.35, 9.0)], segments=6), **pose), LACQUER)
+    builder.add(placed(revolution([(0.35, 9.0), (0.0, 10.4)], segments=6), **pose), TIP)

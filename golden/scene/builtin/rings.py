@@ -36,11 +36,11 @@ def pentagons() -> np.ndarray:
 
 def pyramid(layers: int) -> np.ndarray:
     """Middles of the sets of rings, N x 3: one in front, then 4, 9, ... in layers along y."""
-    places = []
+    centres = []
     for layer in range(layers):
         across = 2.0 * np.arange(layer + 1) - layer
-        places.extend((x, SPREAD * (layer + 1), z) for z, x in product(across, across))
-    return np.array(places)
+        centres.extend((x, SPREAD * (layer + 1), z) for z, x in product(across, across))
+    return np.array(centres)
 
 
 def rings(size: int) -> Scene:

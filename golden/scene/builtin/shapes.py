@@ -102,7 +102,7 @@ def rounded(width: float, depth: float, *, radius: float, steps: int, height: fl
 def placed(patches, *, at=(0.0, 0.0, 0.0), turn: float = 0.0, axis=None, scale=(1.0, 1.0, 1.0)) -> np.ndarray:
     """Patches scaled along the axes, turned by ``turn`` degrees around z, tilted so that z is along ``axis``, moved.
 
-    Equal points stay equal to the bit: a matrix product may round them differently by their place in the array.
+    Equal points stay equal to the bit: a matrix product may round them differently by their index in the array.
     """
     # Rounded so that a quarter turn is exact: what stands against a wall does not reach through it.
     cos, sin = np.round([np.cos(np.radians(turn)), np.sin(np.radians(turn))], 15)

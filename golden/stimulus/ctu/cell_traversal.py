@@ -11,7 +11,7 @@ from golden.stimulus.ctu.grids import CELL_NUMBER, SHELLS
 __all__ = ["BLOCK"]
 
 # Shen & Deprettere's sequences: start in a cell, and direction.
-PAPER_PLACES, PAPER_DIRECTIONS = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.5]], [[3, 2, 1], [1, 1, 0], [1, 0, -1]]
+PAPER_ORIGINS, PAPER_DIRECTIONS = [[0.5, 0.5, 0.5], [0.25, 0.5, 0.5]], [[3, 2, 1], [1, 1, 0], [1, 0, -1]]
 
 
 def _fields(config):
@@ -32,7 +32,7 @@ def _draw(random, count, config):
     kind = int(random.integers(7))
     position = [inside, random.integers(shape) * one, np.where(random.random(3) < 0.5, inside // one * one, inside),
              np.where(np.arange(3) == random.integers(3), random.integers(2) * shape * one, inside),
-             -random.integers(2 * one, size=3), *((np.array(PAPER_PLACES) + shape // 2) * one).astype(np.int64)][kind]
+             -random.integers(2 * one, size=3), *((np.array(PAPER_ORIGINS) + shape // 2) * one).astype(np.int64)][kind]
     # The sequences of the paper begin at the origin itself.
     shell = 1 if kind > 4 else int(random.integers(*SHELLS))
     direction = random.normal(size=(count, 3))
