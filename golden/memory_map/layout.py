@@ -5,15 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["ALIGNMENT", "ENTRY", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER",
-           "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region", "region_offsets"]
+__all__ = ["ALIGNMENT", "ENTRY", "EVERY_CLUSTER", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
+           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region",
+           "region_offsets"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 2
 # Every region begins at a multiple of this, so that no record of up to 64 bytes crosses a 4 KiB border.
 ALIGNMENT = 64
-# An empty entry of a table of patch or cluster numbers.
-NONE = -1
+# An empty entry of a table of patch or cluster numbers; a patch of which each cluster has a copy.
+NONE, EVERY_CLUSTER = -1, -2
 # Bits of: the number of cells along an axis; the number of rows, or of columns, of one shell's grid rays; a grid ray's
 # number among those of all shells.
 GRID_SHAPE_BITS = 10
@@ -112,8 +113,8 @@ REGIONS = (
         Field("reserved", "u8", "0", 2),
     )),
     Region("residence", "phase", "patch id", "The cluster that holds a copy of the patch.", (
-        Field("cluster", "i4", "-1: main memory only"),
-        Field("address", "i4", "local address there, -1: none"),
+        Field("cluster", "i4", f"{NONE}: main memory only, {EVERY_CLUSTER}: each cluster has a copy"),
+        Field("address", "i4", f"local address there, {NONE}: none"),
     )),
     Region("clusters", "phase", "cluster", "Section, sector and preloaded tables. Rays of the section: "
            "first_column <= column < end_column, and likewise rows.", (

@@ -34,9 +34,10 @@ def halves(region: str, field: str) -> list[tuple[int, bool]]:
 class RuleKind(enum.Enum, shape=4):
     """What must hold of the numbers of a record.
 
-    ``BELOW``: a < records of the table. ``MAYBE``: so, or -1. ``RANGE``: a + b <= records. ``SPAN``: a < b <= records.
-    ``SAME``: a = records. ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows and columns <
-    2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word < 2^`WEIGHT_BITS`.
+    ``BELOW``: a < records of the table. ``MAYBE``: so, or -1 for none, or -2 for all. ``RANGE``: a + b <= records.
+    ``SPAN``: a < b <= records. ``SAME``: a = records. ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows
+    and columns < 2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word <
+    2^`WEIGHT_BITS`.
     """
 
     NONE = 0

@@ -149,7 +149,8 @@ class MemorySystem(wiring.Component):
         m.d.comb += [
             cell_table.lists.eq(self.scene.lists), patch_table.patches.eq(self.scene.patches),
             cell_filter.limit.eq(self.scene.cells), patch_filter.limit.eq(self.scene.patches),
-            geometry.cluster.eq(self.cluster), self.drained.eq(cells.empty & patches.empty)]
+            geometry.cluster.eq(self.cluster), types.cluster.eq(self.cluster),
+            self.drained.eq(cells.empty & patches.empty)]
         self._add_start(m, (cell_filter.i_start, patch_filter.i_start))
 
         # Cells, through the filter and the table to their lists, here or on the bus.

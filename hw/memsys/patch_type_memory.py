@@ -1,12 +1,13 @@
 """Patch type memory: which cluster holds a patch."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from golden.memory_map.layout import EVERY_CLUSTER, NONE
 from hw.formats import Formats
 from hw.lib.pipeline import Pipeline
 from hw.lib.shared_port import share_port
@@ -28,9 +29,11 @@ class PatchTypeMemory(wiring.Component):
 
     Members
     -------
+    cluster : In(PathFormats.cluster)
+        The number of this cluster. Stable while records are loaded.
     i_load : In, stream of `PathFormats.type_load`
-        Records in any order; -1 as a cluster: the patch is in main memory only. Always ready; not while patches are in
-        flight. Other addresses are ignored.
+        Records in any order; `NONE` as a cluster: the patch is in main memory only; `EVERY_CLUSTER`: this one has a
+        copy, as each other one. Always ready; not while patches are in flight. Other addresses are ignored.
     i : In, stream of a patch id
         Lookups of this cluster.
     o : Out, stream of `PathFormats.found_patch`
@@ -51,6 +54,7 @@ class PatchTypeMemory(wiring.Component):
         formats, icu = PathFormats(config), Formats(config)
         self._config, self._formats = config, formats
         super().__init__({
+            "cluster": In(formats.cluster),
             "i_load": In(stream.Signature(formats.type_load, always_ready=True)),
             "i": In(stream.Signature(icu.patch)), "o": Out(stream.Signature(formats.found_patch)),
             "i_remote": In(stream.Signature(formats.remote_request)),
@@ -82,13 +86,16 @@ class PatchTypeMemory(wiring.Component):
             pipeline.add_to(m)
         given, writes = self.i_load.payload, Signal()
         address, row = Signal(range(self._memory.depth), reset_less=True), Signal(self._memory.shape, reset_less=True)
-        nowhere, known, fits = Signal(), Signal(), Signal()
+        nowhere, copied, known, fits = Signal(), Signal(), Signal(), Signal()
         record = given.record
-        m.d.comb += [nowhere.eq(record.cluster.all()), known.eq(record.cluster < self._config.noc.nodes),
+        m.d.comb += [nowhere.eq(record.cluster.as_signed() == NONE),
+                     copied.eq(record.cluster.as_signed() == EVERY_CLUSTER),
+                     known.eq(copied | (record.cluster < self._config.noc.nodes)),
                      fits.eq(record.address < self._config.memsys.own_patches)]
         m.d.sync += [
             writes.eq(self.i_load.valid & (given.address < self._memory.depth)), address.eq(given.address),
-            row.is_held.eq(known & fits), row.cluster.eq(record.cluster), row.address.eq(record.address),
+            row.is_held.eq(known & fits), row.cluster.eq(Mux(copied, self.cluster, record.cluster)),
+            row.address.eq(record.address),
             # A negative address is none.
             row.wrong.eq(~nowhere & (~known | record.address[-1]))]
         share_port(self._ports[1], m, self._memory.write_port(), enable=writes, address=address, data=row)

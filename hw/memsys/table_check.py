@@ -60,7 +60,7 @@ class TableCheck(wiring.Component):
         total, rises = pipeline.register(lambda a, b: (a + b, a < b), a, b)
         below, within, ends, same = pipeline.register(
             lambda a, b, total, limit: (a < limit, total <= limit, b <= limit, a == limit), a, b, total, limit)
-        none = pipeline.register(lambda a: a.all(), a)
+        none = pipeline.register(lambda a: a[1:].all(), a)
         breaks = pipeline.combine(
             lambda kind, below, within, ends, rises, none, same: Mux(
                 kind == RuleKind.BELOW.value, ~below, Mux(kind == RuleKind.MAYBE.value, ~below & ~none, Mux(

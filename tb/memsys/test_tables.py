@@ -18,6 +18,7 @@ from tb.memsys.stream_bench import Streams, check_streams
 CONFIG = PRESETS["tiny"].replace({"memsys.scene_cells": 64, "memsys.own_cells": 32, "memsys.own_entries": 64,
                                   "memsys.own_patches": 16, "icu.patch_bits": 8, "noc.columns": 3, "noc.rows": 1})
 NONE = (1 << 32) - 1
+EVERY_CLUSTER = NONE - 1
 
 
 def latency(dut):
@@ -112,12 +113,14 @@ def test_patch_table(simulator):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_patch_type_memory(simulator):
-    draw = random.Random(3)
-    residence = [(NONE, NONE), (0, 0), (2, 15), (3, 0), (NONE - 1, 3), (1, 16), (1, NONE), (0, 1 << 20)]
+    draw, own_number = random.Random(3), 2
+    residence = [(NONE, NONE), (0, 0), (2, 15), (3, 0), (NONE - 2, 3), (EVERY_CLUSTER, 7), (EVERY_CLUSTER, 16),
+                 (1, 16), (1, NONE), (0, 1 << 20)]
     residence += [draw.choice([(NONE, NONE), (draw.randrange(3), draw.randrange(16))]) for _ in range(56)]
 
     def found(patch):
         cluster, address = residence[patch]
+        cluster = own_number if cluster == EVERY_CLUSTER else cluster
         known, fits = cluster < 3, address < CONFIG.memsys.own_patches
         return {"patch": patch, "is_held": known and fits, "cluster": cluster, "address": address,
                 "wrong": cluster != NONE and (not known or address >> 31)}
@@ -132,7 +135,7 @@ def test_patch_type_memory(simulator):
         inputs={"i": own, "i_remote": requests},
         expected={"o": [found(patch) for patch in own],
                   "o_remote": [{"node": item["node"], "found": found(item["patch"])} for item in requests]},
-        first=[("i_load", loads)],
+        first=[("i_load", loads)], ports={"cluster": own_number},
         timing=tuple((f"i{side}", f"o{side}", latency(dut)) for side in ("", "_remote"))),
         simulator=simulator)
 
