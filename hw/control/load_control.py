@@ -26,6 +26,8 @@ IMAGE_BITS = 64
 class LoadControl(wiring.Component):
     """Issues the commands of the preload DMA, one for all clusters and one for each of them, and addresses its words.
 
+    With ``copies`` all clusters get the tables of the first one, which are read once.
+
     Parameters
     ----------
     config
@@ -33,7 +35,7 @@ class LoadControl(wiring.Component):
 
     Members
     -------
-    i : In, stream of ``image``, ``regions``
+    i : In, stream of ``image``, ``regions``, ``copies``
         Loads; the image is at an address that is a multiple of 64, or there is none. Accepted when the previous load
         has ended.
     busy : Out(1)
@@ -63,7 +65,8 @@ class LoadControl(wiring.Component):
         control = ControlFormats(config)
         self._cluster = PathFormats(config).cluster
         super().__init__({
-            "i": In(stream.Signature(StructLayout({"image": IMAGE_BITS, "regions": len(REGIONS)}))), "busy": Out(1),
+            "i": In(stream.Signature(StructLayout({"image": IMAGE_BITS, "regions": len(REGIONS), "copies": 1}))),
+            "busy": Out(1),
             "o_command": Out(stream.Signature(memory.preload)),
             "i_done": In(stream.Signature(memory.fault)),
             "i_word": In(stream.Signature(memory.table_word)),
@@ -79,7 +82,7 @@ class LoadControl(wiring.Component):
             command.cluster.eq(cluster), command.regions.eq(regions),
             self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
             self.o_word.payload.item.eq(self.i_word.payload),
-            self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
+            self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all | given.copies)]
         fault, wrong = Signal.like(self.i_done.payload), Signal()
         m.d.comb += wrong.eq((given.image[:ALIGNMENT.bit_length() - 1] != 0) | given.image[len(command.image):].any())
         m.d.comb += [self.o_over.payload.eq(fault), self.busy.eq(1)]
@@ -109,7 +112,7 @@ class LoadControl(wiring.Component):
                     m.d.sync += cluster.eq(cluster + 1)
                 m.next = "Command"
                 with m.If((fault.code != Fault.NONE) | ((given.regions & OWN) == 0)
-                          | (~is_all & (cluster == self._config.noc.nodes - 1))):
+                          | (~is_all & (given.copies | (cluster == self._config.noc.nodes - 1)))):
                     m.d.comb += self.o_over.valid.eq(1)
                     m.next = "Wait"
         return m

@@ -30,14 +30,14 @@ def run(dut, bench):
     simulator.run()
 
 
-def load(regions, faults=(), *, image=64, seed=1):
+def load(regions, faults=(), *, image=64, copies=0, seed=1):
     """Commands, words by (cluster, is_all, record), and how it ended; DMA and clusters take their time."""
     dut, draw = LoadControl(config=CONFIG), random.Random(seed)
     commands, words, overs = [], [], []
 
     async def bench(ctx):
         state, left, record, pending, stored = "idle", 0, 0, 0, 0
-        ctx.set(dut.i.payload, {"image": image, "regions": regions})
+        ctx.set(dut.i.payload, {"image": image, "regions": regions, "copies": copies})
         ctx.set(dut.i.valid, 1)
         for cycle in range(4000):
             ctx.set(dut.o_command.ready, state == "idle" and draw.random() < 0.5)
@@ -69,7 +69,7 @@ def load(regions, faults=(), *, image=64, seed=1):
             if taken and cycle == 0:
                 ctx.set(dut.i.valid, 0)
                 # The host may write other numbers from now on.
-                ctx.set(dut.i.payload, {"image": 1, "regions": ~regions & ALL})
+                ctx.set(dut.i.payload, {"image": 1, "regions": ~regions & ALL, "copies": 1 - copies})
             if overs:
                 await ctx.tick()
                 assert not ctx.get(dut.busy)
@@ -83,6 +83,13 @@ def test_shared_tables_come_before_each_clusters_own():
     commands, words, overs = load(ALL)
     assert commands == [(64, 0, ALL & ~OWN), *((64, k, ALL & OWN) for k in range(CLUSTERS))]
     assert words == [(0 if k < 4 else k // 4 - 1, int(k < 4), k) for k in range(4 * (CLUSTERS + 1))]
+    assert overs == [Fault.NONE]
+
+
+def test_copies_are_read_once_for_all_clusters():
+    commands, words, overs = load(ALL, copies=1)
+    assert commands == [(64, 0, ALL & ~OWN), (64, 0, ALL & OWN)]
+    assert words == [(0, 1, k) for k in range(8)]
     assert overs == [Fault.NONE]
 
 
