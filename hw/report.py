@@ -70,7 +70,7 @@ UNITS = {
         "EdgePlanes": {}, "PlaneFactor": {}, "Sbb": {}, "Ipbb": {}, "SectionClip": {}, "InverseDistanceBound": {},
         "PatchSlots": TAG, "IcRayGenerator": {}, "WindowWalk": {}, "RayIssue": {}, "SettleMap": TAG,
         "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
-        "RayMemory": TAG, "ReadOut": {}, "Collector": {},
+        "RayMemory": TAG, "ReadOut": {}, "Collector": {}, "PatchSums": {},
     },
     "ctu": {
         "SubshellGenerator": {}, "CtRayGenerator": {}, "StageRows": {},

@@ -174,6 +174,13 @@ class IcuFormats(Formats):
         return StructLayout({"patch": self.patch, "sum": self.weight_sum, "overflow": 1, "last": 1})
 
     @property
+    def section_sum(self) -> StructLayout:
+        """The sum of the weights of a section's rays that hit a patch, the ``last`` one or not; ``overflow``: it was
+        larger. Without ``is_sum`` no patch has one, and the other fields but ``last`` have no meaning.
+        """
+        return StructLayout({"patch": self.patch, "sum": unsigned(WEIGHT_BITS), "overflow": 1, "is_sum": 1, "last": 1})
+
+    @property
     def hit(self) -> StructLayout:
         """What a ray hit; ``inverse`` 0: nothing, and then all is 0."""
         return StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})

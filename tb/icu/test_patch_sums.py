@@ -1,0 +1,214 @@
+# amaranth: UnusedElaboratable=no
+"""Sums of sections; those of `golden.jobs` predict every item."""
+
+from collections import Counter
+from itertools import pairwise
+
+import cocotb
+import numpy as np
+import pytest
+from cocotb.triggers import ClockCycles, RisingEdge
+from hypothesis import given
+from hypothesis import strategies as st
+
+from golden.frustum import Hemisphere
+from golden.jobs.result_formats import SUM_BITS, section_sums
+from golden.stimulus.frusta import HEMISPHERE
+from hw.icu.icu_formats import WEIGHT_BITS, TableKind
+from hw.icu.patch_sums import PatchSums
+from tb.lib.clocking import reset, start
+from tb.lib.configurations import config_of
+from tb.lib.no_x import assert_known
+from tb.lib.ports import Ports
+from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.schedules import SETTINGS, ScheduleBench, schedules
+from tb.lib.scoreboard import check
+from tb.lib.stall_patterns import STALL_PAIRS
+from tb.lib.timing import documented_latency
+
+SMALL = {"icu.side_bits": 6, "icu.patch_bits": 8, "icu.rays": 64}
+CONFIG = config_of(SMALL)
+SHAPE = PatchSums(config=CONFIG).o.payload.shape()
+PATCHES, MOST = 1 << CONFIG.icu.patch_bits, CONFIG.icu.rays
+SIDE = 1 << CONFIG.icu.side_bits
+ROWS = HEMISPHERE[1]
+# Those of a hemisphere, then a row without weight, and large ones.
+WEIGHTS = np.resize(Hemisphere(*HEMISPHERE).polar_weights, SIDE)
+WEIGHTS[ROWS] = 0
+WEIGHTS[ROWS + 1:] = (1 << WEIGHT_BITS) - 1 - np.arange(SIDE - ROWS - 1)
+TABLE = [{"kind": kind.value, "index": row, "data": data} for row, weight in enumerate(WEIGHTS.tolist())
+         for kind, data in ((TableKind.WEIGHT, weight), (TableKind.SLACK, 3), (TableKind.ROW, 5))]
+NOTHING = {"patch": None, "sum": None, "overflow": None, "is_sum": 0, "last": 1}
+
+
+def items(patch, row):
+    """Rays that hit a patch, or none: -1."""
+    hits = ({"inverse": 1 + int(hit), "patch": int(hit)} if hit >= 0 else {} for hit in patch)
+    return [{"row": int(row), "hit": hit} for hit, row in zip(hits, row, strict=True)]
+
+
+def expected(patch, row):
+    """What a read after these hits gives."""
+    golden = section_sums(np.asarray(patch, dtype=np.int64), WEIGHTS[np.asarray(row, dtype=int)])
+    found = [{"patch": one, "sum": value % (1 << SUM_BITS) if value >> SUM_BITS == 0 else None,
+              "overflow": int(value >> SUM_BITS > 0), "is_sum": 1, "last": 0}
+             for one, value in zip(golden.patch.tolist(), golden.sum.tolist(), strict=True)]
+    over = [item["patch"] for item in found if item["overflow"]]
+    assert golden.overflow == (over[0] if over else -1)
+    return [*found[:-1], {**found[-1], "last": 1}] if found else [NOTHING]
+
+
+def section(seed, count=MOST):
+    """Row by row, some rows without weight; many rays hit one patch, and some none."""
+    draw = np.random.default_rng(seed)
+    patch = np.where(draw.random(count) < 0.4, draw.integers(PATCHES), draw.integers(0, PATCHES, count))
+    return np.where(draw.random(count) < 0.2, -1, patch), np.sort(draw.integers(0, ROWS + 1, count))
+
+
+class Bench:
+    """The streams, with a table of weights, and what must have come."""
+
+    def __init__(self, dut, *, hits="none", sums="none"):
+        self.ports = Ports(dut, PatchSums(config=CONFIG), stalls={"i": hits, "o": sums})
+        self.dut, self.expected = dut, []
+
+    async def cast(self, patch, row):
+        """The hits of a section and its read."""
+        self.expected += expected(patch, row)
+        await self.ports.send("i", items(patch, row))
+        await self.ports.send("i_read", [0])
+
+    async def compare(self):
+        """All that was cast has come and nothing else."""
+        came = self.ports.sinks["o"].items
+        await self.ports.until(lambda: len(came) >= len(self.expected))
+        await ClockCycles(self.dut.clk, 20)
+        check(SHAPE, came, self.expected, what="o")
+        self.ports.stop()
+
+
+@cocotb.test()
+async def every_pair_of_stalls(dut):
+    """Sections one after the other, some of them without a sum."""
+    await start(dut, cycles=100_000)
+    bench = Bench(dut)
+    await RisingEdge(dut.clk)
+    assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
+    await bench.ports.send("i_table", TABLE)
+    for number, (hits, sums) in enumerate(STALL_PAIRS):
+        bench.ports.stop()
+        bench = Bench(dut, hits=hits, sums=sums)
+        for count in (MOST, 0, 9, MOST):
+            await bench.cast(*section(7 * number + count + options()["seed"], count))
+        await bench.cast([3, -1, 4], [ROWS, 0, ROWS])
+        await bench.cast([3, -1, 5], [ROWS, 0, 1])
+        await bench.compare()
+
+
+@cocotb.test()
+async def the_same_patch_after_every_number_of_cycles(dut):
+    """Hits of one patch in consecutive cycles, of two by turns, and so on; each patch is listed once."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    await bench.ports.send("i_table", TABLE)
+    random = np.random.default_rng(options()["seed"])
+    for ahead in range(1, 9):
+        for first in (ROWS, 0):
+            patch, row = np.arange(MOST) % ahead, random.integers(0, ROWS + 1, MOST)
+            # Rays without a hit keep the others' distance.
+            patch[random.random(MOST) < 0.2] = -1
+            # The first hits may have no weight: then their patches are listed later.
+            row[:ahead + 1] = first
+            await bench.cast(patch, row)
+    await bench.compare()
+
+
+@cocotb.test()
+async def a_sum_without_room_is_flagged(dut):
+    """Those beside it are not, and the next section begins at 0."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    await bench.ports.send("i_table", TABLE)
+    large, small = ROWS + 1, 0
+    for patch, row in (([1, 2, 1, 3, 1, 1], [large] * 6), ([1, 2, 3], [large] * 3),
+                       ([9, 9, 8, 9], [large, small, large, large]), ([9, 8], [small] * 2)):
+        await bench.cast(patch, row)
+    assert Counter(item["overflow"] for item in bench.expected)[1] == 2
+    await bench.compare()
+
+
+@cocotb.test()
+async def resets_in_flight(dut):
+    """All sums and the list are empty after a reset, whether hits were coming, sums were leaving, or being cleared."""
+    await start(dut, cycles=60_000)
+    for number, cut in enumerate((2, 5, 30, 90)):
+        bench = Bench(dut, sums="alternating")
+        await bench.ports.send("i_table", TABLE)
+        patch, row = section(number)
+        await bench.ports.send("i", items(patch, row))
+        if number % 2:
+            await bench.ports.send("i_read", [0])
+        bench.ports.begin("i", items(patch, row))
+        await ClockCycles(dut.clk, cut)
+        await bench.ports.reset()
+        bench.ports.stop()
+        # The clearing has to begin anew too.
+        await ClockCycles(dut.clk, 20)
+        await reset(dut)
+        bench = Bench(dut)
+        for seed in (number, number + 9):
+            await bench.cast(*section(seed))
+        await bench.compare()
+
+
+@cocotb.test()
+async def one_per_cycle(dut):
+    """Hits and sums go one per cycle; reads, sums and the next section's hits come when the docstring says so."""
+    await start(dut, cycles=10_000)
+    bench = Bench(dut)
+    await bench.ports.send("i_table", TABLE)
+    await bench.cast([-1], [0])
+    came = bench.ports.sinks["o"]
+    taken, asked = bench.ports.taken("i"), bench.ports.taken("i_read")
+    (patch, row), (next_patch, next_row) = section(4), section(5)
+    await bench.ports.send("i", items(patch, row))
+    following = bench.ports.begin("i_read", [0])
+    await RisingEdge(dut.clk)
+    bench.expected += expected(patch, row)
+    await bench.ports.send("i", items(next_patch, next_row))
+    await following
+    await bench.ports.send("i_read", [0])
+    bench.expected += expected(next_patch, next_row)
+    await bench.ports.until(lambda: len(came.items) >= len(bench.expected))
+    sums = len(expected(patch, row))
+    assert {b - a for part in (taken.cycles[:MOST], taken.cycles[MOST:], came.cycles[1:1 + sums], came.cycles[1 + sums:])
+            for a, b in pairwise(part)} == {1}, "hits and sums must go one per cycle"
+    assert asked.cycles[0] - taken.cycles[MOST - 1] == 8, "a read must be accepted 8 cycles after the last hit"
+    assert came.cycles[1] - asked.cycles[0] == documented_latency(PatchSums, CONFIG)
+    assert taken.cycles[MOST] - asked.cycles[0] == sums + 1, "hits must stall while the list is read, and no longer"
+    await bench.compare()
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_in_the_simulator(simulator):
+    simulate(PatchSums(config=CONFIG), __name__, simulator=simulator)
+
+
+BENCH = ScheduleBench(PatchSums(config=CONFIG), patience=PATCHES + 40)
+HITS = st.builds(lambda patch, row: items([patch], [row])[0], st.sampled_from((-1, 0, 0, 1, 1, 2, 200)),
+                 st.sampled_from((0, 1, ROWS, ROWS + 1)))
+
+
+@SETTINGS
+@given(schedules({"i": HITS, "i_read": st.just(0)}, ["o"]))
+def test_reads_at_any_time(schedule):
+    """A hit is in the sums of the first read that is accepted after it."""
+    BENCH.run(type(schedule)(items={**schedule.items, "i_table": []}, stalls=schedule.stalls,
+                             first={"i_table": TABLE}))
+    hits, entered, reads = schedule.values("i"), BENCH.cycles["i"], BENCH.cycles["i_read"]
+    wanted = []
+    for before, read in pairwise([0, *reads]):
+        those = [hit for hit, cycle in zip(hits, entered, strict=True) if before < cycle <= read]
+        wanted += expected([hit["hit"].get("patch", -1) if hit["hit"] else -1 for hit in those],
+                           [hit["row"] for hit in those])
+    check(SHAPE, BENCH.came["o"], wanted, what="o")
