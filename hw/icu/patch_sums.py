@@ -45,10 +45,10 @@ class PatchSums(wiring.Component):
 
     Timing
     ------
-    Latency: ``8`` cycles from a read to its first item. A read is accepted one cycle after its offer, and no sooner than
-    8 after the last hit. One hit per cycle, one sum per cycle. A read of n sums stalls hits for max(1, n) cycles after
-    its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. 2^``patch_bits``
-    cycles clear all sums after reset.
+    Latency: ``8`` cycles from a read to its first item. A read is accepted one cycle after its offer, and 8 after the
+    last hit at the earliest. One hit per cycle, one sum per cycle. A read of n sums stalls hits for max(1, n) cycles
+    after its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. All sums are
+    cleared in 2^``patch_bits`` cycles after reset.
 
     Golden counterpart: `golden.jobs.result_formats.section_sums`.
     """

@@ -181,8 +181,8 @@ async def one_per_cycle(dut):
     bench.expected += expected(next_patch, next_row)
     await bench.ports.until(lambda: len(came.items) >= len(bench.expected))
     sums = len(expected(patch, row))
-    assert {b - a for part in (taken.cycles[:MOST], taken.cycles[MOST:], came.cycles[1:1 + sums], came.cycles[1 + sums:])
-            for a, b in pairwise(part)} == {1}, "hits and sums must go one per cycle"
+    parts = taken.cycles[:MOST], taken.cycles[MOST:], came.cycles[1:1 + sums], came.cycles[1 + sums:]
+    assert {b - a for part in parts for a, b in pairwise(part)} == {1}, "hits and sums must go one per cycle"
     assert asked.cycles[0] - taken.cycles[MOST - 1] == 8, "a read must be accepted 8 cycles after the last hit"
     assert came.cycles[1] - asked.cycles[0] == documented_latency(PatchSums, CONFIG)
     assert taken.cycles[MOST] - asked.cycles[0] == sums + 1, "hits must stall while the list is read, and no longer"
