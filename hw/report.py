@@ -81,7 +81,8 @@ UNITS = {
     "memsys": {
         # A location per grid ray of a shell.
         "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
-        "MainMemoryPort": {"tag": 2}, "PreloadDma": {}, "WriteDma": {},
+        "MainMemoryPort": {"tag": 2}, "PreloadDma": {}, "WriteDma": {}, "ResultWriter": {},
+        "WriteMerge": {"count": 4},
         # Patches, under all placements and without the fully associative one.
         "PatchCache": _patch_cache(tuple(CachePolicy)),
         "PatchCache-sets": _patch_cache((CachePolicy.DIRECT, CachePolicy.LRU)),

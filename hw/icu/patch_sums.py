@@ -94,20 +94,20 @@ class PatchSums(wiring.Component):
         depth = min(1 << icu.patch_bits, icu.rays)
         m.submodules.list = patches = Memory(shape=formats.patch, depth=depth, init=[], attrs={"no_rw_check": 1})
         write, read = patches.write_port(), patches.read_port(domain="comb")
-        count, place, requests, last = Signal(range(depth + 1)), Signal(range(depth)), Signal(), Signal()
+        count, index, requests, last = Signal(range(depth + 1)), Signal(range(depth)), Signal(), Signal()
         outstanding = Signal(range(CAPACITY + 1))
         m.submodules.queue = queue = Queue(self.o.payload.shape(), depth=CAPACITY)
         wiring.connect(m, queue.o, wiring.flipped(self.o))
         # The read is known to end with the next item a cycle before it does.
         before_end = Signal.like(count)
-        m.d.comb += [requests.eq(reads & (outstanding != CAPACITY)), read.addr.eq(place)]
+        m.d.comb += [requests.eq(reads & (outstanding != CAPACITY)), read.addr.eq(index)]
         m.d.sync += outstanding.eq(outstanding + requests - (queue.o.valid & queue.o.ready))
         has_sums = Signal()
         with m.If(begins):
-            m.d.sync += [reads.eq(1), place.eq(0), before_end.eq(count - 2), last.eq(count[1:] == 0),
+            m.d.sync += [reads.eq(1), index.eq(0), before_end.eq(count - 2), last.eq(count[1:] == 0),
                          has_sums.eq(count != 0)]
         with m.If(requests):
-            m.d.sync += [place.eq(place + 1), last.eq(place == before_end)]
+            m.d.sync += [index.eq(index + 1), last.eq(index == before_end)]
             with m.If(last):
                 m.d.sync += [reads.eq(0), count.eq(0), hits_enter.eq(~self.i_read.valid)]
 

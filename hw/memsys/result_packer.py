@@ -34,7 +34,7 @@ class ResultPacker(wiring.Component):
 
     Members
     -------
-    i : In, stream of `ResultFormats.section_place`
+    i : In, stream of `ResultFormats.section_extent`
         Accepted when the sums of the section before have been.
     i_hit : In, stream of `ResultFormats.hit`
         The section's hits row by row, up to ``last``.
@@ -55,9 +55,8 @@ class ResultPacker(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle from the last item of a beat to the beat. A hit per cycle, with beats of 64 bits one of 16 bytes
-    every two cycles; a sum per cycle; stalls with ``o``. A cycle lies between the last hit and the first sum, and
-    between the last sum and the next section.
+    Latency: ``1`` cycle from the last item of a beat to the beat. A hit per cycle, with beats of 64 bits one of 16
+    bytes every two cycles; a sum per cycle; stalls with ``o``. A cycle lies between the last sum and the next section.
 
     Raises
     ------
@@ -74,7 +73,7 @@ class ResultPacker(wiring.Component):
         self._config, self._group_bits = config, group_bits
         self._formats = formats = ResultFormats(config)
         super().__init__({
-            "i": In(stream.Signature(formats.section_place)), "i_hit": In(stream.Signature(formats.hit)),
+            "i": In(stream.Signature(formats.section_extent)), "i_hit": In(stream.Signature(formats.hit)),
             "i_sum": In(stream.Signature(formats.section_sum)), "discard": In(1),
             "o": Out(stream.Signature(formats.beat)), "busy": Out(1), "words": Out(config.icu.patch_bits + 1),
             "wrong": Out(1), "overflow": Out(1)})
@@ -83,11 +82,11 @@ class ResultPacker(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         lanes = lanes_of(self._config)
-        hit, total, place = self.i_hit.payload, self.i_sum.payload, Signal.like(self.i.payload, reset_less=True)
+        hit, total, extent = self.i_hit.payload, self.i_sum.payload, Signal.like(self.i.payload, reset_less=True)
         in_hits, in_sums, free = (Signal(name=name) for name in ("in_hits", "in_sums", "free"))
         full, second = Signal(), Signal()
         # Of a hit of 16 bytes in beats of 8 the second half follows in the next cycle.
-        halves = (place.hit_format == HitFormat.FULL) & (lanes < 4)
+        halves = (extent.hit_format == HitFormat.FULL) & (lanes < 4)
         ends_item = ~halves | second
         takes_hit, takes_sum = in_hits & self.i_hit.valid & free, in_sums & self.i_sum.valid & free
         ends_hits, ends_sums = Signal(), Signal()
@@ -95,14 +94,14 @@ class ResultPacker(wiring.Component):
             free.eq(~full | self.o.ready), self.i_hit.ready.eq(in_hits & free & ends_item),
             self.i_sum.ready.eq(in_sums & free), ends_hits.eq(takes_hit & ends_item & hit.last),
             ends_sums.eq(takes_sum & total.last),
-            self.wrong.eq(ends_hits & (hit.column != place.last_column)),
+            self.wrong.eq(ends_hits & (hit.column != extent.last_column)),
             self.overflow.eq(takes_sum & total.is_sum & total.overflow)]
         with m.If(takes_hit):
             m.d.sync += second.eq(halves & ~second)
         with m.FSM():
             with m.State("Begin"):
                 m.d.comb += self.i.ready.eq(1)
-                m.d.sync += place.eq(self.i.payload)
+                m.d.sync += extent.eq(self.i.payload)
                 with m.If(self.i.valid):
                     m.next = "Hits"
             with m.State("Hits"):
@@ -116,52 +115,51 @@ class ResultPacker(wiring.Component):
         m.d.comb += self.busy.eq(in_hits | in_sums | full)
 
         # What is written in this cycle.
-        writes_sum = takes_sum & place.sums & total.is_sum & ~total.overflow & ~self.discard
-        writes = writes_sum | (takes_hit & (place.hit_format != HitFormat.NONE) & ~self.discard)
+        writes_sum = takes_sum & extent.sums & total.is_sum & ~total.overflow & ~self.discard
+        writes = writes_sum | (takes_hit & (extent.hit_format != HitFormat.NONE) & ~self.discard)
         with m.If((self.i.ready & self.i.valid) | self.discard):
             m.d.sync += self.words.eq(0)
         with m.Elif(writes_sum):
             m.d.sync += self.words.eq(self.words + 1)
-        number, at, delta = self._add_cursor(m, place, in_sums, second, last_column=hit.column == place.last_column,
+        number, at, delta = self._add_cursor(m, extent, in_sums, second, last_column=hit.column == extent.last_column,
                                              takes=takes_hit | takes_sum, ends_hits=ends_hits)
         self._add_beat(m, writes, full, number=number, is_last=ends_hits | ends_sums, delta=delta,
-                       mask=self._mask(place, at, in_sums), words=self._words(place, second, in_sums))
+                       mask=self._mask(extent, at, in_sums), words=self._words(extent, second, in_sums))
         return m
 
-    def _add_cursor(self, m, place, in_sums, second, *, last_column, takes, ends_hits):
-        """The beat and the lane of the next item, and how many beats farther the one after it is: 0, 1, or 2 for more.
-        """
+    def _add_cursor(self, m, extent, in_sums, second, *, last_column, takes, ends_hits):
+        """The beat and the lane of the next item; how many beats farther the one after it is: 0, 1, or 2 for more."""
         lanes = lanes_of(self._config)
         lane_bits = lanes.bit_length() - 1
         number, at = Signal(MemoryFormats(self._config).beat_bits, reset_less=True), Signal(lane_bits, reset_less=True)
 
         # Lanes of what is written in a cycle.
         size = Signal(range(min(4, lanes) + 1))
-        m.d.comb += size.eq(Mux(in_sums | (place.hit_format == HitFormat.COMPACT), 2,
-                                Mux(place.hit_format == HitFormat.FULL, min(4, lanes), 1)))
-        jumps = ~in_sums & last_column & ((place.hit_format != HitFormat.FULL) | second | (lanes >= 4))
-        step, sum_ = Signal.like(place.jump), Signal(lane_bits + 1)
-        m.d.comb += [step.eq(Mux(jumps, place.jump, size)), sum_.eq(at + step[:lane_bits])]
+        m.d.comb += size.eq(Mux(in_sums | (extent.hit_format == HitFormat.COMPACT), 2,
+                                Mux(extent.hit_format == HitFormat.FULL, min(4, lanes), 1)))
+        jumps = ~in_sums & last_column & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
+        step, sum_ = Signal.like(extent.jump), Signal(lane_bits + 1)
+        m.d.comb += [step.eq(Mux(jumps, extent.jump, size)), sum_.eq(at + step[:lane_bits])]
         carry = sum_[lane_bits]
         beats = step[lane_bits:]
         with m.If(takes):
             m.d.sync += [number.eq(number + beats + carry), at.eq(sum_)]
-        for begins, address in (self.i.ready, self.i.payload.hits), (ends_hits, place.sums_address):
+        for begins, address in (self.i.ready, self.i.payload.hits), (ends_hits, extent.sums_address):
             with m.If(begins):
                 m.d.sync += Cat(at, number).eq(address[LANE_BYTES.bit_length() - 1:])
         # The jump is known long before: nothing is compared behind the sum.
-        none, one = (Mux(jumps, place.jump[lane_bits:] == k, size[lane_bits:] == k) for k in (0, 1))
+        none, one = (Mux(jumps, extent.jump[lane_bits:] == k, size[lane_bits:] == k) for k in (0, 1))
         return number, at, Cat(Mux(carry, none, one), ~(none | (one & ~carry)))
 
-    def _mask(self, place, at, in_sums):
+    def _mask(self, extent, at, in_sums):
         """The lanes that are written."""
         lanes = lanes_of(self._config)
         single, pair = Const(1, lanes) << at, Const(3, lanes) << Cat(Const(0, 1), at[1:])
         whole = pair if lanes < 4 else Const(15, lanes) << Cat(Const(0, 2), at[2:])
-        return Mux(in_sums | (place.hit_format == HitFormat.COMPACT), pair,
-                   Mux(place.hit_format == HitFormat.FULL, whole, single))[:lanes]
+        return Mux(in_sums | (extent.hit_format == HitFormat.COMPACT), pair,
+                   Mux(extent.hit_format == HitFormat.FULL, whole, single))[:lanes]
 
-    def _words(self, place, second, in_sums):
+    def _words(self, extent, second, in_sums):
         """What is in each lane of 4, if it is written."""
         hit, total = self.i_hit.payload.hit, self.i_sum.payload
         patch = Mux(hit.inverse != 0, hit.patch, Const(-1, LANE_BITS))[:LANE_BITS]
@@ -173,8 +171,8 @@ class ResultPacker(wiring.Component):
         if lanes_of(self._config) < 4:
             full = [Mux(second, full[2], full[0]), Mux(second, full[3], full[1])]
         return [Mux(in_sums, words.word_select(k % 2, LANE_BITS),
-                    Mux(place.hit_format == HitFormat.COMPACT, compact.word_select(k % 2, LANE_BITS),
-                        Mux(place.hit_format == HitFormat.FULL, whole, patch))) for k, whole in enumerate(full)]
+                    Mux(extent.hit_format == HitFormat.COMPACT, compact.word_select(k % 2, LANE_BITS),
+                        Mux(extent.hit_format == HitFormat.FULL, whole, patch))) for k, whole in enumerate(full)]
 
     def _add_beat(self, m, writes, full, *, number, is_last, delta, mask, words):
         """The beat that is being filled, and offered when it is ``full``."""

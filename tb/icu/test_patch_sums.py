@@ -124,7 +124,7 @@ async def the_same_patch_after_every_number_of_cycles(dut):
 
 
 @cocotb.test()
-async def a_sum_without_room_is_flagged(dut):
+async def a_sum_that_overflows_is_flagged(dut):
     """Those beside it are not, and the next section begins at 0."""
     await start(dut, cycles=20_000)
     bench = Bench(dut)

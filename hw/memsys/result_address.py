@@ -1,4 +1,4 @@
-"""Result place: where the hits of a section go."""
+"""Result address: where the hits of a section go."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -8,10 +8,10 @@ from golden.config import Config
 from hw.memsys.result_formats import HitFormat, ResultFormats, lanes_of
 from hw.memsys.serial_product import SerialProduct
 
-__all__ = ["ResultPlace"]
+__all__ = ["ResultAddress"]
 
 
-class ResultPlace(wiring.Component):
+class ResultAddress(wiring.Component):
     """``hits`` of a section = address + bytes (first_row columns + first_column); from row to row its hits skip
     ``columns`` less those of the section.
 
@@ -24,7 +24,7 @@ class ResultPlace(wiring.Component):
     -------
     i : In, stream of `ResultFormats.section_command`
         A section that has rays and lies within its frustum.
-    o : Out, stream of `ResultFormats.section_place`
+    o : Out, stream of `ResultFormats.section_extent`
         What `ResultPacker` needs of it.
 
     Timing
@@ -36,11 +36,11 @@ class ResultPlace(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, ResultFormats(config)
         super().__init__({"i": In(stream.Signature(self._formats.section_command)),
-                          "o": Out(stream.Signature(self._formats.section_place))})
+                          "o": Out(stream.Signature(self._formats.section_extent))})
 
     def elaborate(self, platform):
         m = Module()
-        command, section, place = self.i.payload, self.i.payload.section, self.o.payload
+        command, section, extent = self.i.payload, self.i.payload.section, self.o.payload
         m.submodules.product = product = SerialProduct(
             a=len(command.columns), b=len(section.first_row), addend=len(section.first_column))
         first, skipped = Signal.like(product.o.payload, reset_less=True), Signal.like(command.columns, reset_less=True)
@@ -64,15 +64,15 @@ class ResultPlace(wiring.Component):
                 m.d.sync += first.eq(product.o.payload)
                 with m.If(product.o.valid):
                     m.d.sync += skipped.eq(skipped + section.first_column)
-                    m.next = "Place"
-            with m.State("Place"):
+                    m.next = "Offer"
+            with m.State("Offer"):
                 m.d.comb += self.i.ready.eq(~self.o.valid)
                 with m.If(~self.o.valid):
                     m.d.sync += [
-                        self.o.valid.eq(1), place.hit_format.eq(command.hit_format), place.sums.eq(command.sums),
-                        place.hits.eq(command.hits + by_format(first << 4, first << 3, first << 2)),
-                        place.sums_address.eq(command.sums_address), place.last_column.eq(section.end_column - 1),
-                        place.jump.eq(by_format(skipped << 2, skipped << 1, skipped) + size)]
+                        self.o.valid.eq(1), extent.hit_format.eq(command.hit_format), extent.sums.eq(command.sums),
+                        extent.hits.eq(command.hits + by_format(first << 4, first << 3, first << 2)),
+                        extent.sums_address.eq(command.sums_address), extent.last_column.eq(section.end_column - 1),
+                        extent.jump.eq(by_format(skipped << 2, skipped << 1, skipped) + size)]
                     m.next = "Begin"
         with m.If(self.o.valid & self.o.ready):
             m.d.sync += self.o.valid.eq(0)
