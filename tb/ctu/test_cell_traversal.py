@@ -75,7 +75,7 @@ class TestCellTraversal(Bench):
              **{f"drawn {seed}": Case(partial(drawn_rays, seed=seed), [{}], simulated=False, timed=False)
                 for seed in (10, 11)}}
     # Until what came under other values of ports is through.
-    patience = 60
+    idle_limit = 60
     cycles = 100_000
 
     def drawn(self, config, seed):

@@ -70,7 +70,7 @@ class TestCtRayGenerator(Bench):
         slice(0, 0))), [{}])}
     simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
     # Until the last stage is over.
-    patience = 100
+    idle_limit = 100
     cycles = 600_000
 
     def drawn(self, config, seed):
@@ -100,7 +100,7 @@ class TestCtRayGenerator(Bench):
 
 def run(stages, changes, *, over=20, stalls=()):
     """The requests, the same in any case, and the cycles of transfers; a stage is over after some cycles."""
-    bench = ScheduleBench(CtRayGenerator(config=config_of({**CHANGES, **changes})), patience=300, watchdog=100_000)
+    bench = ScheduleBench(CtRayGenerator(config=config_of({**CHANGES, **changes})), idle_limit=300, watchdog=100_000)
     came = bench.run(
         Schedule(items={"i": [(0, item) for item in stages.items]}, first={"i_table": stages.tables},
                  stalls={"o": stalls}),

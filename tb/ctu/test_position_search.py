@@ -15,7 +15,7 @@ ENTRIES, SEARCHES = 120, 80
 SPREAD = 900
 # Of the bounds.
 HIGHEST = (1 << FORMATS.position_bound.width - 1) - 1
-BENCH = ScheduleBench(PositionSearch(formats=FORMATS, address=FORMATS.grid_row_address), patience=60)
+BENCH = ScheduleBench(PositionSearch(formats=FORMATS, address=FORMATS.grid_row_address), idle_limit=60)
 
 
 def searches(random, positions):

@@ -17,7 +17,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({})
-BENCH = ScheduleBench(RowPieces(config=CONFIG), patience=60)
+BENCH = ScheduleBench(RowPieces(config=CONFIG), idle_limit=60)
 LOWEST, HIGHEST = -(1 << 27), (1 << 27) - 1
 
 

@@ -15,7 +15,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({"ctu.run_ahead": 15})
-BENCH = ScheduleBench(StageRows(config=CONFIG), patience=60)
+BENCH = ScheduleBench(StageRows(config=CONFIG), idle_limit=60)
 # Of the windows as many as there may be stages in flight.
 SHELLS, WINDOWS = 4, slice(0, 4)
 

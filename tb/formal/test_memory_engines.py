@@ -15,20 +15,20 @@ CONFIG = PRESETS["tiny"].replace({"memory.address_bits": 16, "memory.outstanding
 SLOTS, TAG = 2, 2
 ENGINE = "abc bmc3"
 # Cycles without a reply while memory is silent: the time-out, and the way to it and from it.
-PATIENCE = (1 << CONFIG.memory.timeout_bits) + 8
+LIMIT = (1 << CONFIG.memory.timeout_bits) + 8
 
 
 def reads_answered(m, bench, dut, silent):
     """Whatever memory does, every burst gets as many beats as it has, once, in order.
 
     Memory may answer anything at any time, or nothing; ``silent``: it never answers, and no reply takes longer than
-    `PATIENCE` cycles.
+    `LIMIT` cycles.
     """
     add_rules(m, dut.i, Assume)
     about = StructLayout({"length": dut.i.payload.length.shape(), "tag": TAG, "ends": 1, "bad": 1})
     # Two more are in the pipeline behind the slots.
     m.submodules.asked = asked = Queue(about, depth=SLOTS + 3)
-    beat, idle = Signal(2), Signal(range(PATIENCE + 2))
+    beat, idle = Signal(2), Signal(range(LIMIT + 2))
     at_end, answer, head = beat == asked.o.payload.length, dut.o.payload, asked.o.payload
     m.d.comb += [asked.i.valid.eq(transfers(dut.i)), asked.o.ready.eq(transfers(dut.o) & at_end),
                  *(asked.i.payload[name].eq(dut.i.payload[name]) for name in about.members)]
@@ -49,14 +49,14 @@ def reads_answered(m, bench, dut, silent):
             m.d.sync += idle.eq(0)
         with m.Else():
             m.d.sync += idle.eq(idle + 1)
-        m.d.comb += [Assume(~dut.i_data.valid), Assert(idle <= PATIENCE, "patience")]
+        m.d.comb += [Assume(~dut.i_data.valid), Assert(idle <= LIMIT, "progress")]
 
 
 def writes_answered(m, bench, dut, silent):
     """Whatever memory does, every request is answered once, in order; as an error if a part of it was bad.
 
     Memory may answer anything at any time, or nothing; ``silent``: it never answers, accepts all addresses and data or
-    none, and no request whose data come takes longer than `PATIENCE` cycles more than its beats.
+    none, and no request whose data come takes longer than `LIMIT` cycles more than its beats.
     """
     for interface in (dut.i,) if silent else (dut.i, dut.i_data, dut.i_response):
         add_rules(m, interface, Assume)
@@ -74,13 +74,13 @@ def writes_answered(m, bench, dut, silent):
         if not silent:
             m.d.comb += Cover(~answer.error, "answer")
     if silent:
-        bound = PATIENCE + SLOTS * CONFIG.memory.burst_beats
+        bound = LIMIT + SLOTS * CONFIG.memory.burst_beats
         accepts, idle = bench.choose(m, 2, "accepts"), Signal(range(bound + 2))
         with m.If(~asked.o.valid | ~dut.o.ready | dut.o.valid):
             m.d.sync += idle.eq(0)
         with m.Else():
             m.d.sync += idle.eq(idle + 1)
-        m.d.comb += [Assume(~dut.i_response.valid), Assume(dut.i_data.valid), Assert(idle <= bound, "patience"),
+        m.d.comb += [Assume(~dut.i_response.valid), Assume(dut.i_data.valid), Assert(idle <= bound, "progress"),
                      Assume(dut.o_address.ready == accepts[0]), Assume(dut.o_data.ready == accepts[1]),
                      Cover(idle == (1 << CONFIG.memory.timeout_bits), "waits")]
 
@@ -108,21 +108,21 @@ def bursts_of_requests(m, bench, dut):
 test_reads = declare(
     lambda silent=False: Bench(reads_answered, ReadEngine(config=CONFIG, tag=TAG), silent=silent),
     cycles=12, engine=ENGINE, covers_nightly=True,
-    claims=[Claim(), Claim(silent=True, cycles=PATIENCE + 4, nightly=True)],
+    claims=[Claim(), Claim(silent=True, cycles=LIMIT + 4, nightly=True)],
     controls={
         "a beat too many": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control(
             "tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ (dut.o.payload.last << 64)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value()[:-1]}),
         "waits without end": Control(
-            "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
+            "progress", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
     })
 test_writes = declare(
     lambda silent=False: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG), silent=silent), cycles=12,
     engine=ENGINE, covers_nightly=True, claims=[Claim(), Claim(silent=True, cycles=24, nightly=True)],
     controls={
         "waits for an answer without end": Control(
-            "patience", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
+            "progress", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
         "answers twice": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control("tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ transfers(dut.i)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value() & 0b011}),

@@ -9,7 +9,7 @@ from tb.formal.declare import Claim, Control, declare
 
 DEPTH, NODES = 1, 2
 # Cycles without a delivery while flits are inside and nodes return each credit at once.
-PATIENCE = 8
+LIMIT = 8
 
 
 def nothing_lost(m, bench, dut):
@@ -20,7 +20,7 @@ def nothing_lost(m, bench, dut):
     credits at any time; for the bound, at once.
     """
     eager = bench.choose(m, 1, "eager")
-    inside, sent, delivered, waits = Signal(5), [], [], Signal(range(PATIENCE + 2))
+    inside, sent, delivered, waits = Signal(5), [], [], Signal(range(LIMIT + 2))
     out = Signal()
     marked, arrived = [], []
     for node in range(NODES):
@@ -46,8 +46,8 @@ def nothing_lost(m, bench, dut):
     with m.If((inside == 0) | (sum(delivered) != 0) | ~eager):
         m.d.sync += waits.eq(0)
     with m.Else():
-        m.d.sync += waits.eq(waits + (waits <= PATIENCE))
-    m.d.comb += Assert(waits <= PATIENCE, "patience")
+        m.d.sync += waits.eq(waits + (waits <= LIMIT))
+    m.d.comb += Assert(waits <= LIMIT, "progress")
 
 
 def make(policy=ArbiterPolicy.ROUND_ROBIN):
@@ -61,7 +61,7 @@ test_network = declare(
     controls={
         "a flit to the wrong node": Control(
             "node", {"o__1__payload": lambda dut: dut.o[1].payload.as_value() ^ dut.o[0].valid}),
-        "a flit that is lost": Control("patience", {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[1].valid}),
+        "a flit that is lost": Control("progress", {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[1].valid}),
         "a flit twice": Control(
             "once", {"o__0__valid": lambda dut: dut.o[0].valid | dut.o[1].valid}, nightly=True),
         "a credit too many": Control(

@@ -19,13 +19,13 @@ NETWORKS = {"end": ("hypercube", 2, 0, 2), "interior": ("mesh", 3, 1, 1)}
 IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
 # Cycles without a flit from a queue that has some, with neighbours that return a credit at once. In turn there is a
 # bound where an output has one channel: with two a queue is skipped while its channel has no credit.
-PATIENCE = {("interior", IN_TURN): 6, ("interior", BY_AGE): 7, ("end", BY_AGE): 4}
+LIMITS = {("interior", IN_TURN): 6, ("interior", BY_AGE): 7, ("end", BY_AGE): 4}
 
 
-def credits_kept(m, bench, dut, router_cycles, patience=None):
+def credits_kept(m, bench, dut, router_cycles, limit=None):
     """Flits that come in, in packets and within their credits, leave once, in packets and within the credits.
 
-    ``patience``: every flit continues within so many cycles, if the neighbours return credits at once, and packets have
+    ``limit``: every flit continues within so many cycles, if the neighbours return credits at once, and packets have
     one flit, so that none waits for the rest of another one.
     """
     sent, given_back = [], []
@@ -41,11 +41,11 @@ def credits_kept(m, bench, dut, router_cycles, patience=None):
             _whole(m, goes, dut.o[port].payload.flit, Assert, f"out_{name}")
             outside = _count(m, goes, credit, f"out_{name}")
             m.d.comb += [Assert(outside <= DEPTH, "credit"), Assume(~((outside == 0) & credit))]
-            if patience is None:
+            if limit is None:
                 m.d.comb += Cover((outside == DEPTH) & (inside == DEPTH), f"full {name}")
             else:
                 m.d.comb += [Assume((outside == 0) | credit), Assume(dut.i[port].payload.flit.last)]
-                _waits(m, inside, back, patience, name)
+                _waits(m, inside, back, limit, name)
             sent.append(goes)
             given_back.append(back)
     # For each credit that is returned a flit is sent in the same cycle, or in the next one.
@@ -76,14 +76,14 @@ def _whole(m, comes, flit, check, name):
         m.d.comb += check(flit.first == ~within, "packet")
 
 
-def _waits(m, inside, back, patience, name):
+def _waits(m, inside, back, limit, name):
     """No queue waits for long."""
-    waits = Signal(range(patience + 2), name=f"waits_{name}")
+    waits = Signal(range(limit + 2), name=f"waits_{name}")
     with m.If((inside == 0) | back):
         m.d.sync += waits.eq(0)
     with m.Else():
-        m.d.sync += waits.eq(waits + (waits <= patience))
-    m.d.comb += [Assert(waits <= patience, "patience"), Cover(waits == patience - 1, f"nearly waits too long {name}")]
+        m.d.sync += waits.eq(waits + (waits <= limit))
+    m.d.comb += [Assert(waits <= limit, "progress"), Cover(waits == limit - 1, f"nearly waits too long {name}")]
 
 
 class LastAlways(InputQueue):
@@ -109,8 +109,8 @@ def make(where="interior", router_cycles=2, policy=IN_TURN, depth=DEPTH, kind=Ro
     return Bench(credits_kept, dut, router_cycles=router_cycles, **more)
 
 
-def make_patient(where="interior", policy=IN_TURN, patience=None, **more):
-    return make(where, policy=policy, patience=patience or PATIENCE[where, policy], **more)
+def make_bounded(where="interior", policy=IN_TURN, limit=None, **more):
+    return make(where, policy=policy, limit=limit or LIMITS[where, policy], **more)
 
 
 test_credits = declare(
@@ -128,15 +128,15 @@ test_credits = declare(
         "packets in each other": Control("packet", kind=with_parts(Router, InputQueue=LastAlways)),
     })
 test_progress = declare(
-    make_patient, cycles=16, engine="abc bmc3", covers_nightly=True,
+    make_bounded, cycles=16, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(policy=policy) for policy in ArbiterPolicy] + [
         Claim(where=where, policy=policy, router_cycles=cycles, nightly=True)
-        for where, policy in PATIENCE for cycles in (1, 2)],
+        for where, policy in LIMITS for cycles in (1, 2)],
     controls={
-        "a shorter bound in turn": Control("patience", patience=PATIENCE["interior", IN_TURN] - 1),
+        "a shorter bound in turn": Control("progress", limit=LIMITS["interior", IN_TURN] - 1),
         "a shorter bound by age": Control(
-            "patience", where="end", policy=BY_AGE, patience=PATIENCE["end", BY_AGE] - 1, nightly=True),
+            "progress", where="end", policy=BY_AGE, limit=LIMITS["end", BY_AGE] - 1, nightly=True),
         "in turn over two channels": Control(
-            "patience", where="end", patience=2 * PATIENCE["end", BY_AGE], nightly=True),
-        "an input that is never granted": Control("patience", rule=LowestFirst, nightly=True),
+            "progress", where="end", limit=2 * LIMITS["end", BY_AGE], nightly=True),
+        "an input that is never granted": Control("progress", rule=LowestFirst, nightly=True),
     })

@@ -136,7 +136,7 @@ class Patches:
 def bench_of(name):
     config = config_of(VARIANTS[name])
     component = Setup(config)
-    bench = ScheduleBench(component, patience=component.latency + 20)
+    bench = ScheduleBench(component, idle_limit=component.latency + 20)
     return config, component, bench
 
 

@@ -194,7 +194,7 @@ def test_in_the_simulator(simulator):
     simulate(PatchSums(config=CONFIG), __name__, simulator=simulator)
 
 
-BENCH = ScheduleBench(PatchSums(config=CONFIG), patience=PATCHES + 40)
+BENCH = ScheduleBench(PatchSums(config=CONFIG), idle_limit=PATCHES + 40)
 HITS = st.builds(lambda patch, row: items([patch], [row])[0], st.sampled_from((-1, 0, 0, 1, 1, 2, 200)),
                  st.sampled_from((0, 1, ROWS, ROWS + 1)))
 

@@ -38,7 +38,7 @@ class Shuttered(wiring.Component):
 
 
 COMPONENT = Shuttered()
-BENCH = ScheduleBench(COMPONENT, ["i"], ["o", "begun"], patience=4 * PERIOD)
+BENCH = ScheduleBench(COMPONENT, ["i"], ["o", "begun"], idle_limit=4 * PERIOD)
 
 
 def vertices(stalls):

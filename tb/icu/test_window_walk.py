@@ -57,7 +57,7 @@ def test_every_window_tile_by_tile(tile_bits):
     walk = WindowWalk(config=config)
     assert walk.latency == documented_latency(WindowWalk, config)
     across = -(-COLUMNS >> tile_bits)
-    bench = ScheduleBench(walk, ["i"], ["o"], patience=walk.latency + 4)
+    bench = ScheduleBench(walk, ["i"], ["o"], idle_limit=walk.latency + 4)
     coverage = Coverage(["no rays", "one ray", "one piece", "two pieces", "whole ring", "a tile of both pieces",
                          "one tile", "several rows of tiles", "a step waits", "a window waits",
                          "windows without a gap"])

@@ -80,7 +80,7 @@ class Bench:
         Names in the docstring's formula that are no parameters of the configuration.
     splits
         Each stall pattern has items of its own; otherwise each one has all of them.
-    patience
+    idle_limit
         A run ends after this many cycles without a transfer, and the latency.
     now, shapes
         The present vectors, and the shapes of the outputs' payloads: for methods of a subclass.
@@ -97,7 +97,7 @@ class Bench:
     interval, per_result = 1, 1
     formula: Mapping = {}
     splits = True
-    patience = 4
+    idle_limit = 4
     cycles = 10_000
     now: Vectors
     shapes: Mapping
@@ -179,7 +179,7 @@ class Bench:
         config = self.config(changes)
         component = self.make(config)
         latency = self.latency(component, config)
-        bench = ScheduleBench(component, patience=latency + self.interval * self.per_result + self.patience + 16,
+        bench = ScheduleBench(component, idle_limit=latency + self.interval * self.per_result + self.idle_limit + 16,
                               watchdog=200_000)
         for case in self.known_cases().values():
             if changes in (self.variants if case.variants is None else case.variants):

@@ -34,7 +34,7 @@ def run_operator(operands: Sequence, results: Sequence, apply: Callable, columns
     """
     operator = _Operator(operands, results, apply, interval)
     rows = [{f"_{k}": int(column[row]) for k, column in enumerate(columns)} for row in range(len(columns[0]))]
-    bench = ScheduleBench(operator, patience=operator.latency + interval + 2, watchdog=100_000)
+    bench = ScheduleBench(operator, idle_limit=operator.latency + interval + 2, watchdog=100_000)
     came = bench.run(Schedule(items={"i": [((interval - 1) * (number > 0), row) for number, row in enumerate(rows)]}))
     assert [b - a for a, b in zip(bench.cycles["i"], bench.cycles["o"], strict=True)] == [operator.latency] * len(rows)
     return [[row[f"_{k}"] for row in came["o"]] for k in range(len(results))], operator.latency

@@ -82,7 +82,7 @@ class _Run:
             await task
         while not self.bench.is_over(given, came):
             await ClockCycles(self.dut.clk, 8)
-        await ClockCycles(self.dut.clk, self.latency + self.bench.patience)
+        await ClockCycles(self.dut.clk, self.latency + self.bench.idle_limit)
         self.bench.check(given, came)
         for name, value in given.after.items():
             assert ports[name] == value, name

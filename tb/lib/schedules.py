@@ -98,7 +98,7 @@ class ScheduleBench:
         The component. Streams of an array are called ``NAME__0`` and so on.
     inputs, outputs
         Names of its streams; default: all of them.
-    patience
+    idle_limit
         The run ends after so many cycles without a transfer.
     watchdog
         Cycles after which a run must be over.
@@ -116,8 +116,8 @@ class ScheduleBench:
     """
 
     def __init__(self, component, inputs: Iterable[str] | None = None, outputs: Iterable[str] | None = None, *,
-                 patience: int = 16, watchdog: int = WATCHDOG, watched: Iterable[str] = ()):
-        self._component, self._patience, self._watchdog = component, patience, watchdog
+                 idle_limit: int = 16, watchdog: int = WATCHDOG, watched: Iterable[str] = ()):
+        self._component, self._idle_limit, self._watchdog = component, idle_limit, watchdog
         known = streams_of(component.signature)
         self._inputs, self._outputs = (
             {name: _Stream(component, name) for name in (known[way] if names is None else names)}
@@ -201,7 +201,7 @@ class ScheduleBench:
                 for item in sink.came[sink.answered:]:
                     source.answer(one.delay(generator), one(unpack(shape, item)))
                 sink.answered = len(sink.came)
-            if still >= self._patience:
+            if still >= self._idle_limit:
                 break
             ctx.set(self._given, self._offers(leading, ends))
         left = {name: source.left for name, source in sources.items() if source.left}

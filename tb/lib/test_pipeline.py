@@ -122,7 +122,7 @@ def test_a_long_wait_is_as_long_in_a_memory(cycles, stalls):
 
     waits, random = Waits(), Random(cycles)
     items = [random.randrange(256) for _ in range(60)]
-    came = ScheduleBench(waits, patience=cycles + 4).run(Schedule(
+    came = ScheduleBench(waits, idle_limit=cycles + 4).run(Schedule(
         items={"i": [(random.randrange(3), item) for item in items]},
         stalls={"o": [random.randrange(2) for _ in items]}))["o"]
     assert waits.latency == cycles
@@ -179,7 +179,7 @@ def test_items_far_apart_share_dsp_blocks(interval, multipliers, registers):
     powers = Powers(interval=interval, registers=registers)
     assert powers.multipliers <= multipliers
     items = [{"x": k * 37 % 256 - 128, "y": k * 91 % 256} for k in range(30)]
-    bench = ScheduleBench(powers, patience=powers.latency + interval + 4)
+    bench = ScheduleBench(powers, idle_limit=powers.latency + interval + 4)
     came = bench.run(Schedule(items={"i": [((interval - 1) * (k > 0) + (k == 21) * (interval > 1) * 3, item)
                                            for k, item in enumerate(items)]}))["o"]
     assert [(one["cube"], one["scaled"]) for one in came] == [

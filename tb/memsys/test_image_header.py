@@ -25,7 +25,7 @@ MOST = {
 
 @pytest.fixture(scope="module")
 def bench():
-    return ScheduleBench(ImageHeader(config=CONFIG), patience=400, watchdog=10_000)
+    return ScheduleBench(ImageHeader(config=CONFIG), idle_limit=400, watchdog=10_000)
 
 
 def fault(bench, *, base=BASE, size=SIZE, offsets=(), **counts):

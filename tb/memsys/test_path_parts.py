@@ -100,7 +100,7 @@ def patch_beats(number, error=0):
 
 
 INTERFACE_BENCH = ScheduleBench(INTERFACE, ["i_cell", "i_patch", "i_reply"], ["o_request", "o_listed", "o_vertex"],
-                                patience=60)
+                                idle_limit=60)
 
 
 def wait(cycles, items):

@@ -24,7 +24,7 @@ def written(request):
 
 @pytest.fixture(scope="module")
 def bench():
-    return ScheduleBench(WriteDma(config=CONFIG), patience=60)
+    return ScheduleBench(WriteDma(config=CONFIG), idle_limit=60)
 
 
 @pytest.mark.parametrize("sums", [[0], [5], [5, 0, 7], [LARGEST], [LARGEST, 1], [1 << 42] * 4])

@@ -36,7 +36,7 @@ def bus_requests(requests):
 
 
 class TestSystemBusInterface(Bench):
-    component, changes, formula, patience = SystemBusInterface, CHANGES, {}, 60
+    component, changes, formula, idle_limit = SystemBusInterface, CHANGES, {}, 60
     simulators = (pytest.param("icarus", marks=pytest.mark.nightly),)
     cases = {policy.name: Case(lambda config, policy=policy: vectors(policy, 90, seed=9), timed=False)
              for policy in CachePolicy} | {
@@ -66,7 +66,7 @@ def vectors(policy, count, *, seed, fails=False):
 
 def test_hits_come_beat_after_beat():
     memory = Responder("o_request", "i_reply", lambda request: beats(request, ()), after=12)
-    bench = ScheduleBench(SystemBusInterface(config=CONFIG), patience=60)
+    bench = ScheduleBench(SystemBusInterface(config=CONFIG), idle_limit=60)
 
     def cycles(requests):
         bench.run(Schedule(first={"i_invalidate": [CachePolicy.LRU.value]}, items={

@@ -48,7 +48,7 @@ class Clusters:
         self.asked = [[] for _ in range(self.nodes)]
         self._tasks, self.sinks = [], []
         # Cycles in which all must be over.
-        self.patience = 2000 + 20 * given["requests"] * self.nodes
+        self.timeout = 2000 + 20 * given["requests"] * self.nodes
         # Clusters that take no reply.
         self.stopped = set()
         limit = (1 << Formats(self._config).scene_vector.elem_shape.width) - 1
@@ -129,7 +129,7 @@ class Clusters:
 async def all_are_answered(dut):
     """Both networks are full, all clusters accept slowly, and yet all requests are answered; also after a reset."""
     clusters = Clusters(dut)
-    cycles = clusters.patience
+    cycles = clusters.timeout
     await start(dut, cycles=2 * cycles)
     clusters.go()
     await ClockCycles(dut.clk, 300)
@@ -150,7 +150,7 @@ async def all_are_answered(dut):
 async def a_stalled_cluster_blocks_no_other(dut):
     """A cluster that takes no reply answers all the same, and all others get what they have asked for."""
     clusters = Clusters(dut)
-    cycles = clusters.patience
+    cycles = clusters.timeout
     await start(dut, cycles=2 * cycles)
     clusters.stopped = {0}
     clusters.go()
