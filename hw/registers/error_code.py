@@ -14,7 +14,7 @@ CODE_BITS = 6
 PATH, NETWORK, LIST, ENGINE = 16, 24, 28, 32
 _UNITS = ((0, Fault), (PATH, PathFault), (NETWORK, NetworkFault), (LIST, ListError))
 _NAMES = {PathFault: "PATH", NetworkFault: "NETWORK", ListError: "LIST"}
-_OWN = ("COMMAND", "NOT_LOADED", "SECTION", "WATCHDOG")
+_OWN = ("COMMAND", "NOT_LOADED", "SECTION", "WATCHDOG", "ABORTED", "DESCRIPTOR", "RING")
 ErrorCode = enum.Enum("ErrorCode", {
     "NONE": 0,
     **{"_".join(filter(None, (_NAMES.get(unit), one.name))): first + one.value
@@ -54,6 +54,9 @@ ABOUT = {
     "NOT_LOADED": "a cast before all regions have been loaded without an error",
     "SECTION": "a section with more tiles than the ray memory has",
     "WATCHDOG": "loads, casts and results have taken more cycles since the last start than `watchdog`; ends in a reset",
+    "ABORTED": "a reset has ended the work; it was not the cause of the reset",
+    "DESCRIPTOR": "a descriptor with a number that it must not have",
+    "RING": "the doorbell is more than a ring ahead of the descriptors taken",
 }
 
 

@@ -17,6 +17,7 @@ class Access(enum.Enum):
     READ = "read"
     WRITE = "write, read"
     COMMAND = "command"
+    CONTROL = "command, read"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +39,7 @@ class Register:
         As a Python name.
     access
         READ: the machine. WRITE: the host, which reads what it has written. COMMAND: each write is one; reads as 0.
+        CONTROL: each write is a command, the host reads a value of the machine.
     about
         Its meaning.
     width
@@ -60,7 +62,7 @@ class Register:
             raise ValueError(f"Width must be from 1 to {2 * DATA_BITS}, not {self.width!r}")
         if sum(field.width for field in self.fields) > self.width:
             raise ValueError(f"Fields of {self.name} must have at most {self.width} bits")
-        if self.access is Access.COMMAND and self.width > DATA_BITS:
+        if self.access in (Access.COMMAND, Access.CONTROL) and self.width > DATA_BITS:
             raise ValueError(f"A command must have at most {DATA_BITS} bits, not {self.width!r}")
 
     @property

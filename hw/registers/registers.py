@@ -31,7 +31,8 @@ class Registers(wiring.Component):
     host : In, `AxiLiteSignature`
         The host.
     <name> : In(width), Out(width), or Out, stream of the written value, always ready
-        One for each register, by its access: READ, WRITE or COMMAND.
+        One for each register, by its access: READ, WRITE, or COMMAND and CONTROL. Of CONTROL there is ``<name>_value``
+        too, In(width), which the host reads.
     o_window : Out, stream of the number of a word
         A read in the window. One at a time.
     i_window : In, stream of 32 bits
@@ -65,6 +66,8 @@ class Registers(wiring.Component):
                 members[register.name] = Out(register.width, init=register.reset)
             else:
                 members[register.name] = Out(stream.Signature(register.width, always_ready=True))
+                if register.access is Access.CONTROL:
+                    members[f"{register.name}_value"] = In(register.width)
         super().__init__({
             "host": In(AxiLiteSignature(address_bits=address_bits)), **members,
             "o_window": Out(stream.Signature(self._word_bits)), "i_window": In(stream.Signature(DATA_BITS))})
@@ -105,10 +108,10 @@ class Registers(wiring.Component):
                             m.d.comb += known.eq(1)
                             with m.If(acts):
                                 m.d.sync += target[bits].eq((target[bits] & ~mask) | (data & mask))
-                        elif register.access is Access.COMMAND:
+                        elif register.access in (Access.COMMAND, Access.CONTROL):
                             m.d.comb += [known.eq(1), target.valid.eq(acts)]
         for register in self._registers:
-            if register.access is Access.COMMAND:
+            if register.access in (Access.COMMAND, Access.CONTROL):
                 m.d.comb += getattr(self, register.name).payload.eq(data & mask)
         with m.If(host.bready):
             m.d.sync += host.bvalid.eq(0)
@@ -135,7 +138,9 @@ class Registers(wiring.Component):
                 for number, bits in self._words(register):
                     with m.Case(number):
                         m.d.comb += known.eq(1)
-                        if register.access is not Access.COMMAND:
+                        if register.access is Access.CONTROL:
+                            m.d.comb += word.eq(getattr(self, f"{register.name}_value")[bits])
+                        elif register.access is not Access.COMMAND:
                             m.d.comb += word.eq(getattr(self, register.name)[bits])
         with m.If(window):
             m.d.comb += [known.eq(1), word.eq(self.i_window.payload)]

@@ -35,7 +35,7 @@ class RegisterModel:
             return SLVERR, None
         mask = sum(0xFF << 8 * byte for byte in range(WORD_BYTES) if strobe >> byte & 1)
         fits = (1 << register.width) - 1
-        if register.access is Access.COMMAND:
+        if register.access in (Access.COMMAND, Access.CONTROL):
             return OKAY, (register.name, data & mask & fits)
         kept = self.held[register.name] & ~(mask << DATA_BITS * word)
         self.held[register.name] = (kept | (data & mask) << DATA_BITS * word) & fits

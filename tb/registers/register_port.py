@@ -52,14 +52,14 @@ class RegisterPort(wiring.Component):
                 members[channel] = flow(stream.Signature(StructLayout(
                     {pin: len(getattr(host, channel + pin)) for pin in pins})))
         members |= {one.name: Out(stream.Signature(one.width, always_ready=True)) for one in registers
-                    if one.access is Access.COMMAND}
+                    if one.access in (Access.COMMAND, Access.CONTROL)}
         super().__init__({**members, **{name: self._dut.signature.members[name] for name in ("o_window", "i_window")}})
 
     @staticmethod
     def machine(registers: tuple[Register, ...], cycle: int) -> dict[str, int]:
         """What the machine's registers are in a cycle, the first one after a reset is 1."""
         return {one.name: (cycle - 1) * (STEP + 2 * number) % (1 << one.width)
-                for number, one in enumerate(registers) if one.access is Access.READ}
+                for number, one in enumerate(registers) if one.access in (Access.READ, Access.CONTROL)}
 
     def elaborate(self, platform):
         """The registers with all channels connected."""
@@ -77,11 +77,12 @@ class RegisterPort(wiring.Component):
                 ready = getattr(host, f"{channel}ready")
                 m.d.comb += mine.ready.eq(ready) if manager else ready.eq(mine.ready)
         for number, one in enumerate(self._table):
-            if one.access is Access.READ:
+            if one.access in (Access.READ, Access.CONTROL):
                 value = Signal(one.width, name=f"machine_{one.name}")
                 m.d.sync += value.eq(value + STEP + 2 * number)
-                m.d.comb += getattr(dut, one.name).eq(value)
-            elif one.access is Access.COMMAND:
+                read = one.name if one.access is Access.READ else f"{one.name}_value"
+                m.d.comb += getattr(dut, read).eq(value)
+            if one.access in (Access.COMMAND, Access.CONTROL):
                 wiring.connect(m, getattr(dut, one.name), wiring.flipped(getattr(self, one.name)))
         for name in "o_window", "i_window":
             wiring.connect(m, getattr(dut, name), wiring.flipped(getattr(self, name)))

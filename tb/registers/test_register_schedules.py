@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
+from hw.registers.job_registers import JOB_REGISTERS
 from hw.registers.register import Access, Field, Register
 from hw.registers.registers import OKAY
 from tb.lib.coverage import Coverage
@@ -25,9 +26,11 @@ SMALL = (
     Register(name="base", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
     Register(name="full", access=Access.WRITE, width=64, about="Two words."),
     Register(name="go", access=Access.COMMAND, width=12, about="A command."),
-    Register(name="run", access=Access.COMMAND, about="Another one."))
-TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS)}
-COMMANDS = {name: [one.name for one in table if one.access is Access.COMMAND] for name, (table, _) in TABLES.items()}
+    Register(name="run", access=Access.COMMAND, about="Another one."),
+    Register(name="both", access=Access.CONTROL, width=7, about="A command that reads as a number of the machine."))
+TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS), "jobs": (JOB_REGISTERS, ADDRESS_BITS)}
+COMMANDS = {name: [one.name for one in table if one.access in (Access.COMMAND, Access.CONTROL)]
+            for name, (table, _) in TABLES.items()}
 CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 6))
 
 

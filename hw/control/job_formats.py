@@ -1,0 +1,105 @@
+"""Payloads of the queue of descriptors, and where the fields of descriptors and completion records are."""
+
+from amaranth.hdl import unsigned
+from amaranth.lib.data import StructLayout
+
+from golden.config import Config
+from golden.jobs.completion import COMPLETION
+from golden.jobs.descriptor import DESCRIPTOR
+from golden.memory_map import REGIONS
+from hw.control.control_formats import ControlFormats
+from hw.ctu.ctu_formats import CtuFormats
+from hw.memsys.path_formats import PathFormats
+from hw.registers.error_code import ErrorCode
+
+__all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX", "NO_CLUSTER",
+           "WORD_BITS", "WORD_BYTES", "JobFormats", "byte_of", "elements"]
+
+WORD_BYTES = 8
+WORD_BITS = 8 * WORD_BYTES
+DESCRIPTOR_BYTES = DESCRIPTOR.dtype.itemsize
+DESCRIPTOR_WORDS = DESCRIPTOR_BYTES // WORD_BYTES
+COMPLETION_WORDS = COMPLETION.dtype.itemsize // WORD_BYTES
+# The index of a word of near cells: all of them follow the descriptor's words.
+NEAR_INDEX = DESCRIPTOR_WORDS
+# Sections of a cluster in flight at most: one in its slot, one that is cast, one whose results are written.
+IN_FLIGHT = 3
+# Of a completion record that no cluster has caused.
+NO_CLUSTER = 0xFF
+
+
+def byte_of(field: str) -> int:
+    """The first byte of a field of a descriptor."""
+    return DESCRIPTOR.dtype.fields[field][1]
+
+
+def elements(field: str, *, record: str = "descriptor") -> list[tuple[int, slice]]:
+    """Of each element of a field: the word of the record that has it, and its bits there.
+
+    Parameters
+    ----------
+    field
+        Its name.
+    record
+        ``descriptor`` or ``completion``.
+    """
+    dtype = {"descriptor": DESCRIPTOR, "completion": COMPLETION}[record].dtype
+    shape, first = dtype.fields[field][:2]
+    size = shape.base.itemsize
+    return [(byte // WORD_BYTES, slice(8 * (byte % WORD_BYTES), 8 * (byte % WORD_BYTES + size)))
+            for byte in range(first, first + shape.itemsize, size)]
+
+
+class JobFormats:
+    """All layouts of one configuration.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    cluster
+        Bits of the number of a cluster.
+    fetched
+        A word of a descriptor, or of its near cells (``index`` is `NEAR_INDEX`), the ``last`` one or not. With
+        ``error`` it could not be read.
+    word
+        The same for a cluster. The last one is ``void`` if the section is refused: what came before it is no section.
+    results
+        The result command of a section: ``hit_format`` and ``sums`` say what is written, ``hits`` and ``sums_address``
+        where; ``columns`` of the frustum; ``section``.
+    slot
+        A section in a cluster's slot: ``numbers`` of its frustum, ``section``, ``last_shell``, ``near_cells`` and the
+        ``bank`` that has them, ``results``.
+    sent
+        A section that has been sent to a cluster: ``cluster``, and ``tag`` of its descriptor.
+    load
+        A load: ``image``, ``regions``.
+    load_job
+        The same with the ``tag`` of its descriptor.
+    record
+        A completion record that no cluster writes: ``tag``, ``code``, ``cluster``, ``number``, ``begin``, ``end``.
+    refusal
+        ``code``, and the ``number`` concerned.
+    """
+
+    def __init__(self, config: Config):
+        control, formats = ControlFormats(config), CtuFormats(config)
+        address, near = config.memory.address_bits, config.ctu.near_cell_bits
+        self.cluster = PathFormats(config).cluster
+        self.fetched = StructLayout({"index": range(NEAR_INDEX + 1), "data": WORD_BITS, "last": 1, "error": 1})
+        self.word = StructLayout({"cluster": self.cluster, "index": range(NEAR_INDEX + 1), "data": WORD_BITS,
+                                  "last": 1, "void": 1})
+        self.results = StructLayout({"hit_format": 2, "sums": 1, "hits": address, "sums_address": address,
+                                     "columns": formats.count, "section": formats.section})
+        numbers = StructLayout({name: field.shape for name, field in control.numbers if name != "cells"})
+        self.slot = StructLayout({"numbers": numbers, "section": formats.section, "last_shell": formats.shell,
+                                  "near_cells": unsigned(near + 1), "bank": 1, "results": self.results})
+        self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
+        self.load = StructLayout({"image": WORD_BITS, "regions": len(REGIONS)})
+        self.load_job = StructLayout({"tag": 32, "image": WORD_BITS, "regions": len(REGIONS)})
+        self.refusal = StructLayout({"code": ErrorCode, "number": max(config.memory.address_bits, 24)})
+        self.record = StructLayout({"tag": 32, "code": ErrorCode, "cluster": 8, "number": self.refusal["number"].shape,
+                                    "begin": 32, "end": 32})
