@@ -5,9 +5,33 @@ from collections.abc import Mapping
 import numpy as np
 
 from golden.errors import InputError
-from golden.memory_map.layout import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
+from golden.memory_map.layout import EVERY_CLUSTER, GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
 
-__all__ = ["check_image"]
+__all__ = ["check_image", "check_phase"]
+
+
+def check_phase(image: Mapping[str, np.ndarray]):
+    """Every pointer lies within its table, and every number fits the bits that the machine has for it.
+
+    Parameters
+    ----------
+    image
+        An array of records per region of `golden.memory_map.layout.PHASE_REGIONS`.
+
+    Raises
+    ------
+    InputError
+        A table breaks a rule; the message names both.
+    """
+    _check_tables(image)
+    _require((image["patches"]["kind"] == 0).all(), "patches.kind must be 0")
+    residence, held = image["residence"], image["residents"]["patch"][:int(image["clusters"]["residents"][0])]
+    _require(((residence["cluster"] >= EVERY_CLUSTER) & (residence["cluster"] < len(image["clusters"]))).all(),
+             f"residence.cluster must be {EVERY_CLUSTER} to {len(image['clusters']) - 1}")
+    everywhere = np.flatnonzero(residence["cluster"] == EVERY_CLUSTER)
+    address = residence["address"][everywhere]
+    _require(((address >= 0) & (address < len(held))).all() and np.array_equal(held[address], everywhere),
+             "residence.address of a copy in every cluster must be its index among the residents of cluster 0")
 
 
 def check_image(image: Mapping[str, np.ndarray]):
@@ -23,11 +47,26 @@ def check_image(image: Mapping[str, np.ndarray]):
     InputError
         A table breaks a rule; the message names both.
     """
-    patches, cells = len(image["patches"]), len(image["cells"])
-    for region in "cell_grid", "frustum":
-        _require(len(image[region]) == 1, f"{region} must be one record")
-    (grid,), (frustum,) = image["cell_grid"], image["frustum"]
+    _require(len(image["frustum"]) == 1, "frustum must be one record")
+    _check_tables(image)
+    (frustum,) = image["frustum"]
     columns, rows = int(frustum["columns"]), int(frustum["rows"])
+    _require((image["near_cells"]["cell"] < len(image["cells"])).all(),
+             f"near_cells.cell must be below {len(image['cells'])}")
+    clusters = image["clusters"]
+    for axis, end in ("column", columns), ("row", rows):
+        first, last = clusters[f"first_{axis}"], clusters[f"end_{axis}"]
+        _require(((first < last) & (last <= end)).all(), f"clusters: sections must lie within the {axis}s")
+    for region, count in (("columns", columns), ("rows", rows), ("hits", columns * rows),
+                          ("sums", len(image["patches"]) + 1)):
+        _require(len(image[region]) == count, f"{region} must be {count} records, not {len(image[region])}")
+
+
+def _check_tables(image):
+    """The tables that images of all versions have."""
+    patches, cells, clusters, shells = (len(image["patches"]), len(image["cells"]), image["clusters"], image["shells"])
+    _require(len(image["cell_grid"]) == 1, "cell_grid must be one record")
+    (grid,) = image["cell_grid"]
     _require(np.prod(grid["shape"].astype(np.uint64)) == cells, "cells must be as many as cell_grid.shape states")
     _require((grid["shape"] < 1 << GRID_SHAPE_BITS).all(),
              f"cell_grid.shape must be below {1 << GRID_SHAPE_BITS}, not {grid['shape'].tolist()}")
@@ -35,21 +74,14 @@ def check_image(image: Mapping[str, np.ndarray]):
     _require((image["patches"]["id"] < patches).all(), f"patches.id must be below {patches}")
     for region in "patch_lists", "subshells", "residents":
         _require((image[region]["patch"] < patches).all(), f"{region}.patch must be below {patches}")
-    _require((image["near_cells"]["cell"] < cells).all(), f"near_cells.cell must be below {cells}")
-    clusters = image["clusters"]
-    for axis, end in ("column", columns), ("row", rows):
-        first, last = clusters[f"first_{axis}"], clusters[f"end_{axis}"]
-        _require(((first < last) & (last <= end)).all(), f"clusters: sections must lie within the {axis}s")
     _within(clusters["first_subshell"], clusters["subshells"], len(image["subshells"]), "clusters", "subshells")
     _within(clusters["first_resident"], clusters["residents"], len(image["residents"]), "clusters", "residents")
-    shells = image["shells"]
     _within(shells["first_row"], shells["rows"], len(image["grid_rows"]), "shells", "grid_rows")
     _within(shells["first_column"], shells["columns"], len(image["grid_columns"]), "shells", "grid_columns")
     _check_grid_rays(shells)
     _require((image["rows"]["weight"] < 1 << WEIGHT_BITS).all(), f"rows.weight must be below {1 << WEIGHT_BITS}")
-    for region, count in (("columns", columns), ("rows", rows), ("hits", columns * rows), ("residence", patches),
-                          ("sums", patches + 1)):
-        _require(len(image[region]) == count, f"{region} must be {count} records, not {len(image[region])}")
+    _require(len(image["residence"]) == patches,
+             f"residence must be {patches} records, not {len(image['residence'])}")
 
 
 def _check_grid_rays(shells):

@@ -7,18 +7,17 @@ import numpy as np
 from golden.cast.fixed_hits import FixedHits
 from golden.config import Numbers
 from golden.ctu.sector import Sector
-from golden.errors import InputError
 from golden.frustum import FrustumRecord
-from golden.memory_map.beats import BEATS, unpack_beats
 from golden.memory_map.check import check_image
-from golden.memory_map.layout import ALIGNMENT, ENTRY, HEADER, MAGIC, REGIONS, VERSION, region_offsets
+from golden.memory_map.image_layout import IMAGE_LAYOUT
+from golden.memory_map.region_image import RegionImage
 
 __all__ = ["MemoryImage", "from_bytes"]
 
 
 @dataclass(frozen=True, eq=False)
-class MemoryImage:
-    """A memory image.
+class MemoryImage(RegionImage):
+    """The image of a scene, a phase and a frustum.
 
     Parameters
     ----------
@@ -26,57 +25,12 @@ class MemoryImage:
         One array of records per region, by name, in the order of `REGIONS`.
     """
 
-    regions: dict[str, np.ndarray]
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self.regions[name]
-
-    @property
-    def offsets(self) -> dict[str, int]:
-        """First byte of each region in `to_bytes`."""
-        return self._layout()[0]
-
-    @property
-    def size(self) -> int:
-        """Bytes of the image."""
-        return self._layout()[1]
-
-    def _layout(self):
-        return region_offsets({name: len(records) for name, records in self.regions.items()})
-
-    def to_bytes(self) -> bytes:
-        """The image in bytes: header, region table, regions; the same regions give the same bytes."""
-        offsets, size = self._layout()
-        entries = np.array([(offsets[region.name], len(self[region.name])) for region in REGIONS], dtype=ENTRY.dtype)
-        header = np.array([(MAGIC, VERSION, size)], dtype=HEADER.dtype)
-        data = bytearray(size)
-        for offset, part in ((0, header), (HEADER.dtype.itemsize, entries),
-                             *((offsets[region.name], self[region.name]) for region in REGIONS)):
-            data[offset:offset + part.nbytes] = part.tobytes()
-        return bytes(data)
-
-    def vertices(self) -> np.ndarray:
-        """Vertices of all patches: N x 4 x 3 int64, G coordinates."""
-        return unpack_beats(self["patches"]["vertex"], self["patches"]["top"][:, 1:BEATS])
+    layout = IMAGE_LAYOUT
 
     def sections(self) -> tuple[Sector, ...]:
         """Section and sector of each cluster."""
         names = "first_column", "end_column", "first_row", "end_row"
         return tuple(Sector(*(int(cluster[name]) for name in names)) for cluster in self["clusters"])
-
-    def residents(self, cluster: int) -> np.ndarray:
-        """Patch ids of a cluster's resident set, by local address."""
-        return self._listed("residents", cluster, "first_resident")["patch"]
-
-    def subshells(self, cluster: int) -> np.ndarray:
-        """S x 2 int64: patch and shell of each listed subshell of a cluster."""
-        listed = self._listed("subshells", cluster, "first_subshell")
-        return np.stack([listed["patch"], listed["shell"]], axis=1).astype(np.int64)
-
-    def _listed(self, region, cluster, first):
-        """The records of ``region`` that belong to a cluster."""
-        record = self["clusters"][cluster]
-        return self[region][int(record[first]):int(record[first]) + int(record[region])]
 
     def frustum(self, numbers: Numbers) -> FrustumRecord:
         """The frustum record, its numbers in the formats ``numbers``."""
@@ -114,19 +68,6 @@ def from_bytes(data: bytes) -> MemoryImage:
     InputError
         ``data`` is no image, of another version or incomplete; a region lies outside it; or a table breaks a rule.
     """
-    if len(data) < HEADER.dtype.itemsize + len(REGIONS) * ENTRY.dtype.itemsize:
-        raise InputError(f"memory image: {len(data)} bytes are too few for a header")
-    (header,) = np.frombuffer(data, dtype=HEADER.dtype, count=1)
-    for name, expected in ("magic", MAGIC), ("version", VERSION), ("size", len(data)):
-        if header[name] != expected:
-            raise InputError(f"memory image: {name.capitalize()} must be {expected}, not {header[name]}")
-    entries = np.frombuffer(data, dtype=ENTRY.dtype, count=len(REGIONS), offset=HEADER.dtype.itemsize)
-    regions = {}
-    for entry, region in zip(entries, REGIONS, strict=True):
-        offset, count = int(entry["offset"]), int(entry["count"])
-        if offset % ALIGNMENT or offset + count * region.dtype.itemsize > len(data):
-            raise InputError(f"memory image: region {region.name}, {count} records at {offset}, lies outside the image")
-        regions[region.name] = np.frombuffer(data, dtype=region.dtype, count=count, offset=offset)
-    image = MemoryImage(regions)
+    image = MemoryImage(IMAGE_LAYOUT.from_bytes(data))
     check_image(image)
     return image

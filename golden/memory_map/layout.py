@@ -1,16 +1,17 @@
 """The layout of a memory image: header, region table, and the fields of each region's records."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 __all__ = ["ALIGNMENT", "ENTRY", "EVERY_CLUSTER", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
-           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region",
-           "region_offsets"]
+           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "PHASE_REGIONS", "PHASE_VERSION", "REGIONS", "VERSION",
+           "WEIGHT_BITS", "Field", "Region", "header"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 2
+# Of the image of a phase.
+PHASE_VERSION = 3
 # Every region begins at a multiple of this, so that no record of up to 64 bytes crosses a 4 KiB border.
 ALIGNMENT = 64
 # An empty entry of a table of patch or cluster numbers; a patch of which each cluster has a copy.
@@ -43,7 +44,7 @@ class Region:
     name, about
         Name and meaning of the region.
     life
-        Lifetime: ``scene``, ``phase`` or ``frustum``; ``rays``: the same in all frusta with the same rays and
+        Lifetime: ``scene``, ``phase``, ``frustum`` or ``job``; ``rays``: the same in all frusta with the same rays and
         cells, but that a frustum with more shells has more grid rays; or ``result``: written by the machine.
     record
         Meaning of one record.
@@ -64,11 +65,16 @@ class Region:
                          for field in self.fields])
 
 
-HEADER = Region("header", "scene", "image", "Magic number, version and size.", (
-    Field("magic", "u4", f"{MAGIC:#x}"),
-    Field("version", "u4", f"{VERSION}"),
-    Field("size", "u8", "bytes of the whole image"),
-))
+def header(version: int) -> Region:
+    """The header of an image of a version."""
+    return Region("header", "scene", "image", "Magic number, version and size.", (
+        Field("magic", "u4", f"{MAGIC:#x}"),
+        Field("version", "u4", f"{version}"),
+        Field("size", "u8", "bytes of the whole image"),
+    ))
+
+
+HEADER = header(VERSION)
 ENTRY = Region("region table", "scene", "region, in the order of the sections below", "Follows the header.", (
     Field("offset", "u8", "first byte, from the start of the image; a multiple of 64"),
     Field("count", "u8", "records"),
@@ -88,7 +94,8 @@ FRUSTUM_FIELDS = (
     Field("grid_origin", "i4", "origin from the grid's lower corner, units of 2^-16 cells", 3),
     Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
 )
-REGIONS = (
+# The image of a phase: what all its frusta share.
+PHASE_REGIONS = (
     Region("cell_grid", "scene", "scene", "The grid of cells, in scene (G) coordinates of 2^-24.", (
         Field("lower", "i4", "lower corner", 3),
         Field("cell", "u4", "side of a cell"),
@@ -108,7 +115,9 @@ REGIONS = (
            "are vertex; byte k of top is bits 64-71 of beat k.", (
         Field("id", "u4", "patch id"),
         Field("surface", "i4", "the surface that the patch was split from; rays that leave this surface never hit it"),
-        Field("top", "u1", "the highest byte of each beat, that of beat 0 is 0; then 3 bytes 0", 8),
+        Field("top", "u1", "the highest byte of each beat, that of beat 0 is 0", 5),
+        Field("kind", "u1", "0: a quad"),
+        Field("padding", "u1", "0", 2),
         Field("vertex", "u8", "low 64 bits of each vertex; a triangle repeats its last one", 4),
         Field("reserved", "u8", "0", 2),
     )),
@@ -116,6 +125,75 @@ REGIONS = (
         Field("cluster", "i4", f"{NONE}: main memory only, {EVERY_CLUSTER}: each cluster has a copy"),
         Field("address", "i4", f"local address there, {NONE}: none"),
     )),
+    Region("clusters", "phase", "cluster", "Preloaded tables. Residents that every cluster holds are those of cluster "
+           "0; the other clusters have none then.", (
+        Field("first_subshell", "u4", "first record in subshells"),
+        Field("subshells", "u4", "records"),
+        Field("first_resident", "u4", "first record in residents"),
+        Field("residents", "u4", "records"),
+        Field("processor", "u4", "the processor that serves as this cluster"),
+        Field("reserved", "u4", "0", 3),
+    )),
+    Region("subshells", "phase", "subshell", "Subshell lists, cluster by cluster; the last subshell, the whole "
+           "sector to the last shell, is not listed.", (
+        Field("patch", "u4", "the patch whose window the subshell covers"),
+        Field("shell", "u4", "grid rays end with this shell"),
+    )),
+    Region("residents", "phase", "local address", "Resident sets, cluster by cluster.", (
+        Field("patch", "u4", "patch id"),
+    )),
+    Region("columns", "phase", "column of rays", "Ray table, signed 1.16.", (
+        Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
+    )),
+    Region("rows", "phase", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
+        Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
+        Field("weight", "u8", f"form factor of one ray in units of 2^-W, below 2^{WEIGHT_BITS}; screen: 0"),
+        Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),
+        Field("reserved", "u4", "0"),
+    )),
+    Region("shells", "phase", "shell, from shell 2", "Grid rays of each shell: every row with every column.", (
+        Field("begin", "u4", "parameter at which the shell begins, units of 2^-16 cells"),
+        Field("end", "u4", "parameter at which the shell ends, units of 2^-16 cells"),
+        Field("threshold", "u4", "a ray may still change while its settle code is below this"),
+        Field("row_border", "u4", "margin of a sector's grid rays beside its rows, 1/256 row"),
+        Field("first_row", "u4", "first record in grid_rows"),
+        Field("rows", "u4", f"records, below {1 << GRID_SIDE_BITS}"),
+        Field("first_column", "u4", "first record in grid_columns"),
+        Field("columns", "u4", f"records, below {1 << GRID_SIDE_BITS}"),
+        Field("first_ray", "u4", f"grid rays of the earlier shells, from shell 2; at most {1 << GRID_RAY_BITS} in all"),
+        Field("reserved", "u4", "0"),
+    )),
+    Region("grid_rows", "phase", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
+        Field("table", "i4", "sin and cos of the polar angle; screen: scaled slope, and 0", 2),
+        Field("position", "i4", "position among the rows of rays, 1/256 row"),
+        Field("first_near", "u4", "first row of rays near this one"),
+        Field("near", "u4", "rows of rays near this one"),
+        Field("column_reach", "u4", "a column of rays is near if its middle is at most this far away, 1/256 column"),
+        Field("column_border", "u4", "margin of a sector's grid rays beside its columns, 1/256 column"),
+        Field("reserved", "u4", "0"),
+    )),
+    Region("grid_columns", "phase", "column of grid rays", "Directions, signed 1.16.", (
+        Field("table", "i4", "cos and sin of the azimuth; screen: scaled slope, and 0", 2),
+        Field("position", "i4", "position among the columns of rays, 1/256 column"),
+        Field("reserved", "u4", "0"),
+    )),
+)
+_PHASE = {region.name: region for region in PHASE_REGIONS}
+# The image of a scene, a phase and a frustum.
+REGIONS = (
+    _PHASE["cell_grid"],
+    _PHASE["cells"],
+    _PHASE["patch_lists"],
+    Region("patches", "scene", "patch id", "Patch geometry: five beats of 72 bits, 48 of 64 bytes. The low 64 bits of "
+           "beat 0 are id and surface, those of beats 1 to 4 (one vertex each: x in bits 0-23, y in 24-47, z in 48-71) "
+           "are vertex; byte k of top is bits 64-71 of beat k.", (
+        Field("id", "u4", "patch id"),
+        Field("surface", "i4", "the surface that the patch was split from; rays that leave this surface never hit it"),
+        Field("top", "u1", "the highest byte of each beat, that of beat 0 is 0; then 3 bytes 0", 8),
+        Field("vertex", "u8", "low 64 bits of each vertex; a triangle repeats its last one", 4),
+        Field("reserved", "u8", "0", 2),
+    )),
+    _PHASE["residence"],
     Region("clusters", "phase", "cluster", "Section, sector and preloaded tables. Rays of the section: "
            "first_column <= column < end_column, and likewise rows.", (
         Field("first_column", "u4", "section"),
@@ -129,57 +207,21 @@ REGIONS = (
         Field("residents", "u4", "records"),
         Field("reserved", "u4", "0", 7),
     )),
-    Region("subshells", "phase", "subshell", "Subshell lists, cluster by cluster; the last subshell, the whole "
-           "sector to the last shell, is not listed.", (
-        Field("patch", "u4", "the patch whose window the subshell covers"),
-        Field("shell", "u4", "grid rays end with this shell"),
-    )),
-    Region("residents", "phase", "local address", "Resident sets, cluster by cluster.", (
-        Field("patch", "u4", "patch id"),
-    )),
+    _PHASE["subshells"],
+    _PHASE["residents"],
     Region("frustum", "frustum", "frustum", "The bundle of rays. Matrix entries are signed 1.16.", (
         *FRUSTUM_FIELDS[:-2],
         Field("half_angles", "f8", "slopes of a screen at x = 1 and y = 1, for the host; 1 for a hemisphere", 2),
         *FRUSTUM_FIELDS[-2:],
     )),
-    Region("columns", "rays", "column of rays", "Ray table, signed 1.16.", (
-        Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
-    )),
-    Region("rows", "rays", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
-        Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
-        Field("weight", "u8", f"form factor of one ray in units of 2^-W, below 2^{WEIGHT_BITS}; screen: 0"),
-        Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),
-        Field("reserved", "u4", "0"),
-    )),
+    replace(_PHASE["columns"], life="rays"),
+    replace(_PHASE["rows"], life="rays"),
     Region("near_cells", "frustum", "cell", "The cells of shell 1, opened without grid rays.", (
         Field("cell", "u4", "cell number, ascending"),
     )),
-    Region("shells", "frustum", "shell, from shell 2", "Grid rays of each shell: every row with every column.", (
-        Field("begin", "u4", "parameter at which the shell begins, units of 2^-16 cells"),
-        Field("end", "u4", "parameter at which the shell ends, units of 2^-16 cells"),
-        Field("threshold", "u4", "a ray may still change while its settle code is below this"),
-        Field("row_border", "u4", "margin of a sector's grid rays beside its rows, 1/256 row"),
-        Field("first_row", "u4", "first record in grid_rows"),
-        Field("rows", "u4", f"records, below {1 << GRID_SIDE_BITS}"),
-        Field("first_column", "u4", "first record in grid_columns"),
-        Field("columns", "u4", f"records, below {1 << GRID_SIDE_BITS}"),
-        Field("first_ray", "u4", f"grid rays of the earlier shells, from shell 2; at most {1 << GRID_RAY_BITS} in all"),
-        Field("reserved", "u4", "0"),
-    )),
-    Region("grid_rows", "rays", "row of grid rays", "Directions, signed 1.16, and the rays near them.", (
-        Field("table", "i4", "sin and cos of the polar angle; screen: scaled slope, and 0", 2),
-        Field("position", "i4", "position among the rows of rays, 1/256 row"),
-        Field("first_near", "u4", "first row of rays near this one"),
-        Field("near", "u4", "rows of rays near this one"),
-        Field("column_reach", "u4", "a column of rays is near if its middle is at most this far away, 1/256 column"),
-        Field("column_border", "u4", "margin of a sector's grid rays beside its columns, 1/256 column"),
-        Field("reserved", "u4", "0"),
-    )),
-    Region("grid_columns", "rays", "column of grid rays", "Directions, signed 1.16.", (
-        Field("table", "i4", "cos and sin of the azimuth; screen: scaled slope, and 0", 2),
-        Field("position", "i4", "position among the columns of rays, 1/256 column"),
-        Field("reserved", "u4", "0"),
-    )),
+    replace(_PHASE["shells"], life="frustum"),
+    replace(_PHASE["grid_rows"], life="rays"),
+    replace(_PHASE["grid_columns"], life="rays"),
     Region("hits", "result", "ray (row x columns + column)", "The nearest hit of each ray.", (
         Field("inverse", "u4", "stored inverse distance, 0: no hit"),
         Field("patch", "i4", "patch id, -1: no hit"),
@@ -192,22 +234,3 @@ REGIONS = (
         Field("sum", "u8", "weights of the rays that hit it, in units of 2^-W"),
     )),
 )
-
-
-def region_offsets(counts: Mapping[str, int]) -> tuple[dict[str, int], int]:
-    """The first byte of each region of an image, and the size of the image in bytes.
-
-    Parameters
-    ----------
-    counts
-        Records of each region of `REGIONS`, by name.
-    """
-    offsets, end = {}, HEADER.dtype.itemsize + len(REGIONS) * ENTRY.dtype.itemsize
-    for region in REGIONS:
-        offsets[region.name] = _aligned(end)
-        end = offsets[region.name] + counts[region.name] * region.dtype.itemsize
-    return offsets, _aligned(end)
-
-
-def _aligned(size):
-    return -(-size // ALIGNMENT) * ALIGNMENT

@@ -22,6 +22,7 @@ from golden.memory_map import (
     pack_beats,
     unpack_beats,
 )
+from golden.memory_map.image_layout import ImageLayout
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.golden.schedule.scenes import CONFIG, Case, case
@@ -181,7 +182,7 @@ def test_regions_are_aligned_and_apart(image):
 
 def test_offsets_are_those_of_the_region_table_and_need_no_bytes(image, monkeypatch):
     table = np.frombuffer(image.to_bytes(), dtype=ENTRY.dtype, count=len(REGIONS), offset=HEADER.dtype.itemsize)
-    monkeypatch.delattr(MemoryImage, "to_bytes")
+    monkeypatch.delattr(ImageLayout, "to_bytes")
     assert image.offsets == dict(zip((region.name for region in REGIONS), table["offset"].tolist(), strict=True))
 
 

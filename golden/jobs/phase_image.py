@@ -1,0 +1,123 @@
+"""The image of a phase: the tables that all its frusta share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.unit import CellTraversalUnit
+from golden.errors import InputError
+from golden.frustum import FrustumRecord
+from golden.memory_map.check import check_phase
+from golden.memory_map.image_layout import PHASE_LAYOUT
+from golden.memory_map.layout import EVERY_CLUSTER, NONE, PHASE_REGIONS
+from golden.memory_map.region_image import RegionImage
+from golden.memory_map.tables import grid_tables, list_tables, ray_tables, scene_tables
+from golden.memsys.cell_table import CellTable
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.phase import Schedule
+from golden.schedule.subshells import SubshellList
+
+__all__ = ["LOADED_REGIONS", "PHASE", "SCENE", "PhaseImage", "phase_image", "region_bits"]
+
+# What the tables of a phase follow from.
+_SHARED = ("is_screen", "columns", "rows", "column_bits", "row_bits", "z_scale", "half_angles", "column_table",
+           "row_table")
+
+
+def region_bits(*names: str) -> int:
+    """The field `regions` of a load of the regions named."""
+    order = [region.name for region in PHASE_REGIONS]
+    return sum(1 << order.index(name) for name in names)
+
+
+# Of a load: the regions of the scene, and those of the phase, with the patches that its clusters hold. `residents` is
+# not loaded: the load of `patches` reads it.
+SCENE = region_bits("cell_grid", "cells", "patch_lists")
+PHASE = region_bits(*(region.name for region in PHASE_REGIONS
+                      if region.name == "patches" or (region.life == "phase" and region.name != "residents")))
+LOADED_REGIONS = SCENE | PHASE
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseImage(RegionImage):
+    """The image of a scene and a phase.
+
+    Parameters
+    ----------
+    regions
+        One array of records per region, by name, in the order of `golden.memory_map.layout.PHASE_REGIONS`.
+    """
+
+    layout = PHASE_LAYOUT
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "PhaseImage":
+        """The image in ``data``, checked (`golden.memory_map.check.check_phase`).
+
+        Raises
+        ------
+        InputError
+            ``data`` is no image, of another version or incomplete; a region lies outside it; or a table breaks a rule.
+        """
+        image = cls(PHASE_LAYOUT.from_bytes(data))
+        check_phase(image)
+        return image
+
+    @property
+    def last_shell(self) -> int:
+        """The last shell that there are grid rays for."""
+        return len(self["shells"]) + 1
+
+
+def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table: CellTable, config: Config, *,
+                weights: np.ndarray | None = None, plan: Schedule | None = None) -> PhaseImage:
+    """The image of a phase: grid rays for as many shells as its farthest frustum needs.
+
+    Parameters
+    ----------
+    records
+        The frusta of the phase: other origins and axes, but the same rays.
+    geometry, table
+        Patches and cells of the scene.
+    config
+        The machine's configuration.
+    weights
+        ``rows`` int64, form factor of one ray of each row in units of 2^-W (`Hemisphere.polar_weights`); 0 by default.
+    plan
+        The schedule whose resident sets and subshell lists the clusters hold. Default: every cluster holds all patches
+        if they fit (``memsys.own_patches``), and none otherwise; there are no subshells.
+
+    Raises
+    ------
+    InputError
+        The frusta have other rays, or the scene has more cells or grid rays than an image can hold.
+    """
+    _check_rays(records)
+    farthest = max((CellTraversalUnit(record, table) for record in records), key=lambda unit: unit.last_shell)
+    patches, clusters = len(geometry), config.noc.nodes
+    if plan is None:
+        fits = patches <= config.memsys.own_patches
+        none = np.zeros(0, dtype=np.int64)
+        cluster, address = (EVERY_CLUSTER, np.arange(patches)) if fits else (NONE, NONE)
+        lists = ((np.arange(patches) if fits else none, *[none] * (clusters - 1)),
+                 (SubshellList(none, none, none, none),) * clusters)
+        processor = np.arange(clusters)
+    else:
+        cluster, address = plan.sets.residence(patches)
+        lists, processor = (plan.sets.patches, plan.subshells), plan.processor
+    regions = {
+        **scene_tables(PHASE_LAYOUT, geometry, table), **list_tables(PHASE_LAYOUT, *lists, processor=processor),
+        "residence": PHASE_LAYOUT.records("residence", patches, cluster=cluster, address=address),
+        **ray_tables(PHASE_LAYOUT, records[0], config, weights), **grid_tables(PHASE_LAYOUT, farthest, config)}
+    image = PhaseImage({region.name: regions[region.name] for region in PHASE_REGIONS})
+    check_phase(image)
+    return image
+
+
+def _check_rays(records):
+    first, *others = records
+    for number, record in enumerate(others, start=1):
+        if not all(np.array_equal(getattr(record, name), getattr(first, name)) for name in _SHARED):
+            raise InputError(f"memory image: Frusta of a phase must have the same rays; frustum {number} has others")
