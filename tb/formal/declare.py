@@ -113,8 +113,8 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     tests = [_case("holds", " ".join(filter(None, [words, one.only, f"cycles={one.cycles}" if one.cycles else ""])),
                    holds, one, nightly=one.nightly) for words, same in alike.items() for one in same]
     tests += [_case("reaches", words, reaches, same[0], min(one.cycles or cycles for one in same),
-                    nightly=covers_nightly or place > 0 or all(one.nightly for one in same))
-              for place, (words, same) in enumerate(alike.items())]
+                    nightly=covers_nightly or index > 0 or all(one.nightly for one in same))
+              for index, (words, same) in enumerate(alike.items())]
     tests += [_case("fails", name, fails, control, nightly=control.nightly) for name, control in controls.items()]
 
     @pytest.mark.parametrize("check", tests)

@@ -103,12 +103,12 @@ def _is_checked(cell, only):
 
 def _reach(name, text, covers, depth, engine):
     """A cover is reached if the claim that it never is fails; ``abc`` checks one such claim at a time."""
-    for place in covers:
-        alone = _CELL.sub(lambda cell, place=place: _never(cell[0]) if cell.start() == place else
+    for offset in covers:
+        alone = _CELL.sub(lambda cell, offset=offset: _never(cell[0]) if cell.start() == offset else
                           cell[0] if _flavor(cell[0]) == "assume" else "", text)
         never = _run(name, alone, "bmc", depth, engine)
         if never:
-            cover = next(cell[0] for cell in _CELL.finditer(text) if cell.start() == place)
+            cover = next(cell[0] for cell in _CELL.finditer(text) if cell.start() == offset)
             return Proof(passed=False, trace=None, log=f"A cover was not reached:\n{cover}\n{never.log}")
     return Proof(passed=True, trace=never.trace, log=never.log)
 

@@ -87,18 +87,18 @@ class AnyPlacement(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         keys, full = [Signal(self._key, name=f"key_{k}") for k in range(self._lines)], Signal(self._lines)
-        asked = self.i.payload
-        found = [full[k] & (keys[k] == asked.key) for k in range(self._lines)]
+        head = self.i.payload
+        found = [full[k] & (keys[k] == head.key) for k in range(self._lines)]
         hit, line = Signal(), Signal(range(self._lines))
-        m.d.comb += [hit.eq(sum(found) != 0), line.eq(asked.tag.tag.line)]
+        m.d.comb += [hit.eq(sum(found) != 0), line.eq(head.tag.tag.line)]
         for k, here in enumerate(found):
             with m.If(here):
                 m.d.comb += line.eq(k)
             with m.If(self.i.valid & (line == k)):
-                m.d.sync += [keys[k].eq(asked.key), full[k].eq(1)]
+                m.d.sync += [keys[k].eq(head.key), full[k].eq(1)]
         with m.If(self.i_start.valid & self._empties):
             m.d.sync += full.eq(0)
-        m.d.sync += [self.o.valid.eq(self.i.valid), self.o.payload.tag.eq(asked.tag), self.o.payload.line.eq(line),
+        m.d.sync += [self.o.valid.eq(self.i.valid), self.o.payload.tag.eq(head.tag), self.o.payload.line.eq(line),
                      self.o.payload.hit.eq(hit)]
         return m
 
@@ -106,7 +106,7 @@ class AnyPlacement(wiring.Component):
 class Narrow(Cache):
     """With a smaller capacity, so that it is full soon."""
 
-    room = 3
+    capacity = 3
 
 
 class Anywhere(Narrow):

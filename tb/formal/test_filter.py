@@ -19,7 +19,7 @@ def once_per_generation(m, bench, dut):
     for given in (dut.i_start, dut.i):
         add_rules(m, given, Assume)
     add_rules(m, dut.o, Assert)
-    place = bench.choose(m, BITS, "place")
+    followed = bench.choose(m, BITS, "followed")
     limit, begun = Signal.like(dut.limit), Signal()
     m.d.sync += [begun.eq(1), limit.eq(dut.limit)]
     with m.If(begun):
@@ -31,9 +31,9 @@ def once_per_generation(m, bench, dut):
     taken, passes, starts = transfers(dut.i), transfers(dut.o), transfers(dut.i_start)
     # Of the number followed: those that have been taken and have left, and whether one has passed.
     mine, mine_left, inside, passed = Signal(5), Signal(5), Signal(5), Signal()
-    comes, goes, drops = (happens & (number == place) for happens, number in (
+    comes, goes, drops = (happens & (number == followed) for happens, number in (
         (taken, dut.i.payload), (passes, dut.o.payload), (dut.dropped, dut.number)))
-    there = place < dut.limit
+    there = followed < dut.limit
     m.d.sync += [inside.eq(inside + taken - passes - dut.dropped), mine.eq(mine + comes - goes - drops),
                  mine_left.eq(mine_left + goes + drops), passed.eq(passed | goes)]
     with m.If(starts):

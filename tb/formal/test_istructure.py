@@ -30,33 +30,34 @@ def written_once(m, bench, dut, depth, deferred=None):
 
     Bounds are asserted only if ``deferred`` is given.
     """
-    place = bench.choose(m, range(depth), "place")
-    if hasattr(dut, "place"):
-        m.d.comb += dut.place.eq(place)
+    location = bench.choose(m, range(depth), "location")
+    if hasattr(dut, "location"):
+        m.d.comb += dut.location.eq(location)
     for given in (dut.i_start, dut.i_read, dut.i_write):
         add_rules(m, given, Assume)
     add_rules(m, dut.o_read, Assert)
-    asked, answer = dut.i_read.payload, dut.o_read.payload
+    read_request, answer = dut.i_read.payload, dut.o_read.payload
     starts, reads, writes, gives = (transfers(port) for port in (dut.i_start, dut.i_read, dut.i_write, dut.o_read))
-    m.d.comb += [Assume(place < depth), Assume(asked.address < depth), Assume(dut.i_write.payload.address < depth)]
+    m.d.comb += [Assume(location < depth), Assume(read_request.address < depth),
+                 Assume(dut.i_write.payload.address < depth)]
 
     # The location.
     begun, written, data, refuses = Signal(), Signal(), Signal(), Signal(REFUSAL)
-    here = writes & (dut.i_write.payload.address == place)
+    here = writes & (dut.i_write.payload.address == location)
     with m.If(here & ~written):
         m.d.sync += [written.eq(1), data.eq(dut.i_write.payload.data)]
     with m.If(starts):
         m.d.sync += written.eq(0)
     m.d.sync += [refuses.eq((refuses << 1) | (here & written)), begun.eq(begun | starts)]
-    m.d.comb += [Assert((dut.o_refused.valid & (dut.o_refused.payload == place)) == refuses[-1], "refusal"),
+    m.d.comb += [Assert((dut.o_refused.valid & (dut.o_refused.payload == location)) == refuses[-1], "refusal"),
                  Assert(begun | ~(reads | writes), "begun")]
     with m.If(begun & ~dut.i_start.valid):
         m.d.comb += Assert(dut.i_write.ready, "write")
 
     # The read: it is due when its location is written; then it is answered once, with the data.
-    mine = reads & asked.tag
+    mine = reads & read_request.tag
     out, due, expected = Signal(), Signal(), Signal()
-    m.d.comb += Assume(~mine | (~out & (asked.address == place)))
+    m.d.comb += Assume(~mine | (~out & (read_request.address == location)))
     with m.If(mine):
         m.d.sync += out.eq(1)
     with m.If((out | mine) & ~due & (written | here)):
@@ -103,10 +104,10 @@ def _bound(m, dut, depth, deferred, out, due, starts, reads, gives, begun):
 
 
 class Row(Elaboratable):
-    """Instead of a memory: the row of the place; others say anything, and so does one that is being written."""
+    """Instead of a memory: the row of the location; others say anything, and so does one that is being written."""
 
     def __init__(self, *, shape, depth, init, attrs):
-        self.place, self._shape, self._depth, self._reads = Signal(range(depth)), shape, depth, []
+        self.location, self._shape, self._depth, self._reads = Signal(range(depth)), shape, depth, []
         self._write = self._port()
         self._write.en = Signal()
 
@@ -136,8 +137,8 @@ class Row(Elaboratable):
 
     @property
     def written(self):
-        """The row of the place is written."""
-        return self._write.en & (self._write.addr == self.place)
+        """The row of the location is written."""
+        return self._write.en & (self._write.addr == self.location)
 
     def elaborate(self, platform):
         m = Module()
@@ -146,7 +147,7 @@ class Row(Elaboratable):
             m.d.sync += row.eq(self._write.data)
         for port in self._reads:
             m.d.comb += port.data.eq(port.noise)
-            with m.If((port.addr == self.place) & ~self.written):
+            with m.If((port.addr == self.location) & ~self.written):
                 m.d.comb += port.data.eq(row)
         return m
 
@@ -154,8 +155,8 @@ class Row(Elaboratable):
 class AbstractStore(wiring.Component):
     """All that a store may do, as far as one read can tell. A chain is a stamp, another one with each item, perhaps.
 
-    ``moods``: whether there is room, another read leaves, it is the last one, this one leaves; the next stamp.
-    ``adds``, ``frees``: the chain is the place's.
+    ``moods``: whether an entry is free, another read leaves, it is the last one, this one leaves; the next stamp.
+    ``adds``, ``frees``: the chain is the location's.
     """
 
     def __init__(self, shape, *, depth, tag):
@@ -169,11 +170,11 @@ class AbstractStore(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        room, other_leaves, last_leaves, leaves, stamp = self.moods
+        has_entry, other_leaves, last_leaves, leaves, stamp = self.moods
         others, waits, due, expected, moves = Signal(), Signal(), Signal(), Signal(), Signal()
         lives, last = self.lives, Signal()
         mine, takes = self.i.payload.tag, self.i.valid & self.i.ready
-        m.d.comb += [self.i.ready.eq(room), self.longer.some.eq(1), self.longer.stamp.eq(stamp),
+        m.d.comb += [self.i.ready.eq(has_entry), self.longer.some.eq(1), self.longer.stamp.eq(stamp),
                      self.waiting.eq(others | waits | due | lives), moves.eq(self.o.ready | ~self.o.valid)]
         with m.If(takes & mine):
             m.d.sync += waits.eq(1)
@@ -188,7 +189,7 @@ class AbstractStore(wiring.Component):
         with m.If(takes & ~mine):
             m.d.sync += others.eq(1)
 
-        # The place uses the store as it should: with the chain's last stamp, and not when it is released.
+        # The location uses the store as it should: with the chain's last stamp, and not when it is released.
         given, released = self.i.payload.chain, self.i_release.payload.chain
         m.d.comb += Assert(~(self.adds & self.frees), "use")
         with m.If(self.adds):
@@ -202,10 +203,10 @@ class AbstractStore(wiring.Component):
         return m
 
 
-class OnePlace(wiring.Component):
+class OneLocation(wiring.Component):
     """An I-structure of which only one location is real.
 
-    ``place`` stays, ``noise`` and ``moods`` may be anything.
+    ``location`` stays, ``noise`` and ``moods`` may be anything.
     """
 
     def __init__(self, *, depth, version_bits, access=None, to=None):
@@ -226,7 +227,7 @@ class OnePlace(wiring.Component):
                 return Const(0) if names == (access, to) else super()._meet(one, other)
 
         self._dut = Blind(1, depth=depth, version_bits=version_bits, deferred=1, tag=1)
-        super().__init__({**dict(self._dut.signature.members.items()), "place": In(range(depth)),
+        super().__init__({**dict(self._dut.signature.members.items()), "location": In(range(depth)),
                           "noise": In(4 * version_bits + 5), "moods": In(5)})
 
     def elaborate(self, platform):
@@ -236,14 +237,14 @@ class OnePlace(wiring.Component):
         connect_ports(m, self, self._dut)
         values, _, chains = self._rows
         for row in self._rows:
-            m.d.comb += row.place.eq(self.place)
+            m.d.comb += row.location.eq(self.location)
         store, noise = self._store, Cat(row.noise for row in self._rows)
         assert len(noise) == len(self.noise)
         m.d.comb += [noise.eq(self.noise), store.moods.eq(self.moods)]
         takes = transfers(store.i)
         m.d.comb += [store.adds.eq(chains.written & takes), store.frees.eq(values.written & store.i_release.valid)]
 
-        # Who waits before the write is released by it, and nobody waits after it.
+        # What waits before the write is released by it, and nothing waits after it.
         done = Signal()
         with m.If(values.written & (values.version != 0)):
             m.d.sync += done.eq(1)
@@ -254,8 +255,8 @@ class OnePlace(wiring.Component):
         return m
 
 
-def make_place(depth=2, version_bits=1, **given):
-    return Bench(written_once, OnePlace(depth=depth, version_bits=version_bits, **given), depth=depth)
+def make_location(depth=2, version_bits=1, **given):
+    return Bench(written_once, OneLocation(depth=depth, version_bits=version_bits, **given), depth=depth)
 
 
 def make(depth=2, deferred=2):
@@ -272,7 +273,7 @@ PAIRS = FIRST | {
     ("write_2", "read_4"): "released", ("write_2", "write_4"): "refusal", ("write_3", "write_4"): "refusal"}
 
 test_one_location = declare(
-    make_place, cycles=16, engine="abc bmc3", covers_nightly=True,
+    make_location, cycles=16, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(depth=4, version_bits=2), *(
         Claim(depth=depth, version_bits=bits, unbounded=True, nightly=True)
         for depth, bits in ((2, 1), (4, 1), (2, 2)))],

@@ -36,11 +36,11 @@ def renewed_in_any_order(m, bench, dut, depth, deferred):
     location = bench.choose(m, range(depth), "location")
     for given in (dut.i_start, dut.i_read, dut.i_write, dut.i_renew):
         add_rules(m, given, Assume)
-    asked, wrote, answer = dut.i_read.payload, dut.i_write.payload, dut.o_read.payload
+    read_request, wrote, answer = dut.i_read.payload, dut.i_write.payload, dut.o_read.payload
     starts, reads, writes, renews, gives = (transfers(port) for port in (
         dut.i_start, dut.i_read, dut.i_write, dut.i_renew, dut.o_read))
     m.d.comb += [Assume(one < depth) for one in (
-        location, asked.address, wrote.address, dut.i_renew.payload)]
+        location, read_request.address, wrote.address, dut.i_renew.payload)]
 
     # The location. Renewals go before writes, one of both per cycle.
     present, data, refuses, begun = Signal(), Signal.like(wrote.data), Signal(REFUSAL), Signal()
@@ -57,10 +57,10 @@ def renewed_in_any_order(m, bench, dut, depth, deferred):
         m.d.comb += Assert(dut.i_renew.ready & (dut.i_write.ready == ~dut.i_renew.valid), "ready")
 
     # The read: which data it may be answered with.
-    mine, later = reads & asked.tag[0], reads & asked.tag[1]
+    mine, later = reads & read_request.tag[0], reads & read_request.tag[1]
     out, second, may, waits = Signal(), Signal(), Signal(1 << len(wrote.data)), Signal()
-    m.d.comb += [Assume(~mine | (~out & ~second)), Assume(~later | (out & ~second)), Assume(asked.tag != 3),
-                 Assume(~(mine | later) | (asked.address == location))]
+    m.d.comb += [Assume(~mine | (~out & ~second)), Assume(~later | (out & ~second)), Assume(read_request.tag != 3),
+                 Assume(~(mine | later) | (read_request.address == location))]
     inside = Signal(range(deferred + 12))
     m.d.sync += inside.eq(inside + reads - gives)
     with m.If(mine):

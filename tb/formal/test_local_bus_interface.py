@@ -29,15 +29,15 @@ def nothing_lost(m, bench, dut):
     # A cell has few parts, as a list has an end.
     parts = Signal(2)
     for kind, beats, out in ((RequestKind.CELL, IDS, dut.o_listed), (RequestKind.PATCH, BEATS, dut.o_vertex)):
-        asked, number, inside = (Signal(5, name=f"{what}_{kind.name}") for what in ("asked", "beat", "inside"))
+        requested, number, inside = (Signal(5, name=f"{what}_{kind.name}") for what in ("requested", "beat", "inside"))
         comes, ends = Signal(name=f"comes_{kind.name}"), Signal(name=f"ends_{kind.name}")
         head = (number == 0) & (kind is RequestKind.PATCH)
         m.d.comb += [comes.eq(reply.valid & (reply.payload.kind == kind)), ends.eq(comes & reply.payload.last)]
         m.d.sync += [
-            asked.eq(asked + (transfers(request) & (request.payload.kind == kind)) - ends),
+            requested.eq(requested + (transfers(request) & (request.payload.kind == kind)) - ends),
             inside.eq(inside + (comes & ~head) - transfers(out))]
         with m.If(comes):
-            m.d.comb += [Assume(asked != 0), Assume(~reply.payload.error)]
+            m.d.comb += [Assume(requested != 0), Assume(~reply.payload.error)]
             if kind is RequestKind.PATCH:
                 m.d.comb += Assume(reply.payload.last == (number == beats - 1))
             else:

@@ -27,15 +27,15 @@ def reads_answered(m, bench, dut, silent):
     add_rules(m, dut.i, Assume)
     about = StructLayout({"length": dut.i.payload.length.shape(), "tag": TAG, "ends": 1, "bad": 1})
     # Two more are in the pipeline behind the slots.
-    m.submodules.asked = asked = Queue(about, depth=SLOTS + 3)
+    m.submodules.requested = requested = Queue(about, depth=SLOTS + 3)
     beat, idle = Signal(2), Signal(range(LIMIT + 2))
-    at_end, answer, head = beat == asked.o.payload.length, dut.o.payload, asked.o.payload
-    m.d.comb += [asked.i.valid.eq(transfers(dut.i)), asked.o.ready.eq(transfers(dut.o) & at_end),
-                 *(asked.i.payload[name].eq(dut.i.payload[name]) for name in about.members)]
+    at_end, answer, head = beat == requested.o.payload.length, dut.o.payload, requested.o.payload
+    m.d.comb += [requested.i.valid.eq(transfers(dut.i)), requested.o.ready.eq(transfers(dut.o) & at_end),
+                 *(requested.i.payload[name].eq(dut.i.payload[name]) for name in about.members)]
     with m.If(transfers(dut.i)):
-        m.d.comb += Assert(asked.i.ready, "capacity")
+        m.d.comb += Assert(requested.i.ready, "capacity")
     with m.If(dut.o.valid):
-        m.d.comb += [Assert(asked.o.valid, "asked"), Assert(answer.tag == head.tag, "tag"),
+        m.d.comb += [Assert(requested.o.valid, "requested"), Assert(answer.tag == head.tag, "tag"),
                      Assert(answer.last == (head.ends & at_end), "last"), Assert(answer.error | ~head.bad, "error"),
                      Cover(answer.error & ~head.bad, "error")]
         if not silent:
@@ -45,7 +45,7 @@ def reads_answered(m, bench, dut, silent):
         with m.If(at_end):
             m.d.sync += beat.eq(0)
     if silent:
-        with m.If(~asked.o.valid | ~dut.o.ready | dut.o.valid):
+        with m.If(~requested.o.valid | ~dut.o.ready | dut.o.valid):
             m.d.sync += idle.eq(0)
         with m.Else():
             m.d.sync += idle.eq(idle + 1)
@@ -60,23 +60,23 @@ def writes_answered(m, bench, dut, silent):
     """
     for interface in (dut.i,) if silent else (dut.i, dut.i_data, dut.i_response):
         add_rules(m, interface, Assume)
-    m.submodules.asked = asked = Queue(StructLayout({"tag": TAG, "bad": 1}), depth=SLOTS + 3)
-    bad, answer, head = Signal(), dut.o.payload, asked.o.payload
+    m.submodules.requested = requested = Queue(StructLayout({"tag": TAG, "bad": 1}), depth=SLOTS + 3)
+    bad, answer, head = Signal(), dut.o.payload, requested.o.payload
     with m.If(transfers(dut.i)):
         m.d.sync += bad.eq((bad | dut.i.payload.bad) & ~dut.i.payload.ends)
-        m.d.comb += Assert(asked.i.ready, "capacity")
-    m.d.comb += [asked.i.valid.eq(transfers(dut.i) & dut.i.payload.ends),
-                 asked.i.payload.tag.eq(dut.i.payload.tag), asked.i.payload.bad.eq(bad | dut.i.payload.bad),
-                 asked.o.ready.eq(transfers(dut.o))]
+        m.d.comb += Assert(requested.i.ready, "capacity")
+    m.d.comb += [requested.i.valid.eq(transfers(dut.i) & dut.i.payload.ends),
+                 requested.i.payload.tag.eq(dut.i.payload.tag), requested.i.payload.bad.eq(bad | dut.i.payload.bad),
+                 requested.o.ready.eq(transfers(dut.o))]
     with m.If(dut.o.valid):
-        m.d.comb += [Assert(asked.o.valid, "asked"), Assert(answer.tag == head.tag, "tag"),
+        m.d.comb += [Assert(requested.o.valid, "requested"), Assert(answer.tag == head.tag, "tag"),
                      Assert(answer.error | ~head.bad, "error"), Cover(answer.error & ~head.bad, "error")]
         if not silent:
             m.d.comb += Cover(~answer.error, "answer")
     if silent:
         bound = LIMIT + SLOTS * CONFIG.memory.burst_beats
         accepts, idle = bench.choose(m, 2, "accepts"), Signal(range(bound + 2))
-        with m.If(~asked.o.valid | ~dut.o.ready | dut.o.valid):
+        with m.If(~requested.o.valid | ~dut.o.ready | dut.o.valid):
             m.d.sync += idle.eq(0)
         with m.Else():
             m.d.sync += idle.eq(idle + 1)
@@ -91,15 +91,16 @@ def bursts_of_requests(m, bench, dut):
     given, burst = dut.i.payload, dut.o.payload
     # The window check lets no longer request through.
     m.d.comb += Assume((given.last - given.first)[:len(given.first)] < 1 << CONFIG.memory.length_bits)
-    m.submodules.asked = asked = Queue(given.shape(), depth=2)
-    head, next_beat, begun, last = asked.o.payload, Signal.like(given.first), Signal(), Signal.like(given.first)
-    m.d.comb += [asked.i.valid.eq(transfers(dut.i)), asked.i.payload.eq(given),
-                 last.eq(burst.first + burst.length), asked.o.ready.eq(transfers(dut.o) & burst.ends)]
+    m.submodules.requested = requested = Queue(given.shape(), depth=2)
+    head, next_beat, begun, last = requested.o.payload, Signal.like(given.first), Signal(), Signal.like(given.first)
+    m.d.comb += [requested.i.valid.eq(transfers(dut.i)), requested.i.payload.eq(given),
+                 last.eq(burst.first + burst.length), requested.o.ready.eq(transfers(dut.o) & burst.ends)]
     with m.If(transfers(dut.o)):
         m.d.sync += [next_beat.eq(last + 1), begun.eq(~burst.ends)]
     with m.If(dut.o.valid):
         m.d.comb += [
-            Assert(asked.o.valid, "asked"), Assert(burst.tag == head.tag, "tag"), Assert(burst.bad == head.bad, "bad"),
+            Assert(requested.o.valid, "requested"), Assert(burst.tag == head.tag, "tag"),
+            Assert(burst.bad == head.bad, "bad"),
             Assert(begun | (burst.first == head.first), "first"), Assert(~begun | (burst.first == next_beat), "next"),
             Assert(burst.ends == (last == head.last), "last"), Assert(burst.first[9:] == last[9:], "page"),
             Cover(begun & burst.ends & (burst.length == 1), "a second burst of two beats")]
@@ -110,7 +111,7 @@ test_reads = declare(
     cycles=12, engine=ENGINE, covers_nightly=True,
     claims=[Claim(), Claim(silent=True, cycles=LIMIT + 4, nightly=True)],
     controls={
-        "a beat too many": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
+        "a beat too many": Control("requested", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control(
             "tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ (dut.o.payload.last << 64)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value()[:-1]}),
@@ -123,7 +124,7 @@ test_writes = declare(
     controls={
         "waits for an answer without end": Control(
             "progress", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.error}, silent=True, nightly=True),
-        "answers twice": Control("asked", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
+        "answers twice": Control("requested", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control("tag", {"o__payload": lambda dut: dut.o.payload.as_value() ^ transfers(dut.i)}),
         "never an error": Control("error", {"o__payload": lambda dut: dut.o.payload.as_value() & 0b011}),
     })

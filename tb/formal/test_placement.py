@@ -40,34 +40,34 @@ def follows_the_rule(m, bench, dut, rule, direct=None):
 
 def used_last(sets, ways, direct):
     """Each set keeps its keys in the order of their last use; ``direct`` when each key has one way."""
-    def rule(m, key, asked, starts):
-        place = Mux(Const(1) if sets > 1 else Const(0), key[:sets.bit_length() - 1] if sets > 1 else 0, 0)
+    def rule(m, key, requested, starts):
+        set_index = Mux(Const(1) if sets > 1 else Const(0), key[:sets.bit_length() - 1] if sets > 1 else 0, 0)
         content = Array(Array(Signal(KEY, name=f"content_{s}_{w}") for w in range(ways)) for s in range(sets))
         full = Array(Signal(ways, name=f"full_{s}") for s in range(sets))
         # Of two ways: which one was used last.
         last = Array(Signal(init=1, name=f"last_{s}") for s in range(sets))
-        found = [full[place][way] & (content[place][way] == key) for way in range(ways)]
+        found = [full[set_index][way] & (content[set_index][way] == key) for way in range(ways)]
         if direct:
             forced = key[sets.bit_length() - 1]
             found = [one & (forced == way) for way, one in enumerate(found)]
         way = Signal()
         hit = Signal()
         m.d.comb += [hit.eq(found[0] | found[1]),
-                     way.eq(Mux(hit, found[1], forced if direct else ~last[place]))]
+                     way.eq(Mux(hit, found[1], forced if direct else ~last[set_index]))]
         for s in range(sets):
             for w in range(ways):
-                with m.If(asked & (place == s) & (way == w)):
+                with m.If(requested & (set_index == s) & (way == w)):
                     m.d.sync += [content[s][w].eq(key), full[s][w].eq(1), last[s].eq(w)]
             with m.If(starts):
                 m.d.sync += [full[s].eq(0), last[s].eq(1)]
-        return hit, way * sets + place
+        return hit, way * sets + set_index
 
     return rule
 
 
 def used_least(lines, top):
     """Each line counts; of those with the least count the one goes that comes first after the line filled last."""
-    def rule(m, key, asked, starts):
+    def rule(m, key, requested, starts):
         content = [Signal(KEY, name=f"content_{k}") for k in range(lines)]
         count = [Signal(range(top + 1), name=f"count_{k}") for k in range(lines)]
         after, line, hit = Signal(range(lines)), Signal(range(lines)), Signal()
@@ -87,10 +87,10 @@ def used_least(lines, top):
             with m.If(Mux(hit, found[k], first)):
                 m.d.comb += line.eq(k)
         m.d.comb += hit.eq(sum(found) != 0)
-        with m.If(asked & ~hit):
+        with m.If(requested & ~hit):
             m.d.sync += after.eq(line + 1)
         for k in range(lines):
-            with m.If(asked & (line == k)):
+            with m.If(requested & (line == k)):
                 m.d.sync += [content[k].eq(key), count[k].eq(Mux(hit, Mux(count[k] == top, top, count[k] + 1), 1))]
             with m.If(starts):
                 m.d.sync += count[k].eq(0)

@@ -34,18 +34,18 @@ def nearest(m, bench, dut, depth):
         m.d.sync += best.eq(new)
     with m.If(mine & operand.clear):
         m.d.sync += known.eq(1)
-    expected = {"asks": mine & known, "best": best, "written": written}
+    expected = {"requests": mine & known, "best": best, "written": written}
     for age in range(1, dut.latency + 1):
         later = {name: Signal(2 if name == "best" else 1, name=f"{name}_{age}") for name in expected}
         m.d.sync += [later[name].eq(expected[name]) for name in expected]
         expected = later
     got = dut.o.payload
-    with m.If(expected["asks"]):
+    with m.If(expected["requests"]):
         m.d.comb += [Assert(dut.o.valid, "latency"), Assert(got.address == row, "latency"),
                      Assert(got.old == expected["best"], "old"), Assert(got.written == expected["written"], "written")]
         with m.If(got.written):
             m.d.comb += Assert(got.new == change(got.old, got.tag)[0], "new")
-    m.d.comb += Cover(expected["asks"] & ~expected["written"] & (expected["best"] == 3), "the largest key")
+    m.d.comb += Cover(expected["requests"] & ~expected["written"] & (expected["best"] == 3), "the largest key")
 
 
 def blind(*aheads):

@@ -42,8 +42,8 @@ def within_the_section(m, bench, dut, given=None):
         m.d.comb += [
             Assert((issued.column >= section.first_column) & (issued.column < section.end_column), "columns"),
             Assert((issued.row >= section.first_row) & (issued.row < section.end_row), "rows"),
-            Assert(issued.ray[:2 * SIDE] == Cat(column[:SIDE], row[:SIDE]), "place"),
-            Assert(issued.ray[2 * SIDE:] == (row >> SIDE) * dut.tiles_across + (column >> SIDE), "place"),
+            Assert(issued.ray[:2 * SIDE] == Cat(column[:SIDE], row[:SIDE]), "address"),
+            Assert(issued.ray[2 * SIDE:] == (row >> SIDE) * dut.tiles_across + (column >> SIDE), "address"),
             Cover((column == width - 1) & (row == height - 1), "the last ray")]
 
 
@@ -89,5 +89,5 @@ test_window_bounds = declare(
         "columns of another section": Control(
             "columns", {"o__payload": _altered(lambda ray: {"column": (ray.column - 7)[:len(ray.column)]})}),
         "another address in the memory": Control(
-            "place", {"o__payload": _altered(lambda ray: {"ray": ray.ray ^ ray.slot[0]})}),
+            "address", {"o__payload": _altered(lambda ray: {"ray": ray.ray ^ ray.slot[0]})}),
     })

@@ -1,4 +1,4 @@
-"""Yosys as a program, as far as SymbiYosys asks for it: ``yosys.py -ql LOG SCRIPT``.
+"""Yosys as a program, as far as SymbiYosys uses it: ``yosys.py -ql LOG SCRIPT``.
 
 The packaged program takes half a minute to start for the first time on a machine; the packaged library does not.
 """
