@@ -36,7 +36,8 @@ class SettleMap(wiring.Component):
     Members
     -------
     i_start : In, stream without payload
-        Begins a frustum: all codes are 0. The sender ensures that no write is in flight.
+        Begins a frustum: all codes are 0. The sender ensures that no write is in flight, and that no read comes in the
+        next four cycles: the last rows of a sweep are still being written.
     i : In, stream of ``ray``, ``inverse``, always ready
         A ray and its best inverse distance.
     i_walk : In, stream of ``tag``, ``tile``, always ready
