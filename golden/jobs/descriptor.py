@@ -182,7 +182,11 @@ class Rule:
 
 
 def _aligned(field, multiple):
-    return lambda one, config: int(one[field]) % multiple == 0
+    return lambda one, config: int(one[field]) % multiple == 0 and int(one[field]) < 1 << config.memory.address_bits
+
+
+def _small(field):
+    return lambda one, config: one[field] <= 1 << config.icu.side_bits
 
 
 def _is_inside(one, config):
@@ -202,9 +206,9 @@ RULES = (
     Rule("context", "context must be 0", lambda one, config: one["context"] == 0),
     Rule("cluster", f"cluster must be below the number of clusters, or {ANY_CLUSTER:#x}",
          lambda one, config: one["cluster"] < config.noc.nodes or one["cluster"] == ANY_CLUSTER),
-    Rule("hits", f"hits must be a multiple of {ALIGNMENT}", _aligned("hits", ALIGNMENT)),
-    Rule("sums_address", f"sums_address must be a multiple of {ALIGNMENT}", _aligned("sums_address", ALIGNMENT),
-         _FRUSTUM),
+    Rule("hits", f"hits must be a multiple of {ALIGNMENT} below 2^memory.address_bits", _aligned("hits", ALIGNMENT)),
+    Rule("sums_address", f"sums_address must be a multiple of {ALIGNMENT} below 2^memory.address_bits",
+         _aligned("sums_address", ALIGNMENT), _FRUSTUM),
     Rule("first_column", "the section must have rays",
          lambda one, config: one["first_column"] < one["end_column"] and one["first_row"] < one["end_row"],
          _FRUSTUM, "SECTION"),
@@ -213,13 +217,15 @@ RULES = (
     Rule("first_column", "the section must have at most the tiles of the ray memory",
          lambda one, config: section_tiles(section_of(one), config) <= config.icu.rays >> 2 * config.icu.tile_bits,
          _FRUSTUM, "SECTION"),
-    Rule("near_cells", f"near_cells must be a multiple of {NEAR_ALIGNMENT}", _aligned("near_cells", NEAR_ALIGNMENT),
-         _FRUSTUM),
+    Rule("near_cells", f"near_cells must be a multiple of {NEAR_ALIGNMENT} below 2^memory.address_bits",
+         _aligned("near_cells", NEAR_ALIGNMENT), _FRUSTUM),
     Rule("near_count", "near_count must be at most 2^ctu.near_cell_bits",
          lambda one, config: one["near_count"] <= 1 << config.ctu.near_cell_bits, _FRUSTUM),
     Rule("last_shell", "last_shell must be 1 to 2^ctu.shell_bits - 1",
          lambda one, config: 1 <= one["last_shell"] < 1 << config.ctu.shell_bits, _FRUSTUM),
     Rule("reserved", "reserved must be 0", lambda one, config: one["reserved"] == 0),
+    Rule("columns", "columns must be at most 2^icu.side_bits", _small("columns"), _FRUSTUM),
+    Rule("rows", "rows must be at most 2^icu.side_bits", _small("rows"), _FRUSTUM),
 )
 
 

@@ -102,6 +102,7 @@ def test_good_descriptors_are_executed(frustum):
     assert check_descriptor(load_descriptor(64, 1), CONFIG) is None
 
 
+ADDRESS_BITS = CONFIG.memory.address_bits
 WHOLE = {"first_column": 0, "end_column": 128, "first_row": 0, "end_row": 32}
 # Of a section: what is changed, and the code, or None where the limit is met.
 LIMITS = [
@@ -116,11 +117,15 @@ LIMITS = [
     ("hits", {"hits": 0}, None), ("hits", {"hits": 32}, "DESCRIPTOR"), ("hits", {"hits": 63}, "DESCRIPTOR"),
     ("sums_address", {"sums_address": 8}, "DESCRIPTOR"),
     ("near_cells", {"near_cells": 8}, None), ("near_cells", {"near_cells": 4}, "DESCRIPTOR"),
+    *((name, {name: (1 << ADDRESS_BITS) + more}, code) for name in ("hits", "sums_address", "near_cells")
+      for more, code in ((-64, None), (0, "DESCRIPTOR"))),
     ("near_count", {"near_count": 0}, None), ("near_count", {"near_count": 512}, None),
     ("near_count", {"near_count": 513}, "DESCRIPTOR"),
     ("last_shell", {"last_shell": 0}, "DESCRIPTOR"), ("last_shell", {"last_shell": 1}, None),
     ("last_shell", {"last_shell": 63}, None), ("last_shell", {"last_shell": 64}, "DESCRIPTOR"),
     ("reserved", {"reserved": 1 << 63}, "DESCRIPTOR"),
+    *((name, {name: count}, code) for name in ("columns", "rows") for count, code in (
+        (1 << CONFIG.icu.side_bits, None), ((1 << CONFIG.icu.side_bits) + 1, "DESCRIPTOR"))),
     # Empty by a column and by a row, and of one ray.
     ("first_column", {"end_column": 64}, "SECTION"), ("first_column", {"end_row": 16}, "SECTION"),
     ("first_column", {"end_column": 63}, "SECTION"), ("first_column", {"end_column": 65, "end_row": 17}, None),
@@ -128,7 +133,7 @@ LIMITS = [
     ("first_column", {**WHOLE, "columns": 128, "rows": 32}, None),
     ("first_column", {**WHOLE, "columns": 127}, "SECTION"), ("first_column", {**WHOLE, "rows": 31}, "SECTION"),
     # Sides that the machine has tables for.
-    ("first_column", {"first_column": 1023, "end_column": 1024, "columns": 2000}, None),
+    ("first_column", {"first_column": 1023, "end_column": 1024, "columns": 1024}, None),
     ("first_column", {"first_column": 1023, "end_column": 1025, "columns": 2000}, "SECTION"),
     ("first_column", {"first_row": 1023, "end_row": 1025, "rows": 2000}, "SECTION"),
     # 256 tiles are the ray memory: rays of unfinished tiles take a whole one.

@@ -1,0 +1,174 @@
+"""Job dispatch: each descriptor to a cluster that wants a section, or to the engine's control."""
+
+from amaranth.hdl import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from golden.jobs.descriptor import ANY_CLUSTER, Kind
+from hw.control.descriptor_check import DescriptorCheck
+from hw.control.job_formats import NEAR_INDEX, NO_CLUSTER, JobFormats, elements
+from hw.lib.longest_waiting import LongestWaiting
+from hw.registers.error_code import ErrorCode
+
+__all__ = ["JobDispatch"]
+
+
+class JobDispatch(wiring.Component):
+    """Sends each section to the cluster that has wanted one for longest, or to the one that it must go to.
+
+    A descriptor is checked while its words are sent: the last one says whether they are ``void``, and the cluster is
+    then offered the next section. A descriptor that no cluster is needed for is read to its end: a load, one with a
+    wrong first word, and any before a load. A refused one of them gets a completion record: `ErrorCode.DESCRIPTOR` or
+    ``SECTION`` with the first byte of the field, ``NOT_LOADED``, or ``READ_REPLY`` with the address of its near cells.
+
+    A descriptor that could not be read itself ends the dispatch, until a reset.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i : In, stream of `JobFormats.fetched`
+        `DescriptorFetch`'s ``o``.
+    enable : In(1)
+        The next descriptor may begin.
+    loaded : In(1)
+        All tables have been loaded. Stable while ``busy``.
+    wants : In(nodes)
+        The cluster wants one more section, for one cycle each.
+    o : Out, stream of `JobFormats.word`
+        Words for the clusters. Always ready.
+    o_sent : Out, stream of `JobFormats.sent`
+        A section is the cluster's, together with its last word. Always ready.
+    o_load : Out, stream of `JobFormats.load_job`
+        Loads; accepted when they begin.
+    o_refused : Out, stream of `JobFormats.record`
+        Completion records of refused descriptors.
+    failed : Out(1)
+        The next descriptor could not be read.
+    busy : Out(1)
+        A section is being sent or checked, or a refusal waits.
+
+    Timing
+    ------
+    Latency: ``2`` cycles from a first word, and a cluster that wants it, to its first word at ``o``. A section takes 26
+    cycles and one for each word of near cells, a further one or two if its tiles are more than 2^14; stalls with ``i``.
+
+    Golden counterpart: `golden.control.job_control`.
+    """
+
+    latency = 2
+
+    def __init__(self, *, config: Config):
+        self._config, formats = config, JobFormats(config)
+        super().__init__({
+            "i": In(stream.Signature(formats.fetched)), "enable": In(1), "loaded": In(1), "wants": In(config.noc.nodes),
+            "o": Out(stream.Signature(formats.word, always_ready=True)),
+            "o_sent": Out(stream.Signature(formats.sent, always_ready=True)),
+            "o_load": Out(stream.Signature(formats.load_job)), "o_refused": Out(stream.Signature(formats.record)),
+            "failed": Out(1), "busy": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        nodes, word = self._config.noc.nodes, self.i.payload
+        m.submodules.check = check = DescriptorCheck(config=self._config)
+        m.submodules.longest = longest = LongestWaiting(count=nodes)
+
+        # Which cluster: what the first word says is in front of the queue until it is granted.
+        def first(name):
+            (_, bits), = elements(name)
+            return word.data[bits]
+
+        pending, granted, sends = Signal(nodes), Signal(nodes), Signal()
+        begins, returns, any_one, alone = (Signal(name=name) for name in ("begins", "returns", "any_one", "alone"))
+        pinned = first("cluster")
+        known = Signal()
+        m.d.comb += [
+            any_one.eq(pinned == ANY_CLUSTER), known.eq(any_one | (pinned < nodes)),
+            alone.eq(word.error | ~known | ~self.loaded | (first("kind") != Kind.FRUSTUM)),
+            longest.request.eq(pending),
+            *(longest.eligible[k].eq(pending[k] & (any_one | (pinned == k))) for k in range(nodes)),
+            longest.accept.eq(begins & ~alone)]
+        m.d.sync += pending.eq((pending & ~Mux(longest.accept, longest.grant, 0)) | self.wants
+                               | Mux(returns, granted, 0))
+
+        # Numbers of the descriptor that its end needs.
+        numbers = {name: Signal(bits.stop - bits.start, name=name) for name in ("tag", "regions", "hits", "near_cells")
+                   for (_, bits), in [elements(name)]}
+        is_load, unread, near_unread, unloaded = (
+            Signal(name=name) for name in ("is_load", "unread", "near_unread", "unloaded"))
+        takes, is_near = Signal(), Signal()
+        m.d.comb += [takes.eq(self.i.valid & self.i.ready), is_near.eq(word.index == NEAR_INDEX),
+                     check.i.valid.eq(takes & ~is_near), check.i.payload.index.eq(word.index),
+                     check.i.payload.data.eq(word.data)]
+        with m.If(takes):
+            for name, number in numbers.items():
+                (place, bits), = elements(name)
+                with m.If(word.index == place):
+                    m.d.sync += number.eq(word.data[bits])
+            m.d.sync += [unread.eq(unread | (word.error & ~is_near)),
+                         near_unread.eq(near_unread | (word.error & is_near))]
+
+        # A word is kept until the next one has come, the last one until its refusal is known.
+        kept, sent = Signal.like(word), Signal()
+        refusal, good = check.refusal, Signal()
+        m.d.comb += [
+            good.eq((refusal.code == ErrorCode.NONE) & ~near_unread & ~unread),
+            self.o.valid.eq(sent), self.o.payload.index.eq(kept.index), self.o.payload.data.eq(kept.data),
+            self.o.payload.last.eq(kept.last), self.o.payload.void.eq(kept.last & ~good),
+            self.o_sent.payload.tag.eq(numbers["tag"]), self.o_load.payload.tag.eq(numbers["tag"]),
+            self.o_load.payload.image.eq(numbers["hits"]), self.o_load.payload.regions.eq(numbers["regions"])]
+        number = Signal(range(nodes))
+        m.d.comb += [self.o.payload.cluster.eq(number), self.o_sent.payload.cluster.eq(number)]
+        for k in range(nodes):
+            with m.If(granted[k]):
+                m.d.comb += number.eq(k)
+        with m.If(takes):
+            m.d.sync += kept.eq(word)
+        record = self.o_refused.payload
+        m.d.comb += [record.tag.eq(numbers["tag"]), record.cluster.eq(NO_CLUSTER), record.code.eq(refusal.code),
+                     record.number.eq(refusal.number)]
+        with m.If(refusal.code == ErrorCode.NONE):
+            m.d.comb += record.code.eq(ErrorCode.NOT_LOADED)
+            with m.If(near_unread):
+                m.d.comb += [record.code.eq(ErrorCode.READ_REPLY), record.number.eq(numbers["near_cells"])]
+        m.d.comb += self.busy.eq(1)
+        with m.FSM():
+            with m.State("Begin"):
+                m.d.comb += [self.busy.eq(0), begins.eq(self.i.valid & self.enable
+                                                        & (alone | longest.eligible.any()))]
+                m.d.sync += [unread.eq(0), near_unread.eq(0), unloaded.eq(~self.loaded),
+                             is_load.eq(first("kind") == Kind.LOAD), sends.eq(~alone), granted.eq(longest.grant)]
+                with m.If(begins):
+                    m.next = "Words"
+            with m.State("Words"):
+                m.d.comb += [self.i.ready.eq(1), sent.eq(sends & takes & (word.index != 0))]
+                with m.If(takes & word.last):
+                    m.next = "End"
+            with m.State("End"), m.If(check.known | unread):
+                m.d.comb += sent.eq(sends)
+                m.next = "Begin"
+                with m.If(unread):
+                    m.d.comb += returns.eq(sends)
+                    m.next = "Failed"
+                with m.Elif(~good | (unloaded & ~is_load)):
+                    m.d.comb += returns.eq(sends)
+                    m.next = "Refuse"
+                with m.Elif(is_load):
+                    m.next = "Load"
+                with m.Else():
+                    m.d.comb += self.o_sent.valid.eq(1)
+            with m.State("Refuse"):
+                m.d.comb += self.o_refused.valid.eq(1)
+                with m.If(self.o_refused.ready):
+                    m.next = "Begin"
+            with m.State("Load"):
+                m.d.comb += [self.o_load.valid.eq(1), self.busy.eq(0)]
+                with m.If(self.o_load.ready):
+                    m.next = "Begin"
+            with m.State("Failed"):
+                m.d.comb += [self.failed.eq(1), self.busy.eq(0)]
+        return m
