@@ -8,10 +8,10 @@ from golden.ctu.unit import CellTraversalUnit
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats, GridTableKind
 from tb.lib.payload import pack
 
-__all__ = ["GridPlaces", "grid_writes", "grouped", "unit_writes"]
+__all__ = ["GridAddresses", "grid_writes", "grouped", "unit_writes"]
 
 
-class GridPlaces:
+class GridAddresses:
     """Where the rows, columns and rays of each shell are in the tables.
 
     Parameters
@@ -63,7 +63,7 @@ def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=N
     ways, thresholds
         By shell: where it begins and ends, and its threshold; 0 without.
     """
-    formats, places, writes = CtuFormats(config), GridPlaces(rays), []
+    formats, addresses, writes = CtuFormats(config), GridAddresses(rays), []
 
     def write(kind, shape, index, **record):
         writes.append({"kind": kind.value, "index": index, "data": pack(shape, record)})
@@ -73,14 +73,14 @@ def grid_writes(rays: list[GridRays], config: Config, *, ways=None, thresholds=N
         begin, end = ways[shell] if ways else (0, 0)
         write(GridTableKind.SHELL, formats.grid_shell, shell, begin=begin, length=end - begin,
               threshold=thresholds[shell] if thresholds else 0, row_border=one.row_border,
-              first_row=places.first_row[shell], rows=one.rows, first_column=places.first_column[shell],
-              columns=one.columns, first_ray=places.first_ray[shell])
+              first_row=addresses.first_row[shell], rows=one.rows, first_column=addresses.first_column[shell],
+              columns=one.columns, first_ray=addresses.first_ray[shell])
         for k in range(one.rows):
-            write(GridTableKind.ROW, formats.grid_row, places.first_row[shell] + k, table=_pair(one.row_table[k]),
+            write(GridTableKind.ROW, formats.grid_row, addresses.first_row[shell] + k, table=_pair(one.row_table[k]),
                   position=one.row_position[k], first_near=one.first_row[k], near=one.row_count[k],
                   column_reach=one.column_reach[k], column_border=one.column_border[k])
         for k in range(one.columns):
-            write(GridTableKind.COLUMN, formats.grid_column, places.first_column[shell] + k,
+            write(GridTableKind.COLUMN, formats.grid_column, addresses.first_column[shell] + k,
                   table=_pair(one.column_table[k]), position=one.column_position[k])
     return writes
 

@@ -18,14 +18,14 @@ from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.ray_traversal import RayTraversal
 from radiosity.benchmarks.report import provenance
 from radiosity.benchmarks.traversal import INTERSECTION, MEMORY, SCENES
-from tb.ctu.traversal_bench import Intersection, Place, SettlePort, Surroundings
+from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.payload import unpack
 from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stream import Monitor
 
-CELL, LEADS = 0.125, (0, 2)
+CELL, RUN_AHEADS = 0.125, (0, 2)
 CHANGES = {"ctu.shell_bits": 6, "ctu.subshell_bits": 10, "icu.rays": 4096, "icu.side_bits": 6, "icu.generation_bits": 2}
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters")
 # Of the timing diagram: characters across, and stages of the scene that is shown.
@@ -40,20 +40,20 @@ async def cast(dut):
     config = config_of(given["changes"])
     record = traversal_record(given["scene"], cell=CELL, config=config)
     one = record.sectors[0]
-    place = Place(record.shelling, record.record, one.sector, config)
-    around = Surroundings(dut, place, port=SettlePort(dut))
+    part = ClusterPart(record.shelling, record.record, one.sector, config)
+    around = Surroundings(dut, part, port=SettlePort(dut))
     tests = Intersection(around, delay=lambda random: MEMORY + INTERSECTION, seed=1)
-    over, lead = Monitor(dut, "o_over"), config.ctu.run_ahead
+    over, depth = Monitor(dut, "o_over"), config.ctu.run_ahead
     over.payload = None
-    stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
+    stages = [stage for stage in part.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
     await around.begin()
     first = round(get_sim_time("ns") / PERIOD)
     begins = []
     for number, (_, shell, window) in enumerate(stages):
-        await around.until(lambda number=number: around.over + lead >= number)
+        await around.until(lambda number=number: around.over + depth >= number)
         begins.append(round(get_sim_time("ns") / PERIOD))
-        await around.request.send(place.requests(number, shell, window))
-    await around.request.send([place.final()])
+        await around.request.send(part.requests(number, shell, window))
+    await around.request.send([part.final()])
     await around.until(lambda: around.final)
     await ClockCycles(dut.clk, 3)
     assert tests.idle, "the frustum is over while patches are tested"
@@ -64,10 +64,10 @@ async def cast(dut):
         for (subshell, shell, _), begin, end in zip(stages, begins, over.cycles, strict=True)]}))
 
 
-def measure(scene: str, lead: int) -> dict:
+def measure(scene: str, depth: int) -> dict:
     """What `cast` counted."""
-    changes = {**CHANGES, "ctu.run_ahead": lead}
-    name = f"overlap-{scene}-{lead}"
+    changes = {**CHANGES, "ctu.run_ahead": depth}
+    name = f"overlap-{scene}-{depth}"
     simulate(RayTraversal(config=config_of(changes)), "tb.ctu.overlap", ("cast",), name=name, visible=PORTS,
              changes=changes, scene=scene)
     return json.loads((BUILD / "results" / name / "counts.json").read_text())
@@ -94,7 +94,7 @@ def main(output: Path) -> None:
     """Write the table."""
     rows, picture = [], []
     for scene in SCENES:
-        barrier, ahead = (measure(scene, lead) for lead in LEADS)
+        barrier, ahead = (measure(scene, depth) for depth in RUN_AHEADS)
         counts, before = ahead["counters"], barrier["counters"]
         rows.append(f"| `{scene}` | {len({stage['subshell'] for stage in ahead['stages']})} | {len(ahead['stages'])} "
                     f"| {before['cycles']} | {counts['cycles']} | {before['cycles'] / counts['cycles']:.2f} "
@@ -107,8 +107,8 @@ def main(output: Path) -> None:
         f"{provenance('amaranth', 'cocotb')}; RTL of `RayTraversal`, one pipeline, hemispheres of 64 x 16 rays, cell "
         f"{CELL}, subshell lists of one cluster, {MEMORY + INTERSECTION} cycles from a cell to the settle map; the "
         "hits are golden's. Rays overlap in cycles in which several subshells' are in flight.", "",
-        "| scene | subshells | stages | cycles, barrier | cycles, lead 2 | barrier : lead 2 | rays overlap, barrier "
-        "| rays overlap, lead 2 |", "|---" * 8 + "|", *rows, "",
+        "| scene | subshells | stages | cycles, barrier | cycles, depth 2 | barrier : depth 2 | rays overlap, barrier "
+        "| rays overlap, depth 2 |", "|---" * 8 + "|", *rows, "",
         f"When stages of `{SCENE}` were in flight, run-ahead depth 2:", "", "```", *picture, "```", ""]
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_text("\n".join(lines))

@@ -115,13 +115,13 @@ class Watch:
         cocotb.start_soon(self._run())
 
     async def _run(self):
-        dut, edge, asked, waited, back = self._dut, RisingEdge(self._dut.clk), {}, 0, {}
+        dut, edge, versions, waited, back = self._dut, RisingEdge(self._dut.clk), {}, 0, {}
         cycle = 0
         while True:
             await edge
             cycle += 1
             if int(dut.i_start__valid.value) and int(dut.i_start__ready.value):
-                asked = {}
+                versions = {}
             if int(dut.i_return__valid.value):
                 back[int(dut.i_return__payload.value)] = cycle
             waiting = int(dut.waiting.value)
@@ -131,7 +131,7 @@ class Watch:
             if int(dut.i__valid.value) and int(dut.i__ready.value):
                 ray = unpack(self._shape, int(dut.i__payload.value))
                 slot, shell = ray["slot"], ray["version"]
-                seen = asked.setdefault(slot, [])
+                seen = versions.setdefault(slot, [])
                 self.coverage.hit("a request is dropped", shell in seen)
                 self.coverage.hit("several wait for a slot", len(set(seen)) > 2 and waiting > 2)
                 self.coverage.hit("a request comes while the slot's chain is tried",
@@ -168,20 +168,20 @@ async def one_after_the_other(dut):
     await start(dut, cycles=20_000)
     rays, of = Rays(dut, returns=False), block("ctu.ray_memory")[1]
     ports, given = rays.ports, of.draw(np.random.default_rng(options()["seed"]), 200, PRESETS["tiny"])
-    wanted = of.expect(given, PRESETS["tiny"])
+    predicted = of.expect(given, PRESETS["tiny"])
     await ports.send("i_start", [0])
     for number, completes in enumerate(given["completes"].tolist()):
         slot, came = int(given["slot"][number]), len(rays.sink.items)
         if completes:
             await ports.send("i_return", [slot])
-        elif wanted["looked_at"][number]:
+        elif predicted["looked_at"][number]:
             await ports.send("i", [request(slot, given["shell"][number], given["subshell"][number])])
         else:
             continue
         await ClockCycles(dut.clk, 2 * rays.again + 2)
-        expected = [request(slot, wanted["leaves_shell"][number], wanted["leaves_subshell"][number])]
-        assert ports.came("o", came) == expected * bool(wanted["leaves"][number]), number
-        assert ports["waiting"] == wanted["waiting"][number]
+        expected = [request(slot, predicted["leaves_shell"][number], predicted["leaves_subshell"][number])]
+        assert ports.came("o", came) == expected * bool(predicted["leaves"][number]), number
+        assert ports["waiting"] == predicted["waiting"][number]
 
 
 @cocotb.test()

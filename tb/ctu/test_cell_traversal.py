@@ -14,7 +14,7 @@ from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.cell_traversal import CellTraversal
-from tb.ctu.traversal_bench import Place
+from tb.ctu.traversal_bench import ClusterPart
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.clocking import start
 from tb.lib.configurations import DEPTHS, config_of
@@ -61,7 +61,7 @@ def check(came, given):
             cells[ray].append(item["cell"])
         over[ray] = bool(item["last"])
     assert all(over), f"ray {over.index(False)} has no last item"
-    different = [ray for ray, (got, wanted) in enumerate(zip(cells, expected, strict=True)) if got != wanted]
+    different = [ray for ray, (got, required) in enumerate(zip(cells, expected, strict=True)) if got != required]
     assert not different, (f"ray {different[0]} of {items[different[0]]}: {cells[different[0]]}, "
                            f"not {expected[different[0]]}")
 
@@ -109,11 +109,11 @@ async def rays_of_a_scene(dut):
     ports = Ports(dut, CellTraversal(config=config, tag=TAG))
     record = traversal_record(given["scene"], cell=given["cell"], config=config)
     one = record.sectors[0]
-    place = Place(record.shelling, record.record, one.sector, config)
+    part = ClusterPart(record.shelling, record.record, one.sector, config)
     items = []
-    for shell, rays in place.sent(one.played):
-        begin, end = place.traversal.borders(shell)
-        direction = global_directions(place.rays[shell].direction.reshape(-1, 3)[rays], record.record)
+    for shell, rays in part.sent(one.played):
+        begin, end = part.traversal.borders(shell)
+        direction = global_directions(part.rays[shell].direction.reshape(-1, 3)[rays], record.record)
         items += [{"tag": shell, "direction": way, "begin": begin, "length": end - begin} for way in direction.tolist()]
     table = record.shelling.table
     ports["origin"], ports["shape"] = table.position(record.record.origin).tolist(), table.shape.tolist()

@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The ray generator asks for golden's grid rays, subshell by subshell and shell by shell, in their order."""
+"""The ray generator requests golden's grid rays, subshell by subshell and shell by shell, in their order."""
 
 from itertools import pairwise
 
@@ -39,13 +39,13 @@ def check(came, stages):
     assert all(item["count"] <= GRID_GROUP for item in came)
     came = [{**item, "ray": item["ray"] + k, "column": item["column"] + k, "count": min(1, item["count"])}
             for item in came for k in range(max(1, item["count"]))]
-    wanted = stages.requests
-    for number, (got, item) in enumerate(zip(came, wanted, strict=False)):
+    required = stages.requests
+    for number, (got, item) in enumerate(zip(came, required, strict=False)):
         different = {name: (got[name], value) for name, value in item.items() if got[name] != value}
         flags = {name: got[name] for name in ("count", "last", "final") if got[name] != item.get(name, 0)}
-        assert not different, f"request {number} of {len(wanted)}: (got, wanted) {different}"
-        assert not flags, f"request {number} of {len(wanted)}: {flags} must not be"
-    assert len(came) == len(wanted)
+        assert not different, f"request {number} of {len(required)}: (got, required) {different}"
+        assert not flags, f"request {number} of {len(required)}: {flags} must not be"
+    assert len(came) == len(required)
 
 
 def check_rate(came, cycles, stages):
@@ -113,12 +113,12 @@ def run(stages, changes, *, over=20, stalls=()):
     ("cornell", 0.5, 2), pytest.param("lobby", 0.125, 2, marks=pytest.mark.nightly),
     pytest.param("room1627", 0.0625, 4, marks=pytest.mark.nightly)])
 def test_rays_of_scenes(scene, cell, clusters):
-    place = traversal_record(scene, cell=cell, config=config_of({"ctu.subshell_bits": 10}), clusters=clusters)
+    record = traversal_record(scene, cell=cell, config=config_of({"ctu.subshell_bits": 10}), clusters=clusters)
     for number in range(clusters):
-        stages = RecordStages(place, number, config_of(CHANGES))
-        asked = stages.asked()
+        stages = RecordStages(record, number, config_of(CHANGES))
+        requested = stages.requested()
         # Golden leaves out stages in which nothing may change.
-        assert {stage: asked.get(stage, 0) for stage in stages.scanned} == stages.scanned
+        assert {stage: requested.get(stage, 0) for stage in stages.scanned} == stages.scanned
         run(stages, {}, stalls=[k * k % 5 for k in range(200)])
 
 

@@ -55,8 +55,8 @@ def vectors_at_halves(frustum, seed, config):
     nearest = random.permutation(nearest)[:len(nearest) & ~3]
     directions = global_directions(local[nearest], record).tolist()
     return Vectors(ports={"is_screen": int(record.is_screen), "to_global": record.to_global.tolist()},
-                   inputs={"i": [{"tag": tag, "column": column[place].tolist(), "row": row[place].tolist()}
-                                 for tag, place in enumerate(nearest)]},
+                   inputs={"i": [{"tag": tag, "column": column[index].tolist(), "row": row[index].tolist()}
+                                 for tag, index in enumerate(nearest)]},
                    expected={"o": [{"tag": tag, "direction": direction} for tag, direction in enumerate(directions)]})
 
 

@@ -6,7 +6,7 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_entries import GridEntries
-from tb.ctu.grid_load import GridPlaces, grid_writes
+from tb.ctu.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 
 RAYS, SHELLS = 400, range(2, 16)
@@ -21,11 +21,11 @@ def of_record(frustum, config):
                        for shape in (formats.begin, formats.parameter))
     ways = {one.shell: (int(begin), int(begin + length))
             for one, begin, length in zip(rays, begins, lengths, strict=True)}
-    places, items, expected = GridPlaces(rays), [], []
+    addresses, items, expected = GridAddresses(rays), [], []
     for tag in range(RAYS):
         one = rays[random.integers(len(rays))]
         number = int(random.integers(one.rows * one.columns))
-        request, (row, column) = places.request(one, number), divmod(number, one.columns)
+        request, (row, column) = addresses.request(one, number), divmod(number, one.columns)
         begin, end = ways[one.shell]
         items.append({"tag": tag, **{name: request[name] for name in ("shell", "row", "column")}})
         # The second number of a screen's entries is 0.

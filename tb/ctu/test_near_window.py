@@ -9,7 +9,7 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.near_window import NearWindow
-from tb.ctu.grid_load import GridPlaces, grid_writes
+from tb.ctu.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS
 
@@ -23,13 +23,13 @@ def of_record(frustum, config):
     # Near shells too, whose rays stand for all columns.
     drawn["shell"] = np.minimum(drawn["shell"], 2 + np.arange(RAYS) % 9)
     rays = [rays_of(shell) for shell in range(2, int(drawn["shell"].max()) + 1)]
-    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
+    addresses, thresholds = GridAddresses(rays), {one.shell: 10 + 3 * one.shell for one in rays}
     items, expected = [], []
     for tag, (shell, row, column) in enumerate(zip(*(drawn[name].tolist() for name in ("shell", "row", "column")),
                                                    strict=True)):
         one = rays[shell - 2]
         row, column = row % one.rows, column % one.columns
-        request = places.request(one, row * one.columns + column)
+        request = addresses.request(one, row * one.columns + column)
         items.append({"tag": tag, "last": request["column"],
                       **{name: request[name] for name in ("shell", "row", "column")}})
         # A window of no columns may begin anywhere.
@@ -54,8 +54,8 @@ def neighbours(frustum, config):
         first, count = columns_near(record, one, row, column, last)
         if count:
             # All that is near one of the neighbours.
-            for place in range(column, last + 1):
-                offsets = (int(one.first_column[row, place]) - first + np.arange(one.column_count[row, place]))
+            for neighbour in range(column, last + 1):
+                offsets = (int(one.first_column[row, neighbour]) - first + np.arange(one.column_count[row, neighbour]))
                 assert (offsets % record.columns < count).all()
     return of_neighbours(config, record, rays, chosen)
 
@@ -100,10 +100,10 @@ def columns_near(record, one, row, column, last):
 
 def of_neighbours(config, record, rays, chosen):
     """``chosen``: what `choose` gives."""
-    places, thresholds = GridPlaces(rays), {one.shell: 10 + 3 * one.shell for one in rays}
+    addresses, thresholds = GridAddresses(rays), {one.shell: 10 + 3 * one.shell for one in rays}
     items, expected = [], []
     for tag, (one, row, column, last) in enumerate(chosen):
-        request = places.request(one, row * one.columns + column)
+        request = addresses.request(one, row * one.columns + column)
         items.append({"tag": tag, "last": request["column"] + last - column,
                       **{name: request[name] for name in ("shell", "row", "column")}})
         first, count = columns_near(record, one, row, column, last)

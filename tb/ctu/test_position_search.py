@@ -44,10 +44,10 @@ def test_counts_of_what_is_less(stalls):
     for search, found in zip(given, came, strict=True):
         part = positions[search["first"]:search["first"] + search["count"]]
         # The least and the most bound with as many below.
-        places = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
+        bounds = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
         for name in "low", "end":
             count = (part < search[name]).sum()
-            assert found[name] == {"count": count, "least": places[count] + 1, "most": places[count + 1]}, search
+            assert found[name] == {"count": count, "least": bounds[count] + 1, "most": bounds[count + 1]}, search
     if not stalls:
         assert [b - a for a, b in zip(BENCH.cycles["i"], BENCH.cycles["o"], strict=True)] == [
             documented_latency(PositionSearch, CONFIG, count=search["count"]) for search in given]

@@ -15,7 +15,7 @@ from golden.ctu.sector import Sector
 from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
-from tb.ctu.traversal_bench import STAGES, Intersection, Place, SettlePort, Surroundings
+from tb.ctu.traversal_bench import STAGES, ClusterPart, Intersection, SettlePort, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -50,8 +50,8 @@ def drawn(seed, config):
     memory = RayMemory(len(frustum.record), config)
     tests, whole = shelling.tests(frustum.record, memory), Sector.whole(frustum.record)
     cluster, played = shelling.cluster(frustum.record, whole), []
-    for place in cluster.schedule(None, tests.window):
-        stage = cluster.explore(*place, memory.inverse)
+    for one in cluster.schedule(None, tests.window):
+        stage = cluster.explore(*one, memory.inverse)
         if stage is not None:
             played.append(SimpleNamespace(stage=stage))
             tests.run(stage, whole, ShellingCounts())
@@ -60,22 +60,22 @@ def drawn(seed, config):
         sectors=[SimpleNamespace(sector=whole, subshells=None, played=played)])
 
 
-def places(name, config):
-    """Of a record: each cluster's place and what golden did there."""
+def parts(name, config):
+    """Of a record: each cluster's part and what golden did there."""
     record = recorded(name, config)
-    return [(Place(record.shelling, record.record, one.sector, config), one.played) for one in record.sectors]
+    return [(ClusterPart(record.shelling, record.record, one.sector, config), one.played) for one in record.sectors]
 
 
 async def play(around, played):
     """The stages one after the other, each with golden's settle map when it begins."""
-    around.port.words = around.place.words(played[0].codes)
+    around.port.words = around.part.words(played[0].codes)
     await around.begin()
     assert [cell for cell, _ in around.cells] == played[0].stage.cells.tolist()
     for number, one in enumerate(played[1:]):
-        around.port.words = around.place.words(one.codes)
+        around.port.words = around.part.words(one.codes)
         await around.swept()
         before = len(around.cells)
-        await around.request.send(around.place.requests(number, one.stage.shell, one.stage.window))
+        await around.request.send(around.part.requests(number, one.stage.shell, one.stage.window))
         await around.until(lambda number=number: around.over == number + 1)
         came = around.cells[before:]
         assert {stage for _, stage in came} <= {number % STAGES}
@@ -83,7 +83,7 @@ async def play(around, played):
         assert got == expected, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - expected} came, "
                                f"{expected - got} did not")
     assert not around.final
-    await around.request.send([around.place.final()])
+    await around.request.send([around.part.final()])
     await around.until(lambda: around.final)
 
 
@@ -95,10 +95,10 @@ async def cells_of_golden(dut):
     config = config_of(given["changes"])
     stalls = [("random", "bursts"), ("none", "none"), ("bursts", "random")]
     port = SettlePort(dut)
-    for number, (place, played) in enumerate(places(given["record"], config)):
-        assert sum(rays.rows * rays.columns for rays in place.rays.values()) <= config.ctu.ray_slots
+    for number, (part, played) in enumerate(parts(given["record"], config)):
+        assert sum(rays.rows * rays.columns for rays in part.rays.values()) <= config.ctu.ray_slots
         source, sink = stalls[number % len(stalls)]
-        around = Surroundings(dut, place, source=source, sink=sink, stalls=0.2, seed=number, port=port)
+        around = Surroundings(dut, part, source=source, sink=sink, stalls=0.2, seed=number, port=port)
         await ClockCycles(dut.clk, 3)
         assert_known(dut, STREAMS)
         await play(around, played)
@@ -110,18 +110,18 @@ async def reset_in_flight(dut):
     """Nothing of before a reset comes out of the next frustum."""
     await start(dut, cycles=options()["cycles"])
     config = config_of(options()["changes"])
-    (place, played), *_ = places(options()["record"], config)
+    (part, played), *_ = parts(options()["record"], config)
     for cut in (50, 150):
-        around = Surroundings(dut, place)
-        around.port.words = place.words(played[0].codes)
+        around = Surroundings(dut, part)
+        around.port.words = part.words(played[0].codes)
         await around.begin()
         one = played[1].stage
-        task = cocotb.start_soon(around.request.send(place.requests(0, one.shell, one.window)))
+        task = cocotb.start_soon(around.request.send(part.requests(0, one.shell, one.window)))
         await ClockCycles(dut.clk, cut)
         task.cancel()
         around.stop()
         await reset(dut)
-    around = Surroundings(dut, place)
+    around = Surroundings(dut, part)
     await play(around, played)
 
 
@@ -130,13 +130,13 @@ DELAYS = {"none": lambda random: 0, "long": lambda random: random.integers(20, 4
           "stragglers": lambda random: 900 if random.random() < 0.05 else random.integers(1, 60)}
 
 
-async def cast(around, tests, stages, lead):
+async def cast(around, tests, stages, depth):
     """All stages, as many of them in flight as the run-ahead depth allows."""
     await around.begin()
     for number, (_, shell, window) in enumerate(stages):
-        await around.until(lambda number=number: around.over + lead >= number)
-        await around.request.send(around.place.requests(number, shell, window))
-    await around.request.send([around.place.final()])
+        await around.until(lambda number=number: around.over + depth >= number)
+        await around.request.send(around.part.requests(number, shell, window))
+    await around.request.send([around.part.final()])
     await around.until(lambda: around.final)
     assert tests.idle, "the frustum is over while patches are tested"
 
@@ -151,12 +151,12 @@ async def free_running(dut):
         seed = given["seed"] * 1000 + number
         record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
         one = record.sectors[seed % len(record.sectors)]
-        place = Place(record.shelling, record.record, one.sector, config)
+        part = ClusterPart(record.shelling, record.record, one.sector, config)
         stalls = list(STALLS)
-        around = Surroundings(dut, place, source=stalls[seed % 4], sink=stalls[seed // 4 % 4], seed=seed,
+        around = Surroundings(dut, part, source=stalls[seed % 4], sink=stalls[seed // 4 % 4], seed=seed,
                               port=port)
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
-        stages = [stage for stage in place.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
+        stages = [stage for stage in part.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
         await cast(around, tests, stages, config.ctu.run_ahead)
         expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
         missing = expected - {cell for cell, _ in around.cells}
@@ -181,14 +181,14 @@ async def a_step_per_cycle(dut):
     given = options()
     await start(dut, cycles=given["cycles"])
     config = config_of(given["changes"])
-    (place, played), *_ = places(given["record"], config)
-    around = Surroundings(dut, place)
-    around.port.words = place.words(played[0].codes * 0)
+    (part, played), *_ = parts(given["record"], config)
+    around = Surroundings(dut, part)
+    around.port.words = part.words(played[0].codes * 0)
     await around.begin()
-    for number, (shell, rays) in enumerate(stage for stage in place.sent(played) if len(stage[1])):
+    for number, (shell, rays) in enumerate(stage for stage in part.sent(played) if len(stage[1])):
         await around.until(lambda number=number: around.over + config.ctu.run_ahead >= number)
-        await around.request.send(place.requests(number, shell, None, rays))
-    await around.request.send([place.final()])
+        await around.request.send(part.requests(number, shell, None, rays))
+    await around.request.send([part.final()])
     await around.until(lambda: around.final)
     await ClockCycles(dut.clk, 3)
     counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))

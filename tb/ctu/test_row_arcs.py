@@ -8,7 +8,7 @@ import pytest
 
 from golden.ctu.sector import sector_rays
 from hw.ctu.row_arcs import RowArcs
-from tb.ctu.grid_load import GridPlaces
+from tb.ctu.grid_load import GridAddresses
 from tb.ctu.window_stages import SECTORS, WindowStages
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench
@@ -23,11 +23,11 @@ BENCH = ScheduleBench(COMPONENT)
     (kind, sector) for kind, sectors in SECTORS.items() for sector in range(len(sectors))])
 def test_columns_of_the_sector(kind, sector):
     stages = WindowStages(kind, CONFIG, seed=sector, sector=sector, last_shell=5)
-    places, rows = GridPlaces(stages.rays.values()), []
+    addresses, rows = GridAddresses(stages.rays.values()), []
     for shell, rays in stages.rays.items():
-        rows += [(shell, row, places.first_row[shell] + row) for row in range(rays.rows)]
+        rows += [(shell, row, addresses.first_row[shell] + row) for row in range(rays.rows)]
     came = BENCH.run(Schedule(
-        first={"i_table": stages.tables}, items={"i": [(2 * (not k), place) for k, (*_, place) in enumerate(rows)]},
+        first={"i_table": stages.tables}, items={"i": [(2 * (not k), address) for k, (*_, address) in enumerate(rows)]},
         stalls={"o": [0] * 20 + [k % 5 for k in range(40)]}), frustum=stages.ports["frustum"])["o"]
     assert len(came) == len(rows)
     masks = {shell: sector_rays(rays, stages.sector, stages.record) for shell, rays in stages.rays.items()}

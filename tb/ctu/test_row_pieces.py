@@ -70,14 +70,14 @@ def test_rows_between_the_same_columns_are_searched_for_once():
     rows = max(np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1), key=len)
     assert len(rows) > 12
     whole = {"low": LOWEST, "end": HIGHEST, "wraps": 0}
-    place = {"row": sum(stages.rays[one].rows for one in range(2, shell)),
+    base = {"row": sum(stages.rays[one].rows for one in range(2, shell)),
              "column": sum(stages.rays[one].columns for one in range(2, shell))}
-    given = {"shell": shell, "row": place["row"] + int(rows[0]), "row_number": int(rows[0]), "rows": len(rows),
-             "first_column": place["column"], "columns": rays.columns, "window": whole}
+    given = {"shell": shell, "row": base["row"] + int(rows[0]), "row_number": int(rows[0]), "rows": len(rows),
+             "first_column": base["column"], "columns": rays.columns, "window": whole}
     came = BENCH.run(Schedule(
         first={"i_table": stages.tables}, items={"i": [(2, given), (0, {"rows": 0, "final": 1})]}),
         frustum=stages.ports["frustum"])["o"]
-    pieces = [(item["row"] - place["row"], item["column"] - place["column"], item["count"]) for item in came[:-2]]
+    pieces = [(item["row"] - base["row"], item["column"] - base["column"], item["count"]) for item in came[:-2]]
     spans = [np.flatnonzero(mask[row]) for row in rows]
     assert pieces == [(row, span[0], len(span)) for row, span in zip(rows, spans, strict=True)]
     search = documented_latency(PositionSearch, CONFIG, count=rays.columns)

@@ -14,10 +14,10 @@ from tb.lib.timing import documented_latency
 LEAVES, STAGES = 3, 30
 
 
-@pytest.mark.parametrize(("lead", "seed"), [(0, 1), (1, 2), (2, 3), (5, 4)])
-def test_random_stages(lead, seed):
+@pytest.mark.parametrize(("run_ahead", "seed"), [(0, 1), (1, 2), (2, 3), (5, 4)])
+def test_random_stages(run_ahead, seed):
     """Rays come and go in any order, and what their cells lead to ends some time later."""
-    config = config_of({"ctu.run_ahead": lead})
+    config = config_of({"ctu.run_ahead": run_ahead})
     dut, random = StageCount(config=config, exits=LEAVES), np.random.default_rng(seed)
     assert dut.latency == documented_latency(StageCount, config)
     # By stage, counted from the near cells' on: rays in flight, the cycle until which its cells lead to something,
@@ -35,9 +35,9 @@ def test_random_stages(lead, seed):
             assert cycle < 20_000, "the bench hangs"
             near = newest == 0
             enters = 0
-            if not near and newest < STAGES and newest - over <= lead and random.random() < 0.4:
+            if not near and newest < STAGES and newest - over <= run_ahead and random.random() < 0.4:
                 enters = int(random.integers(1, GRID_GROUP, endpoint=True))
-            closes = newest < STAGES and newest - over <= lead and random.random() < 0.1
+            closes = newest < STAGES and newest - over <= run_ahead and random.random() < 0.1
             leaving = []
             left = Counter(rays)
             for stage in random.permutation([stage for stage, count in rays.items() for _ in range(count)])[:LEAVES]:
@@ -49,11 +49,11 @@ def test_random_stages(lead, seed):
                 rays[newest] = rays.get(newest, 0) + enters
             ctx.set(dut.enters.valid, int(enters > 0))
             ctx.set(dut.enters.payload, {"stage": (newest + NEAR_STAGE) % 16, "count": enters})
-            for place in range(LEAVES):
-                ctx.set(dut.left[place].valid, int(place < len(leaving)))
-                if place < len(leaving):
-                    stage, count = leaving[place]
-                    ctx.set(dut.left[place].payload, {"stage": (stage + NEAR_STAGE) % 16, "count": count})
+            for exit_index in range(LEAVES):
+                ctx.set(dut.left[exit_index].valid, int(exit_index < len(leaving)))
+                if exit_index < len(leaving):
+                    stage, count = leaving[exit_index]
+                    ctx.set(dut.left[exit_index].payload, {"stage": (stage + NEAR_STAGE) % 16, "count": count})
                     rays[stage] -= count
                     if random.random() < 0.5:
                         until[stage] = cycle + int(random.integers(1, 40))

@@ -53,17 +53,17 @@ def check(stages, came):
     expected = list(stages.stages())
     assert [item["final"] for item in came] == [0] * len(expected) + [1]
     first_row, first_column, first_ray = 0, 0, 0
-    places = {}
+    firsts = {}
     for shell, rays in stages.rays.items():
-        places[shell] = first_row, first_column, first_ray
+        firsts[shell] = first_row, first_column, first_ray
         first_row, first_column = first_row + rays.rows, first_column + rays.columns
         first_ray += rays.rows * rays.columns
     for number, (item, (window, shell, _)) in enumerate(zip(came, expected, strict=False)):
         rows, rays = rows_of(stages, window, shell), stages.rays[shell]
         assert (item["stage"], item["shell"], item["rows"]) == (number % 16, shell, len(rows)), number
-        assert (item["first_column"], item["first_ray"], item["columns"]) == (*places[shell][1:], rays.columns)
+        assert (item["first_column"], item["first_ray"], item["columns"]) == (*firsts[shell][1:], rays.columns)
         if len(rows):
-            assert (item["row"], item["row_number"]) == (places[shell][0] + rows[0], rows[0]), number
+            assert (item["row"], item["row_number"]) == (firsts[shell][0] + rows[0], rows[0]), number
 
 
 class BorderStages(WindowStages):

@@ -96,11 +96,12 @@ def loads(entries):
 
 def vectors(entries, given):
     """What comes of lists."""
-    wanted = []
+    produced = []
     for one in given:
         subshells, error = expected(entries, one)
-        wanted += [{"subshell": subshell, "error": error.value * (subshell is subshells[-1])} for subshell in subshells]
-    return Vectors(inputs={"i": given}, first=loads(entries), expected={"o": wanted})
+        produced += [{"subshell": subshell, "error": error.value * (subshell is subshells[-1])}
+                     for subshell in subshells]
+    return Vectors(inputs={"i": given}, first=loads(entries), expected={"o": produced})
 
 
 class TestSubshellGenerator(Bench):

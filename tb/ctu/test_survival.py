@@ -12,7 +12,7 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.survival import Survival
-from tb.ctu.grid_load import GridPlaces, grid_writes, grouped
+from tb.ctu.grid_load import GridAddresses, grid_writes, grouped
 from tb.icu.frustum_load import frustum_payload, tiles
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
@@ -36,17 +36,17 @@ class Case:
         self.thresholds = {grid.shell: int(threshold) for grid, threshold in zip(
             self.grids, random.permutation([60, 110, 200, 256]), strict=True)}
         self.write(self.draw())
-        places = GridPlaces(self.grids)
-        asked = [(grid, number) for grid in self.grids for number in range(grid.rows * grid.columns)]
+        addresses = GridAddresses(self.grids)
+        requested = [(grid, number) for grid in self.grids for number in range(grid.rows * grid.columns)]
         # Neighbours, and rays alone.
-        chosen = np.zeros(len(asked), dtype=bool)
-        while chosen.sum() < min(rays, 7 * len(asked) // 8):
-            first = random.integers(len(asked))
+        chosen = np.zeros(len(requested), dtype=bool)
+        while chosen.sum() < min(rays, 7 * len(requested) // 8):
+            first = random.integers(len(requested))
             chosen[first:first + random.choice([1, 1, 3, GRID_GROUP, 20])] = True
-        self.asked = {places.request(*asked[k])["ray"]: asked[k] for k in np.flatnonzero(chosen)}
+        self.requested = {addresses.request(*requested[k])["ray"]: requested[k] for k in np.flatnonzero(chosen)}
         self.items = [{"first": {name: group[name] for name in ("ray", "shell", "row", "column")},
-                       "count": group["count"]} for group in grouped(places.request(*one)
-                                                                     for one in self.asked.values())]
+                       "count": group["count"]} for group in grouped(addresses.request(*one)
+                                                                     for one in self.requested.values())]
 
     def draw(self):
         """High codes, and some low ones near each other."""
@@ -62,7 +62,7 @@ class Case:
         pyramid = SettlePyramid(self.codes, self.config)
         going = {grid.shell: survivors_by_code(grid, pyramid, self.thresholds[grid.shell], self.section,
                                                self.record).ravel() for grid in self.grids}
-        return {ray: bool(going[grid.shell][number]) for ray, (grid, number) in self.asked.items()}
+        return {ray: bool(going[grid.shell][number]) for ray, (grid, number) in self.requested.items()}
 
     def write(self, codes):
         """Into the settle map: what lies beyond the section's border is never written."""
@@ -180,12 +180,12 @@ class Bench:
         dut, waiting, offers = self.dut, [], False
         ctx.set(dut.o_tile.ready, 1)
         while True:
-            *_, asks, tile, taken = await ctx.tick().sample(dut.o_tile.valid, dut.o_tile.payload, dut.i_word.ready)
+            *_, requests, tile, taken = await ctx.tick().sample(dut.o_tile.valid, dut.o_tile.payload, dut.i_word.ready)
             waiting = [(left - 1, word) for left, word in waiting]
             if offers and taken:
                 waiting.pop(0)
                 offers = False
-            if asks and self.ready:
+            if requests and self.ready:
                 self.sweeps += tile == 0
                 waiting.append((4, self.case.words[tile]))
             offers = bool(waiting) and waiting[0][0] <= 0 and (

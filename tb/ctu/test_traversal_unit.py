@@ -9,7 +9,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.subshell_generator import ListError
 from hw.ctu.traversal_unit import TraversalUnit
-from tb.ctu.traversal_bench import Intersection, Place, SettlePort, Surroundings
+from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
 from tb.icu.frustum_load import table_writes
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
@@ -27,18 +27,18 @@ SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.g
 FIRST = 3
 
 
-def give_numbers(place, config, *, count):
+def give_numbers(part, config, *, count):
     """The frustum, with so many subshells."""
-    place.frustum = pack(TraversalUnit(config=config).i_frustum.payload.shape(), {
-        "traversal": unpack(place.formats.traversal_frustum, place.frustum), "last_shell": place.traversal.last_shell,
-        "subshells": {"first": FIRST if count else 0, "count": count, "patches": len(place.shelling.geometry)}})
+    part.frustum = pack(TraversalUnit(config=config).i_frustum.payload.shape(), {
+        "traversal": unpack(part.formats.traversal_frustum, part.frustum), "last_shell": part.traversal.last_shell,
+        "subshells": {"first": FIRST if count else 0, "count": count, "patches": len(part.shelling.geometry)}})
 
 
 class NoList:
     """Where there are no lists."""
 
     def __init__(self):
-        self.asked = []
+        self.requested = []
 
     async def begin(self):
         """There is nothing to give."""
@@ -50,18 +50,18 @@ class NoList:
 class Host:
     """Who has the subshell list and the patches."""
 
-    def __init__(self, dut, place, subshells, config):
-        self._dut, self._place = dut, place
+    def __init__(self, dut, part, subshells, config):
+        self._dut, self._part = dut, part
         shapes = {name: getattr(TraversalUnit(config=config), name).payload.shape()
                   for name in ("i_entry", "i_vertex", "i_slack")}
-        geometry = place.shelling.geometry
+        geometry = part.shelling.geometry
         listed = list(zip(subshells.patches.tolist(), subshells.shell.tolist(), strict=True))
         self._entries = [pack(shapes["i_entry"], {"patch": patch, "shell": shell}) for patch, shell in listed]
         self._beats = [[pack(shapes["i_vertex"], {"patch": patch, "surface": int(geometry.surface[patch]),
                                                   "vertex": vertex}) for vertex in geometry.vertices[patch].tolist()]
                        for patch in range(len(geometry))]
-        self._slack = [pack(shapes["i_slack"], one) for one in table_writes(place.record, config)]
-        self.asked = []
+        self._slack = [pack(shapes["i_slack"], one) for one in table_writes(part.record, config)]
+        self.requested = []
         self._sources = {name: Source(dut, name) for name in ("i_entry", "i_vertex", "i_slack")}
         for name in ("o_entry", "o_patch"):
             getattr(dut, f"{name}__ready").value = 1
@@ -69,11 +69,11 @@ class Host:
         self._waiting = {"i_entry": [], "i_vertex": []}
         self._tasks = [cocotb.start_soon(self._serve(name)) for name in self._waiting]
 
-    def _entry(self, place):
-        self._waiting["i_entry"].append(self._entries[place - FIRST])
+    def _entry(self, address):
+        self._waiting["i_entry"].append(self._entries[address - FIRST])
 
     def _patch(self, patch):
-        self.asked.append(patch)
+        self.requested.append(patch)
         self._waiting["i_vertex"] += self._beats[patch]
 
     async def _serve(self, name):
@@ -107,10 +107,10 @@ class Cast:
 
     def __init__(self, dut, record, one, config, *, seed, port):
         self._record, self._one, self._config, self._dut = record, one, config, dut
-        place = Place(record.shelling, record.record, one.sector, config)
-        self.around = Surroundings(dut, place, sink="random", stalls=0.2, seed=seed, asks=False, port=port)
-        give_numbers(place, config, count=len(one.subshells.patches))
-        self.host = Host(dut, place, one.subshells, config) if config.ctu.subshells else NoList()
+        part = ClusterPart(record.shelling, record.record, one.sector, config)
+        self.around = Surroundings(dut, part, sink="random", stalls=0.2, seed=seed, sends_requests=False, port=port)
+        give_numbers(part, config, count=len(one.subshells.patches))
+        self.host = Host(dut, part, one.subshells, config) if config.ctu.subshells else NoList()
         self.tests = Intersection(self.around, delay=lambda random: random.integers(1, 200), seed=seed)
 
     async def begin(self):
@@ -123,7 +123,7 @@ class Cast:
         around, one = self.around, self._one
         await around.until(lambda: around.final)
         assert self.tests.idle, "the frustum is over while patches are tested"
-        assert self.host.asked == one.subshells.patches.tolist()
+        assert self.host.requested == one.subshells.patches.tolist()
         expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
         missing = expected - {cell for cell, _ in around.cells}
         assert not missing, f"cells {sorted(missing)[:5]} of golden's are missing"
@@ -167,9 +167,9 @@ async def without_lists(dut):
     for count, error in (0, ListError.NONE), (1, ListError.LENGTH), (0, ListError.NONE):
         cast = Cast(dut, record, one, config, seed=count, port=port)
         frustum = TraversalUnit(config=config).i_frustum.payload.shape()
-        values = unpack(frustum, cast.around.place.frustum)
+        values = unpack(frustum, cast.around.part.frustum)
         values["subshells"]["count"] = count
-        cast.around.place.frustum = pack(frustum, values)
+        cast.around.part.frustum = pack(frustum, values)
         await cast.begin()
         await cast.check()
         assert int(dut.error.value) == error.value
@@ -196,7 +196,7 @@ async def reset_in_flight(dut):
     cast = Cast(dut, record, one, config, seed=9, port=port)
     await ClockCycles(dut.clk, 100)
     assert not cast.around.cells, "nothing may come before a frustum begins"
-    assert not cast.host.asked
+    assert not cast.host.requested
     await cast.begin()
     await cast.check()
     cast.stop()

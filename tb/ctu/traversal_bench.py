@@ -1,4 +1,4 @@
-"""What stands around the back end of cell traversal in a simulator: who asks for grid rays, and who tests patches."""
+"""The environment of cell traversal's back end in a simulator: the front end, and the tests of patches."""
 
 import cocotb
 import numpy as np
@@ -15,13 +15,13 @@ from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.stage_count import NEAR_STAGE
-from tb.ctu.grid_load import GridPlaces, grouped, unit_writes
+from tb.ctu.grid_load import GridAddresses, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.payload import pack, unpack
 from tb.lib.stall_patterns import STALLS
 from tb.lib.stream import Monitor, Sink, Source
 
-__all__ = ["Intersection", "Place", "SettlePort", "Surroundings"]
+__all__ = ["ClusterPart", "Intersection", "SettlePort", "Surroundings"]
 
 # Stages are numbered modulo this.
 STAGES = 16
@@ -29,7 +29,7 @@ STAGES = 16
 SWEEP = 60
 
 
-class Place:
+class ClusterPart:
     """A cluster's part of a frustum, and what its traversal is given.
 
     Parameters
@@ -43,7 +43,7 @@ class Place:
         self.cluster = shelling.cluster(record, sector)
         self.traversal = traversal = self.cluster.traversal
         self.rays = {shell: traversal.rays(shell) for shell in range(2, traversal.last_shell + 1)}
-        self.places = GridPlaces(self.rays.values())
+        self.addresses = GridAddresses(self.rays.values())
         self.formats = formats = CtuFormats(config)
         self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
         self.frustum = pack(formats.traversal_frustum, {
@@ -54,7 +54,7 @@ class Place:
                      for k, cell in enumerate(near)] or [pack(formats.near_cell, {"last": 1})]
         self.tiles_across = frustum_payload(record, sector, config)["tiles_across"]
 
-    def asked(self, shell, window):
+    def numbers_of(self, shell, window):
         """Numbers of the grid rays of a stage."""
         inside = sector_rays(self.rays[shell], self.sector, self.record)
         if window is not None:
@@ -67,18 +67,18 @@ class Place:
         for one in played[1:]:
             shell, pyramid = one.stage.shell, SettlePyramid(one.codes, self.config)
             going = survivors_by_code(self.rays[shell], pyramid, one.threshold, self.sector, self.record).ravel()
-            asked = self.asked(shell, one.stage.window)
-            leaving = asked[going[asked] & ~left[shell][asked]]
+            numbers = self.numbers_of(shell, one.stage.window)
+            leaving = numbers[going[numbers] & ~left[shell][numbers]]
             left[shell][leaving] = True
             assert len(leaving) == one.stage.grid_rays
             yield shell, leaving
 
     def requests(self, stage, shell, window, chosen=None):
         """The requests of a stage, its number counted from 0 on; the last of them closes it."""
-        numbers = self.asked(shell, window) if chosen is None else chosen
+        numbers = self.numbers_of(shell, window) if chosen is None else chosen
         shape = self.formats.grid_request
-        asked = grouped(self.places.request(self.rays[shell], int(number)) for number in numbers)
-        return [*(pack(shape, {**one, "stage": stage % STAGES}) for one in asked),
+        groups = grouped(self.addresses.request(self.rays[shell], int(number)) for number in numbers)
+        return [*(pack(shape, {**one, "stage": stage % STAGES}) for one in groups),
                 pack(shape, {"stage": stage % STAGES, "shell": shell, "last": 1})]
 
     def final(self):
@@ -99,7 +99,7 @@ class Place:
 class SettlePort:
     """The settle map's port: a tile per cycle, in order, some cycles later.
 
-    It stays from one frustum to the next, as what has been asked for is answered; with a reset a new one begins.
+    It stays from one frustum to the next, as what has been requested is answered; with a reset a new one begins.
 
     Members
     -------
@@ -108,7 +108,7 @@ class SettlePort:
     stalls
         Share of the cycles in which it does not answer.
     sweeps
-        How often its first tile has been asked for.
+        How often its first tile has been requested.
     """
 
     def __init__(self, dut):
@@ -136,7 +136,7 @@ class SettlePort:
             if int(dut.o_tile__valid.value) and int(dut.o_tile__ready.value):
                 tile = int(dut.o_tile__payload.value)
                 self.sweeps += tile == 0
-                # Where the last frustum has more tiles, its sweep still asks for them: all is settled there.
+                # Where the last frustum has more tiles, its sweep still requests them: all is settled there.
                 waiting.append((cycle + 4, self.words[tile] if tile < len(self.words) else self._settled))
             if not offers:
                 offers = bool(waiting) and waiting[0][0] <= cycle and self._random.random() >= self.stalls
@@ -151,12 +151,12 @@ class Surroundings:
 
     Parameters
     ----------
-    place
-        What is given.
+    part
+        The cluster's.
     stalls
         Share of the cycles in which the settle map does not answer.
-    asks
-        The test asks for grid rays and is told which stages are over; otherwise the front end is.
+    sends_requests
+        The test sends the requests for grid rays and receives which stages are over; otherwise the front end does.
     port
         The settle map's of the frustum before; without it one that is this frustum's alone.
 
@@ -170,18 +170,18 @@ class Surroundings:
         Cells of stages behind the oldest one that is not over.
     """
 
-    def __init__(self, dut, place, *, source="none", sink="none", stalls=0.0, seed=0, asks=True, port=None):
-        self.dut, self.place, self._edge = dut, place, RisingEdge(dut.clk)
+    def __init__(self, dut, part, *, source="none", sink="none", stalls=0.0, seed=0, sends_requests=True, port=None):
+        self.dut, self.part, self._edge = dut, part, RisingEdge(dut.clk)
         self.cells, self.final, self.over, self.ahead = [], False, 0, 0
         self.port = port or SettlePort(dut)
         self.port.stalls = stalls
         self._tasks = [] if port else [self.port]
-        self._shape = place.formats.met_cell
-        self.request = Source(dut, "i", stalls=STALLS[source](seed)) if asks else None
+        self._shape = part.formats.met_cell
+        self.request = Source(dut, "i", stalls=STALLS[source](seed)) if sends_requests else None
         self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
         self.out = Sink(dut, "o", stalls=STALLS[sink](seed + 1), seen=self._came)
-        self._over = Monitor(dut, "o_over", seen=self._ended) if asks else None
-        if asks:
+        self._over = Monitor(dut, "o_over", seen=self._ended) if sends_requests else None
+        if sends_requests:
             # Of a payload without bits Verilog makes a port that is not driven.
             self._over.payload = None
         self.dut.settled.value = 1
@@ -204,7 +204,7 @@ class Surroundings:
             return
         assert not self.final, "a cell came when the frustum was over"
         self.cells.append((cell["cell"], cell["stage"]))
-        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.place.config.ctu.run_ahead
+        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.part.config.ctu.run_ahead
         if self.heard is not None:
             self.heard(cell["cell"], cell["stage"])
 
@@ -213,9 +213,9 @@ class Surroundings:
 
     async def begin(self):
         """Tables, frustum, near cells."""
-        await self.table.send(self.place.tables)
-        await self.frustum.send([self.place.frustum])
-        await self.near.send(self.place.near)
+        await self.table.send(self.part.tables)
+        await self.frustum.send([self.part.frustum])
+        await self.near.send(self.part.near)
         # The last of them has been seen.
         await ClockCycles(self.dut.clk, 2)
 
@@ -245,22 +245,22 @@ class Intersection:
     """
 
     def __init__(self, around, *, delay, seed):
-        place = around.place
-        self._around, self._place, self._delay = around, place, delay
+        part = around.part
+        self._around, self._part, self._delay = around, part, delay
         self._random = np.random.default_rng(seed)
-        self.memory = RayMemory(len(place.record), place.config)
-        self.tests = place.shelling.tests(place.record, self.memory)
-        table = place.shelling.table
-        self._cells, self._patches = Filter(len(table)), Filter(len(place.shelling.geometry))
+        self.memory = RayMemory(len(part.record), part.config)
+        self.tests = part.shelling.tests(part.record, self.memory)
+        table = part.shelling.table
+        self._cells, self._patches = Filter(len(table)), Filter(len(part.shelling.geometry))
         self._waiting, self._counts = [], ShellingCounts()
         self._show()
         around.heard = self._hear
         self._task = cocotb.start_soon(self._run())
 
     def _show(self):
-        record, sector = self._place.record, self._place.sector
-        codes = settle_code(self.memory.inverse.reshape(record.rows, record.columns), self._place.config)
-        self._around.port.words = self._place.words(
+        record, sector = self._part.record, self._part.sector
+        codes = settle_code(self.memory.inverse.reshape(record.rows, record.columns), self._part.config)
+        self._around.port.words = self._part.words(
             codes[sector.first_row:sector.end_row, sector.first_column:sector.end_column])
 
     def _hear(self, cell, stage):
@@ -284,13 +284,13 @@ class Intersection:
                 self._test(np.array(due))
 
     def _test(self, cells):
-        table = self._place.shelling.table
+        table = self._part.shelling.table
         opened = self._cells.first(cells)
         found = self._patches.first(table.patches.read(table.entries(opened)))
         if len(found):
             stage = Stage(subshell=0, shell=2, window=None, scanned=0, grid_rays=0, cell_steps=0, passes=0,
                           cells=cells, opened=opened, found=found)
-            self.tests.run(stage, self._place.sector, self._counts)
+            self.tests.run(stage, self._part.sector, self._counts)
             self._show()
 
     @property
@@ -305,7 +305,7 @@ class Intersection:
 
     def hits(self):
         """What the rays hit."""
-        return read_out(self.memory, self._place.record, self.tests.patches, self._place.config)
+        return read_out(self.memory, self._part.record, self.tests.patches, self._part.config)
 
 
 assert NEAR_STAGE == STAGES - 1

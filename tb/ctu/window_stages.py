@@ -10,7 +10,7 @@ from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.ctu.records import TraversalRecord
 from golden.stimulus.frusta import random_hemisphere, random_screen
-from tb.ctu.grid_load import GridPlaces, grid_writes
+from tb.ctu.grid_load import GridAddresses, grid_writes
 from tb.icu.frustum_load import frustum_payload
 
 __all__ = ["CASES", "FRUSTA", "SECTORS", "RecordStages", "WindowStages"]
@@ -50,7 +50,7 @@ class WindowStages:
     def _prepare(self, record, sector, of, last_shell, config):
         self.record, self.sector, self.last_shell = record, sector, last_shell
         self.rays = {shell: of(shell) for shell in range(2, last_shell + 1)}
-        self._places = GridPlaces(self.rays.values())
+        self._addresses = GridAddresses(self.rays.values())
         self.tables = grid_writes(list(self.rays.values()), config)
         self.ports = {"frustum": frustum_payload(self.record, self.sector, config), "last_shell": last_shell}
 
@@ -95,7 +95,7 @@ class WindowStages:
         made = []
         for number, (_, shell, mask) in enumerate(self.stages()):
             stage = {"stage": number % STAGES}
-            made += [{**self._places.request(self.rays[shell], int(ray)), **stage} for ray in np.flatnonzero(mask)]
+            made += [{**self._addresses.request(self.rays[shell], int(ray)), **stage} for ray in np.flatnonzero(mask)]
             made.append({"shell": shell, "last": 1, **stage})
         return [*made, {"final": 1}]
 
@@ -114,8 +114,8 @@ class WindowStages:
         for window, shell, mask in self.stages():
             rays = self.rays[shell]
             own = sector_rays(rays, sector, record)
-            asked = np.ones_like(own) if window is None else subshell_rays(rays, window, record)
-            rows = asked.any(axis=1) & own.any(axis=1)
+            requested = np.ones_like(own) if window is None else subshell_rays(rays, window, record)
+            rows = requested.any(axis=1) & own.any(axis=1)
             pieces = (np.diff(np.pad(mask, ((0, 0), (1, 0))).astype(int), axis=1) == 1).sum(axis=1)
             before = (sector.first_column << 8) - rays.column_border
             beyond = (sector.end_column << 8) + rays.column_border
@@ -128,8 +128,8 @@ class WindowStages:
                 "sector's border is all of the circle": not record.is_screen and own.all(axis=1).any()
                 and record.columns > sector.end_column - sector.first_column,
                 "two pieces in a row": pieces > 1,
-                "a row is cut by the sector": (mask.sum(axis=1) < asked.sum(axis=1)) & mask.any(axis=1),
-                "rows are cut by the sector": (asked.any(axis=1) & ~own.any(axis=1)).any() and mask.any(),
+                "a row is cut by the sector": (mask.sum(axis=1) < requested.sum(axis=1)) & mask.any(axis=1),
+                "rows are cut by the sector": (requested.any(axis=1) & ~own.any(axis=1)).any() and mask.any(),
                 "first row": mask[0].any(), "screen": record.is_screen and mask.any(),
                 "screen's border": record.is_screen and (rays.column_position < 0).any()
                 and mask[:, rays.column_position < 0].any()})
@@ -140,26 +140,26 @@ class RecordStages(WindowStages):
 
     Parameters
     ----------
-    place
+    record
         The frustum.
     number
         Of the cluster.
     """
 
-    def __init__(self, place: TraversalRecord, number: int, config: Config):
-        played = place.sectors[number]
-        cluster = place.shelling.cluster(place.record, played.sector)
-        tests = place.shelling.tests(place.record, RayMemory(len(place.record), config))
-        self._prepare(place.record, played.sector, cluster.traversal.rays, cluster.traversal.last_shell, config)
+    def __init__(self, record: TraversalRecord, number: int, config: Config):
+        played = record.sectors[number]
+        cluster = record.shelling.cluster(record.record, played.sector)
+        tests = record.shelling.tests(record.record, RayMemory(len(record.record), config))
+        self._prepare(record.record, played.sector, cluster.traversal.rays, cluster.traversal.last_shell, config)
         windows = [tuple(map(int, tests.window(patch))) for patch in played.subshells.patches]
         listed = [(window, int(shell), False) for window, shell in zip(windows, played.subshells.shell, strict=True)]
         self._give([*listed, ((0, 0, 0, 0), 0, True)])
-        # Of golden's stages how many rays were asked for.
+        # Of golden's stages how many rays were requested.
         self.scanned = {(one.stage.subshell, one.stage.shell): one.stage.scanned for one in played.played
                           if one.stage.shell > 1}
 
-    def asked(self) -> dict[tuple[int, int], int]:
-        """By subshell and shell how many rays are asked for."""
+    def requested(self) -> dict[tuple[int, int], int]:
+        """By subshell and shell how many rays are requested."""
         numbers = [number for number, (window, shell, last) in enumerate(self.subshells) if last or window[1]
                    for _ in range(2, (self.last_shell if last else min(shell, self.last_shell)) + 1)]
         return {(number, shell): int(mask.sum())
