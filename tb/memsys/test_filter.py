@@ -1,6 +1,7 @@
 # amaranth: UnusedElaboratable=no
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,9 +11,7 @@ from golden.config import PRESETS
 from golden.memsys.filter import Filter as GoldenFilter
 from golden.stimulus import block
 from hw.memsys.filter import Filter
-from tb.lib.runner import SIMULATORS
-from tb.lib.timing import documented_latency
-from tb.memsys.stream_bench import Streams, check_streams
+from tb.lib.bench import Bench, Vectors
 
 BITS, COUNT, LIMIT, WORD = 7, 64, 50, 4
 
@@ -36,15 +35,25 @@ def passing(given):
     return GoldenFilter(LIMIT).first(given[given < LIMIT])
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
-def test_in_the_simulator(simulator):
-    # Begins with one that passes.
-    given = np.concatenate([[7], numbers(1)])
-    expected = passing(given)
-    check_streams("filter", make(), Streams(
-        inputs={"i": given.tolist()}, expected={"o": expected.tolist()}, each_time=[("i_start", [0])],
-        ports={"limit": LIMIT}, after={"seen": len(given), "passed": len(expected)},
-        timing=(("i", "o", documented_latency(Filter, PRESETS["tiny"])),)), simulator=simulator)
+class TestFilter(Bench):
+    variants = ({},)
+
+    def make(self, config):
+        return make()
+
+    def vectors(self, config):
+        return self.drawn(config, 1)
+
+    def drawn(self, config, seed):
+        # Begins with one that passes.
+        given = np.concatenate([[7], numbers(seed)])
+        expected = passing(given)
+        return Vectors(first={"i_start": [0]}, inputs={"i": given.tolist()}, expected={"o": expected.tolist()},
+                       ports={"limit": LIMIT}, after={"seen": len(given), "passed": len(expected)})
+
+    def check_times(self, given, cycles, latency):
+        assert {b - a for a, b in pairwise(cycles["i"])} == {1}
+        assert cycles["o"][0] - cycles["i"][0] == latency
 
 
 def run(dut, generations, *, limit=LIMIT):
