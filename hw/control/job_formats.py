@@ -73,6 +73,8 @@ class JobFormats:
     slot
         A section in a cluster's slot: ``numbers`` of its frustum, ``section``, ``last_shell``, ``near_cells`` and the
         ``bank`` that has them, ``results``.
+    near_pair
+        Two near cells: the ``bank``, the ``address`` of a word there, the ``cells``, the first one in the low half.
     sent
         A section that has been sent to a cluster: ``cluster``, and ``tag`` of its descriptor.
     load
@@ -97,6 +99,7 @@ class JobFormats:
         numbers = StructLayout({name: field.shape for name, field in control.numbers if name != "cells"})
         self.slot = StructLayout({"numbers": numbers, "section": formats.section, "last_shell": formats.shell,
                                   "near_cells": unsigned(near + 1), "bank": 1, "results": self.results})
+        self.near_pair = StructLayout({"bank": 1, "address": near - 1, "cells": 2 * formats.cell.width})
         self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
         self.load = StructLayout({"image": WORD_BITS, "regions": len(REGIONS)})
         self.load_job = StructLayout({"tag": 32, "image": WORD_BITS, "regions": len(REGIONS)})

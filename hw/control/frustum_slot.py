@@ -1,0 +1,95 @@
+"""Frustum slot: the next section of a cluster."""
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import Config
+from hw.control.job_formats import NEAR_INDEX, JobFormats, elements
+from hw.ctu.ctu_formats import CtuFormats
+
+__all__ = ["FrustumSlot"]
+
+# Bits of a cell in a descriptor's near cells.
+CELL_BITS = 32
+
+
+class FrustumSlot(wiring.Component):
+    """Stores the numbers of the next section while the present one is cast, and its near cells in the other bank.
+
+    It asks for a section when it is empty and the cluster is free for one: once for each section that is sent. A
+    section whose last word is void leaves the slot empty, and the cluster has not been served. A cell with more bits
+    than those of the scene becomes the highest one: the scene has no such cell.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    i : In, stream of `JobFormats.word`
+        Words of a section for this cluster; the number of the cluster has no effect. Always ready.
+    free : In(1)
+        The cluster can use the next section: `SectionCast`'s ``wants``. Not while ``o`` is valid.
+    wants : Out(1)
+        One more section is wanted, for one cycle.
+    o : Out, stream of `JobFormats.slot`
+        The section; accepted when all units have begun it.
+    o_near : Out, stream of `JobFormats.near_pair`
+        `NearCellBanks`'s ``i_load``. Always ready.
+
+    Timing
+    ------
+    Latency: ``1`` cycle from the last word to the section, 0 of near cells. One word per cycle.
+
+    Golden counterpart: `golden.jobs.descriptor`.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, JobFormats(config)
+        super().__init__({
+            "i": In(stream.Signature(self._formats.word, always_ready=True)), "free": In(1), "wants": Out(1),
+            "o": Out(stream.Signature(self._formats.slot)), "o_near": Out(stream.Signature(self._formats.near_pair, always_ready=True))})
+
+    def elaborate(self, platform):
+        m = Module()
+        word, slot, bank = self.i.payload, self.o.payload, Signal()
+        requested, address = Signal(), Signal(self._config.ctu.near_cell_bits - 1)
+        held = Signal.like(slot)
+        m.d.comb += [slot.eq(held), slot.bank.eq(bank), self.wants.eq(self.free & ~self.o.valid & ~requested)]
+        with m.If(self.wants):
+            m.d.sync += requested.eq(1)
+        numbers, results = held.numbers, held.results
+        targets = {name: [held.section[name], results.section[name]] for name in held.section.shape().members}
+        targets = {name: [[both[0]], [both[1]]] for name, both in targets.items()}
+        targets |= {name: [[numbers[name]]] for name in (
+            "is_screen", "source", "rows", "column_bits", "row_bits", "longest_direction")}
+        targets |= {name: [list(numbers[name])] for name in ("origin", "grid_origin")}
+        targets |= {name: [[entry for line in numbers[name] for entry in line]] for name in ("matrix", "to_global")}
+        targets |= {"columns": [[numbers.columns], [results.columns]], "last_shell": [[held.last_shell]],
+                    "near_count": [[held.near_cells]]}
+        targets |= {name: [[results[name]]] for name in ("hit_format", "sums", "hits", "sums_address")}
+        for field, several in targets.items():
+            for target in several:
+                for register, (place, bits) in zip(target, elements(field), strict=True):
+                    with m.If(self.i.valid & (word.index == place)):
+                        m.d.sync += register.eq(word.data[bits])
+
+        # Near cells, in the bank that the present section does not have.
+        near, width = self.o_near, CtuFormats(self._config).cell.width
+        cells = [Mux(word.data[low + width:low + CELL_BITS].any(), (1 << width) - 1, word.data[low:low + width])
+                 for low in (0, CELL_BITS)]
+        m.d.comb += [near.valid.eq(self.i.valid & (word.index == NEAR_INDEX)), near.payload.bank.eq(bank),
+                     near.payload.address.eq(address), near.payload.cells.eq(Cat(*cells))]
+        with m.If(near.valid):
+            m.d.sync += address.eq(address + 1)
+        with m.If(self.i.valid & word.last):
+            m.d.sync += address.eq(0)
+            with m.If(~word.void):
+                m.d.sync += self.o.valid.eq(1)
+        with m.If(self.o.valid & self.o.ready):
+            m.d.sync += [self.o.valid.eq(0), requested.eq(0), bank.eq(~bank)]
+        return m
