@@ -119,6 +119,13 @@ class Shelling:
         self.geometry, self._config, self._by_code = geometry, config, by_code
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
 
+    @classmethod
+    def of_cells(cls, geometry: PatchGeometry, table: CellTable, config: Config) -> "Shelling":
+        """Casts in cells that are made already."""
+        made = cls.__new__(cls)
+        made.geometry, made.table, made._config, made._by_code = geometry, table, config, False
+        return made
+
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
              subshells: tuple = (), *, references: np.ndarray | None = None, ray_tests: np.ndarray | None = None,
              requests: list | None = None) -> tuple[FixedHits, list[ShellingCounts]]:

@@ -1,0 +1,318 @@
+"""A job: loads and sections of frusta in the order of the queue, and where everything is in main memory."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.cast.fixed_hits import FixedHits
+from golden.config import Config
+from golden.ctu.near_cells import near_cells
+from golden.ctu.sector import Sector
+from golden.errors import InputError, check_int
+from golden.frustum import FrustumRecord
+from golden.jobs.completion import COMPLETION
+from golden.jobs.descriptor import (
+    ANY_CLUSTER,
+    DESCRIPTOR,
+    check_descriptor,
+    frustum_descriptor,
+    load_descriptor,
+)
+from golden.jobs.order import longest_first_at_the_end, proximity_order
+from golden.jobs.phase_image import PhaseImage, phase_image, region_bits
+from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
+from golden.jobs.tile_sections import tile_sections
+from golden.memory_map.image_layout import aligned
+from golden.memsys.cell_table import CellTable
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.phase import Schedule
+
+__all__ = ["Job", "JobPhase", "JobSection", "PhaseRequest", "plan_job"]
+
+# The field is of 5 bits; numbers of descriptors are of 32.
+_MOST_RING_BITS = 31
+# Tables of which those of fewer shells are the beginning.
+_GRID = ("shells", "grid_rows", "grid_columns")
+# Reads bytes of main memory: their address and number.
+Read = Callable[[int, int], bytes]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PhaseRequest:
+    """What the host wants of the frusta of a phase.
+
+    Parameters
+    ----------
+    geometry, table
+        Patches and cells of the scene.
+    records
+        The frusta, all of the same rays.
+    weights
+        ``rows`` int64, weight of one ray of each row; 0 by default.
+    hit_format, sums
+        The results.
+    clusters
+        Clusters for each frustum, a power of two: 1 for the shortest job, more for the shortest frustum.
+    cycles
+        Predicted cycles of each frustum. Default: the same for all.
+    workload
+        rows x columns float64, the expected work of each ray of a frustum. Default: the same for all.
+    plan
+        The schedule that resident sets and subshell lists are from, see `phase_image`. With subshell lists
+        (``ctu.subshell_bits``) its sections are those of every frustum, each for its own cluster.
+    """
+
+    geometry: PatchGeometry
+    table: CellTable
+    records: Sequence[FrustumRecord]
+    weights: np.ndarray | None = None
+    hit_format: HitFormat = HitFormat.NONE
+    sums: bool = False
+    clusters: int = 1
+    cycles: Sequence[float] | None = None
+    workload: np.ndarray | None = None
+    plan: Schedule | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JobPhase:
+    """A phase, and where it is in main memory.
+
+    Parameters
+    ----------
+    request
+        What the host wants.
+    image, address
+        The image of the phase, and its first byte.
+    hits, near_cells
+        Of each frustum: addresses of its hits (0 without hits) and of its cells of shell 1.
+    """
+
+    request: PhaseRequest
+    image: PhaseImage
+    address: int
+    hits: tuple[int, ...]
+    near_cells: tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobSection:
+    """A section in the queue.
+
+    Parameters
+    ----------
+    phase, frustum
+        Numbers of the phase in the job and of the frustum in the phase.
+    section
+        Its rays.
+    cycles
+        Its share of the frustum's predicted cycles.
+    cluster
+        The cluster that must take it, or `ANY_CLUSTER`.
+    """
+
+    phase: int
+    frustum: int
+    section: Sector
+    cycles: float
+    cluster: int = ANY_CLUSTER
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Job:
+    """Descriptors in the order of the queue, and what they need in main memory.
+
+    Parameters
+    ----------
+    config
+        The machine's configuration.
+    phases
+        The phases in their order.
+    descriptors
+        D records of `DESCRIPTOR`; the tag of each is its number.
+    sections
+        Of each descriptor the section, or None of a load.
+    ring, completions, ring_bits
+        Addresses of the two rings, and the binary logarithm of their entries.
+    base, end
+        Main memory that the job uses: base <= address < end.
+    """
+
+    config: Config
+    phases: tuple[JobPhase, ...]
+    descriptors: np.ndarray
+    sections: tuple[JobSection | None, ...]
+    ring: int
+    completions: int
+    ring_bits: int
+    base: int
+    end: int
+
+    def entry(self, number: int) -> int:
+        """Address of the descriptor ``number``: that of the one 2^``ring_bits`` before, which must have been taken."""
+        return self.ring + number % (1 << self.ring_bits) * DESCRIPTOR.dtype.itemsize
+
+    def completion(self, number: int) -> int:
+        """Address of the completion record that has ``number`` others before it."""
+        return self.completions + number % (1 << self.ring_bits) * COMPLETION.dtype.itemsize
+
+    def tables(self) -> dict[int, bytes]:
+        """What the host writes before the first descriptor: bytes by the address of the first of them."""
+        written = {}
+        for phase in self.phases:
+            written[phase.address] = phase.image.to_bytes()
+            table = phase.request.table
+            for record, address in zip(phase.request.records, phase.near_cells, strict=True):
+                written[address] = near_cells(record, table, record.slopes).astype("<u4").tobytes()
+        return written
+
+    def numbers(self, phase: int, frustum: int) -> list[int]:
+        """Numbers of the descriptors of a frustum's sections."""
+        return [number for number, one in enumerate(self.sections)
+                if one is not None and (one.phase, one.frustum) == (phase, frustum)]
+
+    def hits(self, phase: int, frustum: int, read: Read) -> FixedHits | np.ndarray:
+        """The hits of a frustum in main memory, when all its sections are complete; of ids, its patches alone."""
+        asked = self.phases[phase].request
+        data = read(self.phases[phase].hits[frustum], len(asked.records[frustum]) * asked.hit_format.bytes)
+        return unpack_ids(data) if asked.hit_format == HitFormat.IDS else unpack_hits(data, asked.hit_format)
+
+    def sums(self, phase: int, frustum: int, read: Read, words: Mapping[int, int]) -> np.ndarray:
+        """The sums of a frustum in main memory, when all its sections are complete: N int64.
+
+        Parameters
+        ----------
+        phase, frustum
+            Their numbers.
+        read
+            Reads main memory.
+        words
+            Words of sums by tag, from the completion records.
+        """
+        parts = [np.frombuffer(read(int(self.descriptors["sums_address"][number]), 8 * words[number]), dtype="<u8")
+                 for number in self.numbers(phase, frustum)]
+        return scatter_sums(parts, len(self.phases[phase].request.geometry))
+
+
+def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int = 6, base: int = 0) -> Job:
+    """A job of the phases in their order.
+
+    Each phase begins with a load of what the phases before have not loaded, if there is any. Its frusta follow in an
+    order in which neighbours are near each other (`proximity_order`), and at its end the longest sections are first
+    (`longest_first_at_the_end`).
+
+    Parameters
+    ----------
+    requests
+        The phases.
+    config
+        The machine's configuration.
+    ring_bits
+        Binary logarithm of the entries of the rings, 0 to 31.
+    base
+        First byte of main memory for the job, rounded up to a multiple of 64.
+
+    Raises
+    ------
+    InputError
+        The machine cannot cast a frustum or write its results, or its tables do not fit an image.
+    TypeError
+        ``ring_bits`` or ``base`` is no int.
+    """
+    for name, value, most in ("Ring bits", ring_bits, _MOST_RING_BITS), ("Base", base, None):
+        check_int(f"job: {name}", value)
+        if value < 0 or (most is not None and value > most):
+            raise InputError(f"job: {name} must be {'at least 0' if most is None else f'0 to {most}'}, not {value}")
+    memory = _Memory(base)
+    first = memory.end
+    ring = memory.take(DESCRIPTOR.dtype.itemsize << ring_bits)
+    completions = memory.take(COMPLETION.dtype.itemsize << ring_bits)
+    phases, sections, descriptors, held = [], [], [], {}
+    for number, request in enumerate(requests):
+        check_config(config, request.hit_format, sums=request.sums)
+        phase = _phase(request, config, memory)
+        phases.append(phase)
+        loaded = [name for name in phase.image.regions if not _holds(held, phase.image, name)]
+        if loaded:
+            held |= {name: phase.image[name] for name in loaded}
+            sections.append(None)
+            descriptors.append(load_descriptor(phase.address, _load_bits(loaded), tag=len(descriptors)))
+        for one in _sections(request, number, config):
+            sections.append(one)
+            descriptors.append(_descriptor(one, phase, memory, tag=len(descriptors)))
+    for descriptor in descriptors:
+        refusal = check_descriptor(descriptor, config)
+        if refusal:
+            raise InputError(f"job: {refusal.reason}")
+    return Job(config=config, phases=tuple(phases), descriptors=np.array(descriptors, dtype=DESCRIPTOR.dtype),
+               sections=tuple(sections), ring=ring, completions=completions, ring_bits=ring_bits, base=first,
+               end=memory.end)
+
+
+class _Memory:
+    """Main memory, taken from the bottom up in multiples of 64 bytes."""
+
+    def __init__(self, base):
+        self.end = aligned(base)
+
+    def take(self, size):
+        """Address of so many bytes."""
+        address = self.end
+        self.end += aligned(size)
+        return address
+
+
+def _phase(request, config, memory):
+    table = request.table
+    image = phase_image(request.records, request.geometry, table, config, weights=request.weights, plan=request.plan)
+    size = request.hit_format.bytes
+    return JobPhase(
+        request=request, image=image, address=memory.take(image.size),
+        near_cells=tuple(memory.take(4 * len(near_cells(record, table, record.slopes))) for record in request.records),
+        hits=tuple(memory.take(size * len(record)) if size else 0 for record in request.records))
+
+
+def _holds(held, image, name):
+    """Whether the machine has the region of an image: grid rays of more shells serve for fewer."""
+    records = image[name]
+    return name in held and np.array_equal(held[name][:len(records)] if name in _GRID else held[name], records)
+
+
+def _load_bits(names):
+    """The bits of a load of these regions: that of `patches` reads the residents of each cluster."""
+    names = {"patches" if name in ("residents", "clusters") else name for name in names} | {*names} - {"residents"}
+    return region_bits(*names)
+
+
+def _sections(request, phase, config):
+    """The sections of a phase in the order of the queue."""
+    first, plan = request.records[0], request.plan
+    pinned = config.ctu.subshells > 0 and plan is not None
+    cut = plan.partition.sections if pinned else tile_sections(
+        first.columns, first.rows, config, clusters=request.clusters, workload=request.workload)
+    work = np.ones((first.rows, first.columns)) if request.workload is None else np.asarray(request.workload)
+    share = np.array([work[one.first_row:one.end_row, one.first_column:one.end_column].sum() for one in cut])
+    share = share / share.sum() if share.any() else np.full(len(cut), 1 / len(cut))
+    cycles = np.ones(len(request.records)) if request.cycles is None else np.asarray(request.cycles)
+    if len(cycles) != len(request.records):
+        raise InputError(f"job: Predicted cycles must be one for each of {len(request.records)} frusta, "
+                         f"not {len(cycles)}")
+    listed = [JobSection(phase=phase, frustum=int(frustum), section=section, cycles=float(cycles[frustum] * part),
+                         cluster=cluster if pinned else ANY_CLUSTER)
+              for frustum in proximity_order(np.array([record.origin for record in request.records]))
+              for cluster, (section, part) in enumerate(zip(cut, share, strict=True))]
+    order = longest_first_at_the_end(np.array([one.cycles for one in listed]), clusters=config.noc.nodes)
+    return [listed[number] for number in order]
+
+
+def _descriptor(one, phase, memory, *, tag):
+    request = phase.request
+    record, section = request.records[one.frustum], one.section
+    rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
+    # A patch has a word only if a ray hits it.
+    sums_address = memory.take(8 * min(rays, len(request.geometry))) if request.sums else 0
+    return frustum_descriptor(
+        record, request.table, section=section, tag=tag, hit_format=request.hit_format, sums=request.sums,
+        cluster=one.cluster, hits=phase.hits[one.frustum], sums_address=sums_address,
+        near_cells_address=phase.near_cells[one.frustum])

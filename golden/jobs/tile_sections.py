@@ -1,0 +1,51 @@
+"""A frustum cut into sections that each fit the ray memory of a cluster."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.sector import Sector
+from golden.schedule.sections import cut_sections
+
+__all__ = ["tile_sections"]
+
+
+def tile_sections(columns: int, rows: int, config: Config, *, clusters: int = 1,
+                  workload: np.ndarray | None = None) -> tuple[Sector, ...]:
+    """As few sections as fit, at least ``clusters``, of about equal work; their number is a power of two.
+
+    Cuts are at borders of tiles of the settle map: a section takes whole tiles of the ray memory.
+
+    Parameters
+    ----------
+    columns, rows
+        Rays of the frustum.
+    config
+        The machine's configuration.
+    clusters
+        A power of two.
+    workload
+        rows x columns float64, the expected work of each ray. Default: the same for all.
+
+    Raises
+    ------
+    InputError
+        As `cut_sections`, of tiles instead of rays: there are too few rows or columns of them.
+    """
+    side = 1 << config.icu.tile_bits
+    rays = np.zeros((-(-rows // side) * side, -(-columns // side) * side))
+    rays[:rows, :columns] = 1 if workload is None else workload
+    tiles = rays.reshape(len(rays) // side, side, -1, side).sum(axis=(1, 3))
+    capacity, count = config.icu.rays >> 2 * config.icu.tile_bits, clusters
+    while _largest(tiles.shape, count) > capacity:
+        count *= 2
+    partition = cut_sections(tiles, clusters=count, ray_capacity=capacity)
+    return tuple(Sector(section.first_column * side, min(columns, section.end_column * side),
+                        section.first_row * side, min(rows, section.end_row * side))
+                 for section in partition.sections)
+
+
+def _largest(shape, count):
+    """Tiles of the largest of ``count`` sections, cut in turn in columns and in rows."""
+    rows, columns = shape
+    cuts = int(count).bit_length() - 1
+    return (-columns >> (cuts + 1) // 2) * (-rows >> cuts // 2)

@@ -1,0 +1,132 @@
+"""Results of a job: those of each frustum alone, in their formats, and nothing else in memory."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.cast.naive_fixed import NaiveFixed
+from golden.icu.collector import collect
+from golden.jobs.descriptor import DESCRIPTOR
+from golden.jobs.job import plan_job
+from golden.jobs.phase_image import LOADED_REGIONS
+from golden.jobs.result_formats import HitFormat
+from golden.jobs.run_job import run_job
+from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
+
+
+@pytest.fixture(scope="module")
+def results():
+    return run_job(job())
+
+
+@pytest.fixture(scope="module")
+def memory(results):
+    return memory_with(job(), results.memory)
+
+
+@pytest.fixture(scope="module")
+def hits():
+    """The hits of each frustum alone, by brute force."""
+    naive = NaiveFixed(scene().geometry, CONFIG.replace({"icu.rays": 1024}))
+    return [[naive.cast(record) for record in phase.request.records] for phase in job().phases]
+
+
+def reader(memory):
+    return lambda address, size: bytes(memory[address:address + size])
+
+
+def words(results):
+    return dict(zip(results.completions["tag"].tolist(), results.completions["sums"].tolist(), strict=True))
+
+
+def test_hits_in_memory_are_those_of_each_frustum_alone(memory, hits):
+    for frustum, expected in enumerate(hits[0]):
+        assert not len(job().hits(0, frustum, reader(memory)).differences(expected))
+    assert np.array_equal(job().hits(2, 0, reader(memory)), hits[2][0].patch)
+
+
+def test_sums_in_memory_are_the_collectors(memory, results, hits):
+    for phase in 0, 1:
+        request = job().phases[phase].request
+        for frustum, expected in enumerate(hits[phase]):
+            weights = np.repeat(request.weights, request.records[frustum].columns)
+            assert np.array_equal(job().sums(phase, frustum, reader(memory), words(results)),
+                                  collect(expected.patch, weights, len(scene().geometry)))
+
+
+def test_completions_have_tags_and_words_and_no_errors(results):
+    assert set(results.errors) == {"NONE"}
+    assert results.completions["tag"].tolist() == list(range(len(job().descriptors)))
+    for one, sums in zip(job().sections, results.completions["sums"].tolist(), strict=True):
+        assert (sums > 0) == (one is not None and job().phases[one.phase].request.sums)
+
+
+def test_results_stay_within_their_buffers(results):
+    buffers = sorted([(address, address + len(record) * phase.request.hit_format.bytes) for phase in job().phases
+                      for address, record in zip(phase.hits, phase.request.records, strict=True)]
+                     + [(int(address), int(address) + 8 * len(scene().geometry))
+                        for address in job().descriptors["sums_address"] if address])
+    for address, data in results.memory.items():
+        assert any(first <= address and address + len(data) <= end for first, end in buffers)
+
+
+def test_shelling_and_brute_force_leave_the_same(results):
+    again = run_job(job(), brute_force=True)
+    assert again.memory == results.memory
+    assert again.errors == results.errors
+    assert again.completions.tobytes() == results.completions.tobytes()
+
+
+def changed(number, **fields):
+    descriptors = job().descriptors.copy()
+    for name, value in fields.items():
+        descriptors[name][number] = value
+    return descriptors
+
+
+def test_a_malformed_descriptor_leaves_the_others_as_they_are(results):
+    refused = run_job(job(), changed(3, context=1))
+    assert refused.errors == tuple("DESCRIPTOR" if number == 3 else "NONE" for number in range(len(results.errors)))
+    assert refused.completions["address"][3] == DESCRIPTOR.dtype.fields["context"][1]
+    assert refused.completions["sums"][3] == 0
+    missing = results.memory.keys() - refused.memory.keys()
+    assert missing
+    assert all(refused.memory[address] == data for address, data in results.memory.items() if address not in missing)
+    assert int(job().descriptors["sums_address"][3]) in missing
+
+
+def test_a_frustum_before_any_load_completes_as_such(results):
+    early = run_job(job(), changed(0, regions=LOADED_REGIONS & ~8))
+    assert early.errors[1:11] == ("NOT_LOADED",) * 10
+    assert not early.completions["sums"][1:11].any()
+
+
+def test_a_load_of_no_image_unloads(results):
+    address = int(job().descriptors["hits"][11]) + 64
+    wrong = run_job(job(), changed(11, hits=address))
+    assert wrong.errors[11:] == ("IMAGE", *["NOT_LOADED"] * 3, "NONE", *["NOT_LOADED"] * 2)
+    assert wrong.completions["address"][11] == address
+
+
+def test_a_sum_beyond_its_word_ends_its_section():
+    request = replace(requests()[0], records=hemispheres(1), cycles=None,
+                      weights=np.full(16, (1 << 42) - 1, dtype=np.int64))
+    for sums, error in ((True, "OVERFLOW"), (False, "NONE")):
+        made = plan_job([replace(request, sums=sums)], CONFIG)
+        over = run_job(made)
+        assert over.errors == ("NONE", error, error)
+        assert bool(over.memory) == (not sums)
+        patches = NaiveFixed(scene().geometry, CONFIG.replace({"icu.rays": 1024})).cast(request.records[0]).patch
+        if sums:
+            assert set(over.completions["address"][1:].tolist()) <= set(patches.tolist())
+
+
+def test_a_section_may_ask_for_other_results_than_the_job(results, hits):
+    number, = (number for number in job().numbers(0, 0)
+               if job().sections[number].section.first_column == 0 and job().sections[number].section.first_row == 0)
+    one = run_job(job(), changed(number, hit_format=HitFormat.FULL, sums=0, hits=job().end, end_column=1, end_row=1))
+    (address,) = one.memory.keys() - results.memory.keys()
+    assert address == job().end
+    assert np.frombuffer(one.memory[address], "<i4")[:2].tolist() == [hits[0][0].inverse[0], hits[0][0].patch[0]]
+    assert one.completions["sums"][number] == 0
