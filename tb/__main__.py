@@ -1,4 +1,4 @@
-"""``python -m tb``: names the command that has taken its place."""
+"""``python -m tb``: names the command that has replaced it."""
 
 import sys
 

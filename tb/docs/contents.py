@@ -64,9 +64,9 @@ class Contents:
             _waveform_path(page): waveform.draw() for page, waveform in WAVEFORMS.items()}
 
     def complete(self, text: str, here: str) -> str:
-        """A page with the parts whose places it names, and what is shown of its units below.
+        """A page with the parts whose positions it names, and what is shown of its units below.
 
-        Places are comments: ``<!-- diagram Cluster -->``.
+        Positions are comments: ``<!-- diagram Cluster -->``.
         """
         reference = self._reference
 

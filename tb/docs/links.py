@@ -25,7 +25,7 @@ class _Page(HTMLParser):
 
 
 def broken_links(folder: Path) -> list[str]:
-    """Links between the pages of a site to files, or to places in pages, that do not exist: page and link."""
+    """Links between the pages of a site to files, or to anchors in pages, that do not exist: page and link."""
     pages = {path.resolve(): _Page(path.read_text()) for path in sorted(folder.rglob("*.html"))
              # What a server shows for pages that are not there; it knows where the site begins.
              if path.name != "404.html"}

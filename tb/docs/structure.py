@@ -145,7 +145,7 @@ def _quiet():
     """In which components may be left without being elaborated."""
     with mock.patch.object(Elaboratable, "_MustUse__silence", True):
         yield
-        # What was left goes here, not where somebody would be told of it.
+        # What was left goes here, not where it would be reported.
         gc.collect()
 
 
@@ -190,7 +190,7 @@ def _look_at(component, elaborate, stands_for):
 
 def _ports(component) -> Iterator[Port]:
     """What a component shows; of arrays of ports each."""
-    for path, is_input, kind, signature, _ in _places(component):
+    for path, is_input, kind, signature, _ in _flat_ports(component):
         if kind == "stream":
             yield Port(path, is_input, kind, Shape.cast(signature.members["payload"].shape).width,
                        fields_of(signature.members["payload"].shape), signature.always_ready)
@@ -202,7 +202,7 @@ def _ports(component) -> Iterator[Port]:
             yield Port(path, is_input, kind, sum(field.bits for field in fields), fields)
 
 
-def _places(component) -> Iterator[tuple]:
+def _flat_ports(component) -> Iterator[tuple]:
     """Path, direction, kind, signature (of a signal its member) and value of each port."""
 
     def walk(path, member, value, dimensions):
@@ -240,7 +240,7 @@ def _links(fragment, parts) -> set[Link]:
     gives, takes = SignalDict(), []
     at_once, later = _drivers(fragment)
     for name, part in parts.items():
-        for path, is_input, kind, signature, value in _places(part):
+        for path, is_input, kind, signature, value in _flat_ports(part):
             if kind == "interface":
                 # Named by what the one who starts transfers drives.
                 leaves = [leaf for _, member, leaf in signature.flatten(value) if member.flow is not In]

@@ -33,7 +33,7 @@ class Toy(wiring.Component):
         elif self._way == "offered":
             m.d.comb += second.i.valid.eq(first.o.valid & self.i.valid)
         elif self._way == "accepted":
-            # Only tells when the other one takes something.
+            # Only reports when the other one takes something.
             m.d.comb += second.i.valid.eq(first.i.ready)
         return m
 

@@ -160,7 +160,7 @@ def _main_memory_port():
 
 
 def _router():
-    """A packet of three flits from the node itself to the one east of it, and a place given back."""
+    """A packet of three flits from the node itself to the one east of it, and a returned credit."""
     routing = route(Topology("mesh", 2, 1), 1)
     component = Router(routing=routing, node=0, bits=8, depth=8)
     east = routing.topology.ports.index("east")
@@ -203,11 +203,11 @@ def _registers():
         await ctx.tick()
         for name, value in (("awaddr", address), ("awvalid", 1), ("wdata", 0x1000), ("wstrb", 15), ("wvalid", 1)):
             ctx.set(getattr(host, name), value)
-        is_asked = is_given = False
-        while not (is_asked and is_given):
-            *_, asked, given = await ctx.tick().sample(host.awvalid & host.awready, host.wvalid & host.wready)
-            is_asked, is_given = is_asked or asked, is_given or given
-            ctx.set(host.awvalid, not is_asked)
+        is_addressed = is_given = False
+        while not (is_addressed and is_given):
+            *_, addressed, given = await ctx.tick().sample(host.awvalid & host.awready, host.wvalid & host.wready)
+            is_addressed, is_given = is_addressed or addressed, is_given or given
+            ctx.set(host.awvalid, not is_addressed)
             ctx.set(host.wvalid, not is_given)
         await ctx.tick().until(host.bvalid)
         ctx.set(host.araddr, address)

@@ -108,7 +108,7 @@ async def the_same_patch_after_every_number_of_cycles(dut):
         patch, row = np.arange(96) % ahead, random.integers(0, SIDE, 96)
         # Rays without a hit keep the others' distance.
         patch[random.random(96) < 0.2] = -1
-        # Fewer of the large weights than a sum has room for.
+        # Fewer of the large weights than a sum can hold.
         row[3::4] %= ROWS
         row[np.cumsum(row >= ROWS) > 3] %= ROWS
         await bench.ports.send("i", items(patch, row))
@@ -116,15 +116,15 @@ async def the_same_patch_after_every_number_of_cycles(dut):
 
 
 @cocotb.test()
-async def a_sum_without_room_is_flagged(dut):
+async def an_overflowing_sum_is_flagged(dut):
     """Until it is read; the sums beside it are not, and what follows begins anew."""
     await start(dut, cycles=20_000)
     bench = Bench(dut)
     await bench.write_weights()
-    room = 1 << CONFIG_FORMATS.weight_sum.width
+    limit = 1 << CONFIG_FORMATS.weight_sum.width
     patch, row = [1, 2, 1, 1, 1, 2, 2, 1, 1, 1], [ROWS] * 10
     sums = expected(patch, row)
-    assert sums[1] >= room > sums[2]
+    assert sums[1] >= limit > sums[2]
     await bench.ports.send("i", items(patch, row))
     found = await bench.entries(4)
     assert [entry["overflow"] for entry in found] == [0, 1, 0, 0]
@@ -134,7 +134,7 @@ async def a_sum_without_room_is_flagged(dut):
 
 
 @cocotb.test()
-async def sums_are_asked_for_while_hits_come(dut):
+async def sums_are_requested_while_hits_come(dut):
     """Wherever a read falls, each weight is in the sums of one read; what is not read stays."""
     await start(dut, cycles=100_000)
     bench = Bench(dut, hits="bursts", sums="random")
@@ -184,14 +184,14 @@ async def one_per_cycle(dut):
     bench = Bench(dut)
     await bench.write_weights()
     await bench.ports.until(lambda: not bench.ports["busy"])
-    taken, asked = bench.ports.taken("i"), bench.ports.taken("i_read")
+    taken, reads = bench.ports.taken("i"), bench.ports.taken("i_read")
     patch, row = hemisphere_rays(4)
     await bench.ports.send("i", items(patch, row))
     await ClockCycles(dut.clk, 10)
     await bench.sums()
     assert {b - a for a, b in pairwise(taken.cycles)} == {1}, "hits must be taken without a gap"
     assert {b - a for a, b in pairwise(bench.sum.cycles)} == {1}, "sums must come without a gap"
-    assert bench.sum.cycles[0] - asked.cycles[0] == documented_latency(Collector, CONFIG)
+    assert bench.sum.cycles[0] - reads.cycles[0] == documented_latency(Collector, CONFIG)
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

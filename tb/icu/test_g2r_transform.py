@@ -7,7 +7,7 @@ from golden.icu.g2r_transform import g2r_transform
 from golden.stimulus import stimulus
 from golden.stimulus.frusta import frustum_record
 from hw.icu.g2r_transform import G2rTransform
-from tb.icu.vectors import assert_all_occur, frustum_of, rows, vertex_place
+from tb.icu.vectors import assert_all_occur, frustum_of, rows, vertex_key
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
 
@@ -26,9 +26,9 @@ def along_the_axes(config):
 def of(draw, config):
     given = draw(config)
     return Vectors(ports={"frustum": frustum_of(given, config)},
-                   inputs={"i": [{**vertex_place(k), "vertex": vertex}
+                   inputs={"i": [{**vertex_key(k), "vertex": vertex}
                                  for k, vertex in enumerate(rows(given["vertex"]))]},
-                   expected={"o": [{**vertex_place(k), "vertex": vertex}
+                   expected={"o": [{**vertex_key(k), "vertex": vertex}
                                    for k, vertex in enumerate(rows(given["transformed"]))]})
 
 

@@ -60,15 +60,15 @@ class Walk:
         self.windows, self.across = section_clip(given, section, record), tiles(section, config)[0]
         columns, rows = np.meshgrid(np.arange(section.end_column - section.first_column),
                                     np.arange(section.end_row - section.first_row))
-        self.places = ray_address(columns.ravel(), rows.ravel(), self.across, config.icu)
+        self.addresses = ray_address(columns.ravel(), rows.ravel(), self.across, config.icu)
         self.inverse = np.zeros(config.icu.rays, dtype=np.int64)
         # Every other tile has no ray without a hit, and there the hits are near.
-        full = (self.places >> 2 * tile_bits) % 2 == 0
-        settled = (random.random(len(self.places)) < 0.6) | full
+        full = (self.addresses >> 2 * tile_bits) % 2 == 0
+        settled = (random.random(len(self.addresses)) < 0.6) | full
         near = np.where(full, (5 << 21) + random.integers(1 << 21, size=len(full)),
                         random.integers(1 << 22, 3 << 22, len(full)))
-        self.inverse[self.places[settled]] = near[settled]
-        settled = self.places[settled]
+        self.inverse[self.addresses[settled]] = near[settled]
+        settled = self.addresses[settled]
         self.settled = random.permutation(settled).tolist()
         self.threshold = random.integers(1, config.icu.settle.high + 2, WINDOWS)
         self.threshold[::3] = config.icu.settle.high + 1
@@ -82,23 +82,23 @@ class Walk:
         side = 2 * self.config.icu.tile_bits
         for which in range(WINDOWS):
             columns, rows = window_rays(self.windows, which, self.config.icu)
-            place = ray_address(columns, rows, self.across, self.config.icu)
-            may = code[place] < self.threshold[which]
+            address = ray_address(columns, rows, self.across, self.config.icu)
+            may = code[address] < self.threshold[which]
             live[which] = may.sum()
-            tile = place >> side
+            tile = address >> side
             some = np.isin(tile, tile[may])
             self.coverage.hit_all({
-                "window without rays": len(place) == 0, "window of one ray": len(place) == 1,
+                "window without rays": len(address) == 0, "window of one ray": len(address) == 1,
                 "window in two pieces": self.windows.wrapped_count[which] > 0,
                 "ray skipped": ~may, "tile skipped": ~some & (tile != tile[-1:]),
-                "last tile without a ray that may improve": len(place) > 0 and not some[-1],
-                "window without a ray that may improve": len(place) > 0 and not may.any(),
-                "whole window may improve": len(place) > 0 and may.all(),
-                "ray of the largest code that may improve": may & (code[place] == self.config.icu.settle.high),
-                "code just below the threshold": code[place] == self.threshold[which] - 1,
-                "code at the threshold": code[place] == self.threshold[which]})
+                "last tile without a ray that may improve": len(address) > 0 and not some[-1],
+                "window without a ray that may improve": len(address) > 0 and not may.any(),
+                "whole window may improve": len(address) > 0 and may.all(),
+                "ray of the largest code that may improve": may & (code[address] == self.config.icu.settle.high),
+                "code just below the threshold": code[address] == self.threshold[which] - 1,
+                "code at the threshold": code[address] == self.threshold[which]})
             rays += [(which % 64, int(ray), int(column) + self.section.first_column, int(row) + self.section.first_row)
-                     for ray, column, row in zip(place[may], columns[may], rows[may], strict=True)]
+                     for ray, column, row in zip(address[may], columns[may], rows[may], strict=True)]
         return rays, live
 
     def run(self):
@@ -113,7 +113,7 @@ class Walk:
             ctx.set(top.rays.tiles_across, self.across)
             ctx.set(top.rays.section, {name: getattr(self.section, name) for name in
                                        ("first_column", "end_column", "first_row", "end_row")})
-            earlier = self.random.choice(self.places, 150).tolist()
+            earlier = self.random.choice(self.addresses, 150).tolist()
             for hits in ([(ray, (1 << 24) - 1) for ray in earlier],
                          [(ray, int(self.inverse[ray])) for ray in self.settled]):
                 ctx.set(top.map.i_start.valid, 1)

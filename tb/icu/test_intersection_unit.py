@@ -297,7 +297,7 @@ async def back_pressure_reaches_the_vertices(dut):
         # Longer than any window.
         await cocotb.triggers.ClockCycles(dut.clk, 1200)
     assert not cast.done()
-    assert before // 4 >= TOKENS + slots, "as many patches must come as there is room for"
+    assert before // 4 >= TOKENS + slots, "as many patches must come as there are free slots"
     COVERAGE.hit_all({"tokens wait": bool(int(dut.o_done__valid.value)),
                       "as many patches in flight as slots": before // 4 >= slots})
     held[0] = False

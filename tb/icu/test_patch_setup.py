@@ -97,17 +97,17 @@ class Patches:
                    for name, part in parts.items()},
                 "o_patch": [{"slot": k % slots, "part": k} for k in range(COUNT) for _ in range(4)],
                 "o": [{"slot": k % slots, "window": section_window_of(self.window, k),
-                       # Nobody asks of what cannot be hit how near it is.
+                       # No unit uses the threshold of what cannot be hit.
                        "threshold": int(threshold[k]) if made["live"][k] else None} for k in range(COUNT)]}
 
     def check(self, came):
         """All outputs are golden's."""
         for name, expected in self.expected().items():
             assert len(came[name]) == len(expected), f"{name}: {len(came[name])} items came, not {len(expected)}"
-            for k, (item, wanted) in enumerate(zip(came[name], expected, strict=True)):
-                if wanted.get("threshold", 0) is None:
+            for k, (item, required) in enumerate(zip(came[name], expected, strict=True)):
+                if required.get("threshold", 0) is None:
                     item = {**item, "threshold": None}
-                assert item == wanted, f"{name}: item {k} differs"
+                assert item == required, f"{name}: item {k} differs"
 
     def cases(self):
         """What these patches are, case by case."""

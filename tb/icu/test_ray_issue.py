@@ -52,7 +52,8 @@ def test_every_ray_once_and_no_cycle_more(tile_bits):
         came = bench.run(schedule, first_column=FIRST_COLUMN, first_row=FIRST_ROW)["o"]
         given = schedule.values("i")
         expected = list(rays(given, config))
-        assert [{name: item[name] for name in wanted} for item, wanted in zip(came, expected, strict=True)] == expected
+        assert [{name: item[name] for name in required}
+                for item, required in zip(came, expected, strict=True)] == expected
         # A mask of n rays takes max(n, 1) cycles, as soon as those of the mask before are over.
         taken = bench.cycles["i"]
         counts = [max(mask["mask"].bit_count(), 1) for mask in given]

@@ -69,15 +69,15 @@ class Frusta:
 
     async def read(self, ctx, bank):
         """All rays of a bank."""
-        memory, found, asked = self.memory, [], 0
+        memory, found, requested = self.memory, [], 0
         while len(found) < RAYS:
             takes = self.random.random() < 0.6
             ctx.set(memory.o_read.ready, int(takes))
-            ctx.set(memory.i_read.valid, int(asked < RAYS))
-            ctx.set(memory.i_read.payload, {"bank": bank, "ray": min(asked, RAYS - 1)})
+            ctx.set(memory.i_read.valid, int(requested < RAYS))
+            ctx.set(memory.i_read.payload, {"bank": bank, "ray": min(requested, RAYS - 1)})
             *_, ready, valid, hit = await ctx.tick().sample(memory.i_read.ready, memory.o_read.valid,
                                                             memory.o_read.payload)
-            asked += ready and asked < RAYS
+            requested += ready and requested < RAYS
             if valid and takes:
                 found.append((int(hit.inverse), int(hit.patch), int(hit.u), int(hit.v)))
         ctx.set(memory.i_read.valid, 0)

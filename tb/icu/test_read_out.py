@@ -74,9 +74,9 @@ class Frustum:
         columns, rows = np.meshgrid(np.arange(section.end_column - section.first_column),
                                     np.arange(section.end_row - section.first_row))
         self.columns, self.rows = columns.ravel(), rows.ravel()
-        place = ray_address(self.columns, self.rows, tiles(section, config)[0], config.icu)
-        self.ray = ray % len(place)
-        memory, self.won, self.uv = GoldenRayMemory(len(place), config), [], {}
+        address = ray_address(self.columns, self.rows, tiles(section, config)[0], config.icu)
+        self.ray = ray % len(address)
+        memory, self.won, self.uv = GoldenRayMemory(len(address), config), [], {}
         uv_high = 1 << config.icu.uv_bits
         self.updates, self.payloads = [], []
         for number, update in enumerate(zip(self.ray, inverse, patch, hit, strict=True)):
@@ -88,9 +88,9 @@ class Frustum:
             uv = number * 7 % uv_high, number * 3 % uv_high
             if self.won[-1]:
                 self.uv[which] = uv
-            self.updates.append({"tag": number, "ray": int(place[which]), "inverse": key[0], "patch": key[1],
+            self.updates.append({"tag": number, "ray": int(address[which]), "inverse": key[0], "patch": key[1],
                                  "hit": meets})
-            self.payloads.append({"ray": int(place[which]), "u": uv[0], "v": uv[1]})
+            self.payloads.append({"ray": int(address[which]), "u": uv[0], "v": uv[1]})
         self.answers = [{"tag": update["tag"], "ray": update["ray"], "inverse": update["inverse"], "won": won}
                         for update, won in zip(self.updates, self.won, strict=True)]
         self.hits = []
@@ -99,7 +99,7 @@ class Frustum:
             hit = {"inverse": inverse, "patch": patch, "u": u, "v": v} if inverse else {}
             self.hits.append({"column": int(self.columns[which]) + section.first_column,
                               "row": int(self.rows[which]) + section.first_row, "hit": hit,
-                              "last": which == len(place) - 1})
+                              "last": which == len(address) - 1})
 
     def distances(self):
         """How often an update had one of the same ray so many cycles before, and whether those two won."""
@@ -273,7 +273,7 @@ async def one_per_cycle(dut):
     bench = Bench(dut)
     first, second = (random_frustum(bench.config, SECTIONS[0], seed) for seed in (1, 2))
     await bench.cast(first)
-    given, asked = bench.ports.taken("i_update"), bench.ports.taken("i_read_out")
+    given, read_outs = bench.ports.taken("i_update"), bench.ports.taken("i_read_out")
     bench.answer.cycles.clear()
     bank = bench.ports["active"]
     await bench.ports.send("i_start", [0])
@@ -283,7 +283,7 @@ async def one_per_cycle(dut):
     for monitor, what in ((given, "updates"), (bench.answer, "answers"), (bench.hit, "hits")):
         assert_no_gap(monitor, what)
     assert bench.answer.cycles[0] - given.cycles[0] == documented_latency(RayMemory, bench.config)
-    assert bench.hit.cycles[0] - asked.cycles[0] == documented_latency(ReadOut, bench.config)
+    assert bench.hit.cycles[0] - read_outs.cycles[0] == documented_latency(ReadOut, bench.config)
 
 
 def run(changes, simulator="verilator"):

@@ -77,7 +77,7 @@ class Frusta:
         for k in range(count):
             history[k + 1:, ray[k]] = code[k]
         await self.begin(ctx)
-        asked = []
+        read_tiles = []
         for cycle in range(len(history) - 1):
             written = cycle < count
             ctx.set(block_.i.valid, int(written))
@@ -87,13 +87,13 @@ class Frusta:
                 else int(self.random.integers(tiles(config)))
             ctx.set(block_.i_walk.valid, 1)
             ctx.set(block_.i_walk.payload, {"tag": cycle, "tile": tile})
-            asked.append(tile)
+            read_tiles.append(tile)
             *_, valid, answer = await ctx.tick().sample(block_.o_walk.valid, block_.o_walk.payload)
             assert valid == (cycle >= block_.latency), "an answer comes in every cycle, after the latency"
             if valid:
-                asking = cycle - block_.latency
-                assert answer.tag == asking
-                self.compare(list(answer.word), history, asking, asked[asking])
+                issued = cycle - block_.latency
+                assert answer.tag == issued
+                self.compare(list(answer.word), history, issued, read_tiles[issued])
         ctx.set(block_.i_walk.valid, 0)
         tile, again = ray >> side, np.zeros(tiles(config), dtype=bool)
         again[tile] = True
@@ -103,20 +103,20 @@ class Frusta:
             "word of this frustum": again.any(), "word of an earlier frustum": self.wrote & ~again,
             "first write of a word": again & self.wrote,
             "tile in consecutive cycles": tile[1:] == tile[:-1],
-            "read of what is being written": [asked[k] == tile[k] for k in range(count)]})
+            "read of what is being written": [read_tiles[k] == tile[k] for k in range(count)]})
         self.wrote = again | self.wrote
         await ctx.tick().repeat(block_.latency + 1)
         return history[-1]
 
-    def compare(self, word, history, asking, tile):
+    def compare(self, word, history, issued, tile):
         """Nothing that was never written, all that came ``VISIBLE`` cycles before."""
         lanes = slice(tile * len(word), (tile + 1) * len(word))
-        sure = history[max(asking - VISIBLE + 1, 0), lanes]
-        for code, least, most in zip(word, sure, history[asking + 1, lanes], strict=True):
-            assert least <= code <= most, f"tile {tile} in cycle {asking}: code {code}, not {least} to {most}"
+        sure = history[max(issued - VISIBLE + 1, 0), lanes]
+        for code, least, most in zip(word, sure, history[issued + 1, lanes], strict=True):
+            assert least <= code <= most, f"tile {tile} in cycle {issued}: code {code}, not {least} to {most}"
 
     def run(self, frusta):
-        """As many frusta as wanted, more than there are tags; after each both copies have all that was written."""
+        """As many frusta as given, more than there are tags; after each both copies have all that was written."""
         done = []
 
         async def testbench(ctx):
@@ -190,6 +190,6 @@ def test_cell_traversal_reads_in_order_and_what_is_there(drawn):
 def test_one_read_per_cycle():
     _, bench = read_bench()
     bench.run(Schedule(items={"i_start": [(0, 0)], "i_read": [(20 * (k == 0), k % 4) for k in range(30)]}, stalls={}))
-    asked, came = bench.cycles["i_read"], bench.cycles["o_read"]
-    assert {b - a for a, b in pairwise(asked)} == {b - a for a, b in pairwise(came)} == {1}
-    assert came[0] - asked[0] == 4
+    requested, came = bench.cycles["i_read"], bench.cycles["o_read"]
+    assert {b - a for a, b in pairwise(requested)} == {b - a for a, b in pairwise(came)} == {1}
+    assert came[0] - requested[0] == 4

@@ -8,7 +8,7 @@ from golden.icu.vertex_direction import vertex_direction
 from golden.stimulus import stimulus
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.spherical_coordinates import SphericalCoordinates
-from tb.icu.vectors import rows, vertex_place
+from tb.icu.vectors import rows, vertex_key
 from tb.lib.bench import Bench, Case, Vectors
 
 # The low bits of what a CORDIC turns seldom decide.
@@ -36,8 +36,8 @@ def of_record(frustum, count, config):
         first, second = SphericalWindows(record, config).angles(direction)
     return Vectors(
         ports={"is_screen": int(record.is_screen)},
-        inputs={"i": [{**vertex_place(k), "direction": vertex} for k, vertex in enumerate(rows(direction))]},
-        expected={"o": [{**vertex_place(k), "first": int(first[k]), "second": int(second[k]),
+        inputs={"i": [{**vertex_key(k), "direction": vertex} for k, vertex in enumerate(rows(direction))]},
+        expected={"o": [{**vertex_key(k), "first": int(first[k]), "second": int(second[k]),
                          "front": int(direction[k, 2] > 0)} for k in range(count)]})
 
 

@@ -1,5 +1,5 @@
 from hw.icu.vertex_gather import VertexGather
-from tb.icu.vectors import slot_of, vertex_place
+from tb.icu.vectors import slot_of, vertex_key
 from tb.lib.bench import Bench, Vectors
 
 
@@ -10,5 +10,5 @@ class TestVertexGather(Bench):
     def vectors(self, config):
         values = [(7 * k + k // 3) % 256 for k in range(200)]
         return Vectors(
-            inputs={"i": [{**vertex_place(k), "item": value} for k, value in enumerate(values)]},
+            inputs={"i": [{**vertex_key(k), "item": value} for k, value in enumerate(values)]},
             expected={"o": [{**slot_of(k), "items": values[4 * k:4 * k + 4]} for k in range(50)]})

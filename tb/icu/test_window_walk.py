@@ -43,7 +43,7 @@ def golden_window(given):
 
 
 def rays_of(step, config):
-    """The rays of a step: place in the ray memory, and column and row of the section."""
+    """The rays of a step: address in the ray memory, and column and row of the section."""
     side = config.icu.tile_bits
     lanes = range(1 << side)
     return [(step["tile"] << 2 * side | row << side | column, (step["tile_column"] << side) + column,

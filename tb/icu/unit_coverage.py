@@ -23,11 +23,11 @@ WINDOWS = ("window without rays", "window of one ray", "window of one tile", "wi
            "window of one ray after another one on the same ray")
 HITS = ("first hit of a ray", "nearer hit", "farther hit", "equally near with a smaller id",
         "equally near with a larger id")
-PLACES = ("no hit", "u smallest", "u largest", "v smallest", "v largest")
+UV_CASES = ("no hit", "u smallest", "u largest", "v smallest", "v largest")
 FLOW = ("rays skipped", "all rays issued", "vertices wait", "no vertex waits", "as many patches in flight as slots",
         "tokens wait")
 # Of all coroutines that run in one simulation.
-COVERAGE = Coverage((*FRUSTA, *PATCHES, *WINDOWS, *HITS, *PLACES, *FLOW))
+COVERAGE = Coverage((*FRUSTA, *PATCHES, *WINDOWS, *HITS, *UV_CASES, *FLOW))
 
 
 class CoveredBench(UnitBench):
@@ -97,7 +97,7 @@ def window_cases(patches, clipped, record, order, config) -> dict:
     """Of each window in its section, in the order in which they are walked."""
     rays, given = clipped.rays, patches.window.rays
     one = rays[order] == 1
-    place = (clipped.column_first + clipped.row_first * record.columns)[order]
+    first_ray = (clipped.column_first + clipped.row_first * record.columns)[order]
     return {
         "window without rays": rays == 0, "window of one ray": rays == 1,
         "window of one tile": (rays > 1) & (window_tiles(clipped, config.icu) == 1),
@@ -105,7 +105,7 @@ def window_cases(patches, clipped, record, order, config) -> dict:
         "window in two pieces": clipped.wrapped_count > 0,
         "window of all columns": clipped.column_count + clipped.wrapped_count == record.columns,
         "window cut by the section": (rays > 0) & (rays < given),
-        "window of one ray after another one on the same ray": one[1:] & one[:-1] & (place[1:] == place[:-1])}
+        "window of one ray after another one on the same ray": one[1:] & one[:-1] & (first_ray[1:] == first_ray[:-1])}
 
 
 def hit_cases(patches, record, section, order, config) -> dict:

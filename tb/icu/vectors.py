@@ -22,7 +22,7 @@ __all__ = [
     "section_window_of",
     "seen_through",
     "slot_of",
-    "vertex_place",
+    "vertex_key",
     "winding_of",
     "window_of",
 ]
@@ -59,7 +59,7 @@ def assert_all_occur(cases: dict) -> None:
     coverage.check()
 
 
-def vertex_place(number: int) -> dict:
+def vertex_key(number: int) -> dict:
     """Slot and index of the vertices of patches one after the other."""
     return {"slot": number // 4 % SLOTS, "index": number % 4}
 

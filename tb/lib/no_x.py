@@ -4,7 +4,7 @@ __all__ = ["assert_known"]
 
 
 def assert_known(dut, streams) -> None:
-    """``valid`` and ``ready`` of a component's streams are 0 or 1: asked after reset, of a four-state simulator.
+    """``valid`` and ``ready`` of a component's streams are 0 or 1: read after reset, of a four-state simulator.
 
     Raises
     ------

@@ -125,7 +125,7 @@ class ScheduleBench:
         self._schedule, self._ports, self._responders, self.came, self.cycles = None, None, (), {}, {}
         self._watched, self.history = {name: Value.cast(getattr(component, name)) for name in watched}, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
-        # simulator is slow in what it is asked from outside.
+        # simulator is slow in accesses from outside.
         top = Module()
         top.domains.sync = ClockDomain()
         top.submodules.dut = component
@@ -218,10 +218,10 @@ class ScheduleBench:
 
 def _joined(parts):
     """Numbers concatenated from the lowest bits on, given as pairs of number and bits."""
-    bits = place = 0
+    bits = shift = 0
     for part, width in parts:
-        bits |= part << place
-        place += width
+        bits |= part << shift
+        shift += width
     return bits
 
 

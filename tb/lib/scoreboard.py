@@ -20,9 +20,9 @@ def check(shape, got: list[int], expected: list, *, what: str) -> None:
     """
     for number, (item, value) in enumerate(zip(got, expected, strict=False)):
         bits = isinstance(value, int) and value >= 0
-        item, wanted = (item, value) if bits else (item & mask_of(shape, value), pack(shape, value))
-        if item != wanted:
-            fields = _differences(unpack(shape, item), unpack(shape, wanted), what)
+        item, required = (item, value) if bits else (item & mask_of(shape, value), pack(shape, value))
+        if item != required:
+            fields = _differences(unpack(shape, item), unpack(shape, required), what)
             raise AssertionError(f"item {number} of {len(expected)}: " + "; ".join(fields))
     if len(got) != len(expected):
         raise AssertionError(f"{what}: {len(got)} items came, not {len(expected)}")

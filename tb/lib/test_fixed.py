@@ -116,7 +116,7 @@ def test_shifts(width, shape):
         [shape(width), unsigned(steps)], [shape(width), unsigned(width)],
         lambda p, x, by: [fixed.shift_right(p, x, by, width), fixed.shift_left(p, x, by, width)], [values, by])
     check(right, values >> by)
-    assert left == [int(value) << int(places) & (1 << width) - 1 for value, places in zip(values, by, strict=True)]
+    assert left == [int(value) << int(shift) & (1 << width) - 1 for value, shift in zip(values, by, strict=True)]
     assert latency == steps // fixed.LEVELS
 
 

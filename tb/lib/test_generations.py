@@ -75,7 +75,7 @@ class Bench:
             await ctx.tick()
         ctx.set(generations.i_start.valid, 0)
         assert swept in (0, DEPTH)
-        assert ctx.get(generations.generation) != 0, "tag 0 is nobody's"
+        assert ctx.get(generations.generation) != 0, "tag 0 belongs to no item"
         assert ctx.get(self.top.holds) == 0, "a generation begins empty"
         return waited
 

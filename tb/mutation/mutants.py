@@ -43,7 +43,7 @@ def make_mutants(text: str, *, count: int, seed: int) -> Mutants:
         How many, and which.
     """
     bits = (count + 1).bit_length()
-    # Names that nobody needs go first: some of them disagree about what a register begins with.
+    # Names that are not needed go first: some of them disagree about what a register begins with.
     read = ["read_verilog -sv top.v", "hierarchy -top top", "proc", "flatten", "opt_clean -purge", "opt -full",
             "opt_clean -purge"]
     with tempfile.TemporaryDirectory() as folder:

@@ -20,7 +20,7 @@ HALF = 1 << BITS - 1
 
 
 class Sums(wiring.Component):
-    """The lower half of a sum of words; of the upper half of a register, and of a sum, nobody sees anything."""
+    """The lower half of a sum of words; of the upper half of a register, and of a sum, nothing is observed."""
 
     def __init__(self):
         super().__init__({"write": In(1), "i": In(BITS), "o": Out(BITS - 1)})
@@ -70,7 +70,7 @@ def test_a_mutant_that_is_found_is_not_proved(mutants):
     found = [mutant for mutant in range(1, COUNT + 1) if is_found(mutant)]
     proved = [mutant for mutant in range(1, COUNT + 1) if is_equivalent(mutants, mutant)]
     assert len(found) > COUNT // 3
-    # Halves that nobody sees.
+    # Halves that are not observed.
     assert len(proved) > COUNT // 10
     assert not set(found) & set(proved)
 

@@ -41,7 +41,7 @@ def test_mutants_survive_without_checks():
         found = score.score("rom", "rom", count=COUNT, seed=1, processes=2)
     left = [*found["survivors"], *map(str, found["equivalent"])]
     assert sorted(left) == [str(number) for number in range(1, COUNT + 1)]
-    # Were all of them the same as the component, nobody would have to look.
+    # Were all of them the same as the component, there would be nothing to compare.
     assert found["survivors"]
 
 

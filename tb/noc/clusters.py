@@ -1,4 +1,4 @@
-"""Clusters at a patch network: each asks all others, answers what it is asked, and takes what it has asked for."""
+"""Clusters at a patch network: each sends requests to all others, answers theirs, and takes its replies."""
 
 import random
 from collections import defaultdict
@@ -44,8 +44,8 @@ class Clusters:
         self.requests = [[(self._random.choice((0, 0, 0, self._random.randrange(self.nodes))),
                            self._random.randrange(patches))
                           for _ in range(given["requests"])] for _ in range(self.nodes)]
-        # What each cluster was asked, in the order in which it came.
-        self.asked = [[] for _ in range(self.nodes)]
+        # The requests of each cluster, in the order in which they came.
+        self.requested = [[] for _ in range(self.nodes)]
         self._tasks, self.sinks = [], []
         # Cycles in which all must be over.
         self.timeout = 2000 + 20 * given["requests"] * self.nodes
@@ -58,9 +58,9 @@ class Clusters:
     def go(self) -> None:
         """Begin."""
         for node in range(self.nodes):
-            ask = Source(self.dut, f"i_request__{node}")
+            requester = Source(self.dut, f"i_request__{node}")
             items = [pack(self._shape["i_request"], {"node": to, "patch": patch}) for to, patch in self.requests[node]]
-            self._tasks += [cocotb.start_soon(ask.send(items)), cocotb.start_soon(self._serve(node))]
+            self._tasks += [cocotb.start_soon(requester.send(items)), cocotb.start_soon(self._serve(node))]
             self.sinks.append(Sink(self.dut, f"o_reply__{node}", stalls=self._stalls(node)))
 
     def _stalls(self, node):
@@ -79,7 +79,7 @@ class Clusters:
         for node in range(self.nodes):
             for name in "i_request", "i_reply":
                 getattr(self.dut, f"{name}__{node}__valid").value = 0
-        self._tasks, self.sinks, self.asked = [], [], [[] for _ in range(self.nodes)]
+        self._tasks, self.sinks, self.requested = [], [], [[] for _ in range(self.nodes)]
 
     async def _serve(self, node):
         """Requests one after the other, each with its reply."""
@@ -94,7 +94,7 @@ class Clusters:
                 await edge
             ready.value = 0
             came = unpack(self._shape["o_request"], int(payload.value))
-            self.asked[node].append((came["node"], came["patch"]))
+            self.requested[node].append((came["node"], came["patch"]))
             await reply.send(pack(self._shape["i_reply"], {"node": came["node"], "vertex": vertex})
                              for vertex in self._reply(node, came["patch"]))
 
@@ -104,7 +104,7 @@ class Clusters:
                 for number in range(VERTICES)]
 
     def done(self, nodes) -> bool:
-        """Whether these clusters have all that they asked for."""
+        """Whether these clusters have all that they requested."""
         return all(len(self.sinks[node].items) == VERTICES * len(self.requests[node]) for node in nodes)
 
     def check(self) -> None:
@@ -120,8 +120,8 @@ class Clusters:
                 assert vertices == self._reply(home, patch), f"cluster {node} got a reply that is not whole"
                 got[home].append(patch)
             assert got == expected, f"cluster {node} did not get what it requested, in order"
-            for to, asked in enumerate(self.asked):
-                assert [patch for source, patch in asked if source == node] == expected[to]
+            for to, requested in enumerate(self.requested):
+                assert [patch for source, patch in requested if source == node] == expected[to]
             assert not int(getattr(self.dut, f"fault__{node}").value)
 
 
@@ -148,7 +148,7 @@ async def all_are_answered(dut):
 
 @cocotb.test()
 async def a_stalled_cluster_blocks_no_other(dut):
-    """A cluster that takes no reply answers all the same, and all others get what they have asked for."""
+    """A cluster that takes no reply answers all the same, and all others get what they have requested."""
     clusters = Clusters(dut)
     cycles = clusters.timeout
     await start(dut, cycles=2 * cycles)

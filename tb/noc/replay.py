@@ -19,7 +19,7 @@ __all__ = ["Script", "Words", "replay", "script"]
 
 
 class Words(wiring.Component):
-    """A component with links, its wires in two words: simulators are asked once per cycle.
+    """A component with links, its wires in two words: simulators are read once per cycle.
 
     Members
     -------
@@ -91,18 +91,18 @@ def script(generator: np.random.Generator, packets: Packets, arrivals: Arrivals,
     number = np.arange(len(of)) - start[of]
     assert (arrivals.taken != NEVER).all(), "the model must have taken all flits"
     cycles = int(arrivals.taken.max()) + 8
-    given, wanted = (Script(bits=bits, channels=channels, cycles=cycles) for _ in range(2))
+    given, required = (Script(bits=bits, channels=channels, cycles=cycles) for _ in range(2))
     address = max(1, (nodes - 1).bit_length())
-    for flit, (packet, place) in enumerate(zip(of.tolist(), number.tolist(), strict=True)):
-        first, last = place == 0, place == packets.length[packet] - 1
+    for flit, (packet, index) in enumerate(zip(of.tolist(), number.tolist(), strict=True)):
+        first, last = index == 0, index == packets.length[packet] - 1
         data = int.from_bytes(generator.bytes((bits + 7) // 8)) & (1 << bits) - 1
         source, destination = int(packets.source[packet]), int(packets.destination[packet])
         if first:
             data = data >> address << address | destination
         given.flit(int(arrivals.entered[flit]), source, data, first, last, int(arrivals.entry[flit]))
-        wanted.flit(int(arrivals.left[flit]), destination, data, first, last, int(arrivals.channel[flit]))
+        required.flit(int(arrivals.left[flit]), destination, data, first, last, int(arrivals.channel[flit]))
         given.credit(int(arrivals.taken[flit]), destination, int(arrivals.channel[flit]))
-    return {"given": given.words, "wanted": wanted.words, "mask": wanted.flits_only(nodes)}
+    return {"given": given.words, "required": required.words, "mask": required.flits_only(nodes)}
 
 
 def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None:
@@ -111,7 +111,7 @@ def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None
     Parameters
     ----------
     scripts
-        ``given`` and ``wanted``, a word per cycle, and ``mask``, the bits of the latter that are looked at.
+        ``given`` and ``required``, a word per cycle, and ``mask``, the bits of the latter that are looked at.
     """
     path = (BUILD / "vectors" / f"{name}-{simulator}.json").resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -130,13 +130,13 @@ async def as_the_model_says(dut):
     edge = FallingEdge(dut.clk)
     for number, one in enumerate(scripts):
         given = [int(word, 16) for word in one["given"]]
-        wanted = [int(word, 16) for word in one["wanted"]]
+        required = [int(word, 16) for word in one["required"]]
         looked_at = int(one["mask"], 16)
         # A part of it first, then a reset, then all of it.
         for cycles in (len(given) // 3, len(given)):
             await reset(dut)
             await edge
-            for cycle, (word, expected) in enumerate(islice(zip(given, wanted, strict=True), cycles)):
+            for cycle, (word, expected) in enumerate(islice(zip(given, required, strict=True), cycles)):
                 came = dut.o.value
                 assert came.is_resolvable, f"script {number}: cycle {cycle} has unknown wires"
                 came = int(came) & looked_at

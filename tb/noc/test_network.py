@@ -54,7 +54,7 @@ def check(name, columns, rows, channels, messages, bits, depth, arbitration, rou
            simulator=simulator, name=f"network-{name}-{columns}x{rows}-{channels}-{messages}-{bits}-{router_cycles}")
 
 
-# Topology, columns, rows, channels, kinds of messages, bits of a flit, places of a queue, arbitration, cycles of a
+# Topology, columns, rows, channels, kinds of messages, bits of a flit, entries of a queue, arbitration, cycles of a
 # router.
 SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age", 1), ("torus", 3, 2, 2, 1, 16, 5, "round-robin", 2),
          ("ring", 3, 2, 2, 1, 16, 5, "round-robin", 2)]

@@ -20,7 +20,7 @@ VARIANTS = [{"noc.flit_bits": 72, "noc.check": "parity", "noc.networks": "physic
 
 
 class Bench:
-    """An interface whose router takes all flits and gives its places back."""
+    """An interface whose router takes all flits and returns its credits."""
 
     def __init__(self, changes, seed=1, requests=3):
         self.config = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "noc.buffer_flits": 4,
@@ -29,7 +29,7 @@ class Bench:
         self.dut = NetworkInterface(config=self.config, routing=self.routing, node=NODE)
         self.random = random.Random(seed)
         self.sent = {0: [], 1: []}
-        self.asked, self.answered, self.times = [], [], {}
+        self.received, self.answered, self.times = [], [], {}
         self.fault = None
 
     @property
@@ -62,16 +62,16 @@ class Bench:
                     items.append(read(payload))
 
         async def router(ctx, link):
-            """Takes flits and gives places back in the cycle after; brings flits while there are places."""
+            """Takes flits and returns credits in the cycle after; brings flits while there are credits."""
             kinds = (0, 1) if self.virtual else (link,)
-            places = dict.fromkeys(kinds, self.config.noc.buffer_flits)
+            credits = dict.fromkeys(kinds, self.config.noc.buffer_flits)
             waiting = {kind: list(flits[kind]) for kind in kinds}
             while True:
-                able = [kind for kind in kinds if waiting[kind] and places[kind]]
+                able = [kind for kind in kinds if waiting[kind] and credits[kind]]
                 ctx.set(dut.i[link].valid, bool(able))
                 if able:
                     kind = self.random.choice(able)
-                    places[kind] -= 1
+                    credits[kind] -= 1
                     data, first, last = waiting[kind].pop(0)
                     ctx.set(dut.i[link].payload, {"flit": {"data": data, "first": first, "last": last},
                                                   "channel": kind * channels if self.virtual else 0})
@@ -83,7 +83,7 @@ class Bench:
                     self.sent[kind].append(((payload.flit.data, bool(payload.flit.first), bool(payload.flit.last)),
                                             payload.channel % channels))
                 for kind in kinds:
-                    places[kind] += credit >> (kind * channels if self.virtual else 0) & 1
+                    credits[kind] += credit >> (kind * channels if self.virtual else 0) & 1
 
         async def end(ctx):
             await ctx.tick().repeat(cycles)
@@ -91,7 +91,7 @@ class Bench:
 
         for bench in (partial(give, stream=dut.i_request, items=requests),
                       partial(give, stream=dut.i_reply, items=replies),
-                      partial(take, stream=dut.o_request, items=self.asked,
+                      partial(take, stream=dut.o_request, items=self.received,
                               read=lambda item: (item.node, item.patch)),
                       partial(take, stream=dut.o_reply, items=self.answered,
                               read=lambda item: (item.patch, item.surface, tuple(item.vertex))),
@@ -116,35 +116,35 @@ def answers(given):
 @pytest.mark.parametrize("changes", VARIANTS)
 def test_packets_are_those_of_golden(changes, slow):
     bench = Bench(changes, requests=64)
-    config, ask = bench.config, [(2, 5), (0, 4095), (3, 0), (1, 77)]
+    config, pairs = bench.config, [(2, 5), (0, 4095), (3, 0), (1, 77)]
     given = patches(config, bench.random, 3)
     come = patches(config, bench.random, 3)
     inward = {"destination": NODE}
     bench.run(
-        300 if slow else 120, slow=slow, requests=[{"node": node, "patch": patch} for node, patch in ask],
+        300 if slow else 120, slow=slow, requests=[{"node": node, "patch": patch} for node, patch in pairs],
         replies=[{"node": node, "vertex": {"patch": patch, "surface": surface, "vertex": list(vertex)}}
                  for node, patch, surface, vertices in given for vertex in vertices],
-        flits=([flit for node, patch in ask for flit in request_flits(config, source=node, patch=patch, **inward)],
+        flits=([flit for node, patch in pairs for flit in request_flits(config, source=node, patch=patch, **inward)],
                [flit for node, patch, surface, vertices in come for flit in reply_flits(
                    config, source=node, patch=patch, surface=surface, vertices=vertices, **inward)]))
     entry = bench.routing.entry[NODE]
-    assert bench.sent[0] == [(flit, entry[node]) for node, patch in ask
+    assert bench.sent[0] == [(flit, entry[node]) for node, patch in pairs
                              for flit in request_flits(config, source=NODE, destination=node, patch=patch)]
     assert bench.sent[1] == [(flit, entry[node]) for node, patch, surface, vertices in given for flit in reply_flits(
         config, source=NODE, destination=node, patch=patch, surface=surface, vertices=vertices)]
-    assert bench.asked == ask
+    assert bench.received == pairs
     assert bench.answered == answers(come)
     assert bench.fault == NetworkFault.NONE
 
 
 def test_no_more_requests_than_reply_buffers():
     bench = Bench(VARIANTS[0], requests=2)
-    asks = [{"node": 0, "patch": number} for number in range(6)]
-    bench.run(60, requests=asks)
+    pairs = [{"node": 0, "patch": number} for number in range(6)]
+    bench.run(60, requests=pairs)
     assert len(bench.sent[0]) == 2
     bench = Bench(VARIANTS[0], requests=2)
     come = patches(bench.config, bench.random, 3)
-    bench.run(120, requests=asks, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
+    bench.run(120, requests=pairs, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
         bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
     assert len(bench.sent[0]) == 5
 
@@ -186,7 +186,7 @@ def test_check_bits_detect_every_single_bit_error(method):
     generator = random.Random(3)
     value = generator.getrandbits(74)
     known = check(method, value, 74)
-    assert all(check(method, value ^ 1 << place, 74) != known for place in range(74))
+    assert all(check(method, value ^ 1 << bit, 74) != known for bit in range(74))
     assert known < 1 << CHECK_BITS[method]
 
 

@@ -35,8 +35,8 @@ def test_flits_are_those_of_golden(bodies, method):
     @given(schedules({"i": item}, ["o"]))
     def check(schedule):
         # Items of one packet have one header.
-        for place, (_, value) in enumerate(schedule.items["i"]):
-            value["header"] = schedule.items["i"][place - place % max(1, bodies)][1]["header"]
+        for index, (_, value) in enumerate(schedule.items["i"]):
+            value["header"] = schedule.items["i"][index - index % max(1, bodies)][1]["header"]
         expected = packets(schedule.values("i"), bodies, method)
         found = bench.run(schedule)["o"]
         # The remaining flits are of an incomplete packet.

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Protocol: requests wait for replies, replies for nobody."""
+"""Protocol: requests wait for replies, replies wait for nothing."""
 
 import pytest
 from amaranth.sim import Simulator
@@ -60,7 +60,7 @@ def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
     simulator = Simulator(network)
     simulator.add_clock(1e-8)
 
-    async def ask(ctx):
+    async def requester(ctx):
         ctx.set(network.i_request[0].payload, {"node": 1, "patch": 77})
         ctx.set(network.i_request[0].valid, 1)
         latency = documented_latency(PatchNetwork, config, hops=1)
@@ -72,5 +72,5 @@ def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
         assert ctx.get(network.o_request[1].payload.node) == 0
         assert ctx.get(network.o_request[1].payload.patch) == 77
 
-    simulator.add_testbench(ask)
+    simulator.add_testbench(requester)
     simulator.run()

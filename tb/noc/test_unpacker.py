@@ -67,11 +67,11 @@ def test_a_good_packet_has_no_fault():
     assert faults(GOOD * 2) == [NetworkFault.NONE] * 2 * len(GOOD)
 
 
-@pytest.mark.parametrize("place", range(len(GOOD)))
-def test_a_wrong_bit_is_a_fault_of_the_check(place):
+@pytest.mark.parametrize("position", range(len(GOOD)))
+def test_a_wrong_bit_is_a_fault_of_the_check(position):
     words = [dict(word) for word in GOOD]
-    words[place]["data"] ^= 1 << 7
-    assert faults(words)[place] == NetworkFault.CHECK
+    words[position]["data"] ^= 1 << 7
+    assert faults(words)[position] == NetworkFault.CHECK
 
 
 def test_another_destination_is_a_fault():

@@ -46,9 +46,9 @@ def entries(cls):
 
 def faults(cls, members):
     """What is wrong with a docstring, given the members of each instance that was made."""
-    told = list(sections(cls))
-    if told != [title for title in SECTIONS if title in told]:
-        yield f"sections {told}"
+    present = list(sections(cls))
+    if present != [title for title in SECTIONS if title in present]:
+        yield f"sections {present}"
     listed, always, ever = entries(cls), set.intersection(*map(set, members)), set().union(*members)
 
     def entry(name):

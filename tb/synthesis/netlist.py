@@ -39,7 +39,7 @@ def netlist_header(netlist: Path, folder: Path) -> dict[str, dict]:
     folder.mkdir(parents=True, exist_ok=True)
     module = json.loads(netlist.read_text())["modules"]["top"]
     program = _Program(module["cells"])
-    # Ports have places too.
+    # Ports have locations too.
     (folder / "Vtop.h").write_text(_header(module["ports"], program, folder / "program"))
     (folder / "verilated.h").write_text("")
     program.words().tofile(folder / "program")
@@ -56,10 +56,10 @@ def netlist_library(netlist: Path, config: Config, folder: Path) -> Path:
 
 
 class _Program:
-    """Places of values, and cells in words of 32 bits: see netlist.h."""
+    """Locations of values, and cells in words of 32 bits: see netlist.h."""
 
     def __init__(self, cells):
-        self._places = {"0": 0, "1": 1, "x": 0}
+        self._locations = {"0": 0, "1": 1, "x": 0}
         self._gates, self._registers, self._products, self._small, self._blocks = {}, [], [], [], []
         for cell in cells.values():
             kind = cell["type"]
@@ -70,16 +70,16 @@ class _Program:
             self._cell = cell
             getattr(self, f"_add_{kind.lower()}")()
 
-    def place(self, bit):
-        """Of a bit's value."""
-        return self._places.setdefault(bit, len(self._places) - 1)
+    def locate(self, bit):
+        """The location of a bit's value."""
+        return self._locations.setdefault(bit, len(self._locations) - 1)
 
     def words(self):
         """The program."""
-        driver = {place: number for number, gate in self._gates.items() for place in gate[7:9] if place > 1}
-        order = TopologicalSorter({number: [driver[place] for place in gate[2:7] if place in driver]
+        driver = {location: number for number, gate in self._gates.items() for location in gate[7:9] if location > 1}
+        order = TopologicalSorter({number: [driver[location] for location in gate[2:7] if location in driver]
                                    for number, gate in self._gates.items()}).static_order()
-        parts = [[len(self._places) - 1]]
+        parts = [[len(self._locations) - 1]]
         for kind in ([self._gates[number] for number in order], self._registers, self._products, self._small,
                      self._blocks):
             parts.append([len(kind)])
@@ -88,7 +88,7 @@ class _Program:
 
     def _pin(self, name, number=0):
         bits = self._cell["connections"].get(name, ["0"])
-        return self.place(bits[number])
+        return self.locate(bits[number])
 
     def _pins(self, name, count):
         return [self._pin(f"{name}{k}") for k in range(count)]
@@ -105,8 +105,8 @@ class _Program:
 
     def _add(self, kind, init, inputs, outputs):
         inputs, outputs = inputs + [0] * (5 - len(inputs)), outputs + [0] * (2 - len(outputs))
-        nowhere = self.place("nowhere")
-        self._gates[len(self._gates)] = [kind, init, *inputs, *(place or nowhere for place in outputs)]
+        nowhere = self.locate("nowhere")
+        self._gates[len(self._gates)] = [kind, init, *inputs, *(location or nowhere for location in outputs)]
 
     def _add_lut4(self):
         self._add(TABLE, self._number("INIT"), [self._pin(name) for name in "ABCD"], [self._pin("Z")])
@@ -124,7 +124,7 @@ class _Program:
         self._add(CHOICE, 0, [self._pin("D0"), self._pin("D1"), self._pin("SD")], [self._pin("Z")])
 
     def _add_ccu2c(self):
-        between = self.place(object())
+        between = self.locate(object())
         for half, (carry_in, carry_out) in enumerate(((self._pin("CIN"), between), (between, self._pin("COUT")))):
             injects, = self._must(**{f"INJECT1_{half}": ("YES", "NO")})
             self._add(ADDER, self._number(f"INIT{half}") | (injects == "YES") << 16,
@@ -180,8 +180,8 @@ def _header(ports, program, path):
         width, member = len(port["bits"]), name.replace("__", "___05F")
         kind = next(kind for kind, most in (("CData", 8), ("SData", 16), ("IData", 32), ("QData", 64)) if width <= most)
         members.append(f"    {kind} {member} = 0;")
-        places = ", ".join(str(program.place(bit)) for bit in port["bits"])
-        tables.append(f"    const int32_t at_{name}[{width}] = {{{places}}};")
+        locations = ", ".join(str(program.locate(bit)) for bit in port["bits"])
+        tables.append(f"    const int32_t at_{name}[{width}] = {{{locations}}};")
         if port["direction"] == "output":
             outputs.append(f"        {member} = net.number(at_{name}, {width});")
         elif name != "clk":

@@ -84,19 +84,19 @@ def test_tables_are_what_the_command_writes():
 
 
 def test_a_table_has_the_last_figures_of_its_units():
-    place = "before\n<!-- area: icu -->\nold\n<!-- area: end -->\nafter\n"
+    marked = "before\n<!-- area: icu -->\nold\n<!-- area: end -->\nafter\n"
     unit = replace(BEFORE, unit="Sbb", latency=9, options="--router router2")
-    text = with_tables(place, [unit, replace(unit, commit="b", lut=7, seeds=(1, 2, 3), mhz=(90.0, 130.0, 99.5)),
+    text = with_tables(marked, [unit, replace(unit, commit="b", lut=7, seeds=(1, 2, 3), mhz=(90.0, 130.0, 99.5)),
                                replace(unit, unit="Ipbb", family="xc7"), replace(unit, preset="paper", lut=8)])
     assert text.startswith("before\n<!-- area: icu -->\n\n| unit | latency | LUT | FF | DSP | block RAM | MHz |")
     assert "\n| `Sbb` | 9 | 7 | 500 | 2 | 4 | 90 / 100 / 130 | 1, 2, 3 | b |\n\nECP5-85" in text
     assert 'Other options of nextpnr: `Sbb` with `--nextpnr "--router router2"`.' in " ".join(text.split())
     assert text.endswith("\n\n<!-- area: end -->\nafter\n")
     assert text.count("| `") == 1
-    named = place.replace("icu", "icu Ipbb Sbb")
+    named = marked.replace("icu", "icu Ipbb Sbb")
     two = with_tables(named, [unit, *(replace(unit, unit=name) for name in ("Ipbb", "EdgePlanes"))])
     assert [line.split(" | ")[0] for line in two.splitlines() if line.startswith("| `")] == ["| `Ipbb`", "| `Sbb`"]
-    empty = place.replace("old", "\nNothing has been recorded yet.\n")
+    empty = marked.replace("old", "\nNothing has been recorded yet.\n")
     assert with_tables(text, []) == with_tables(empty, []) == empty
 
 

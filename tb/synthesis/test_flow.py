@@ -1,4 +1,4 @@
-"""Area: what a component takes, block RAMs above all. Clock: what is placed, and what is asked for."""
+"""Area: what a component takes, block RAMs above all. Clock: what is placed, and the options of the tools."""
 
 import json
 
@@ -17,18 +17,18 @@ DEPTH, WIDTH = 1024, 18
 
 
 class TwoReaders(wiring.Component):
-    """One block RAM's worth of words with two readers; who fills it takes the place of one of them."""
+    """One block RAM's worth of words with two readers; its writer shares the port of one of them."""
 
     def __init__(self):
         super().__init__({"enable": In(1), "address": In(range(DEPTH)), "data": In(WIDTH),
-                          "asked": In(range(DEPTH)).array(2), "found": Out(WIDTH).array(2)})
+                          "addresses": In(range(DEPTH)).array(2), "found": Out(WIDTH).array(2)})
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.memory = memory = Memory(shape=WIDTH, depth=DEPTH, init=[], attrs={"no_rw_check": 1})
         reads = [memory.read_port() for _ in range(2)]
-        for asked, found, read in zip(self.asked, self.found, reads, strict=True):
-            m.d.comb += [read.addr.eq(asked), found.eq(read.data)]
+        for read_address, found, read in zip(self.addresses, self.found, reads, strict=True):
+            m.d.comb += [read.addr.eq(read_address), found.eq(read.data)]
         share_port(reads[1], m, memory.write_port(), enable=self.enable, address=self.address, data=self.data)
         return m
 

@@ -26,7 +26,7 @@ def netlist(*counts):
     return {"cells": cells, "netnames": {"all": {"bits": list(range(bits))}}}
 
 
-def wants(module):
+def pins_of(module):
     """What each register has at its pins, in front of buffers."""
     buffers = {cell["connections"]["CLKO"][0]: cell["connections"]["CLKI"][0] for cell in module["cells"].values()
                if cell["type"] == "DCCA"}
@@ -43,10 +43,10 @@ def sources(module):
     ([READERS + k for k in range(NETS + 2)], [8, 7, 6, 5, 4, 3, 2]), ([READERS] * 3, [0, 1, 2])])
 def test_those_with_the_most_registers(counts, promoted):
     module = netlist(*counts)
-    before = wants(copy.deepcopy(module))
+    before = pins_of(copy.deepcopy(module))
     assert len(globalise(module)) == len(promoted)
     assert sources(module) == promoted
-    assert wants(module) == before
+    assert pins_of(module) == before
     # Their own nets, and no other's.
     made = [cell["connections"]["CLKO"][0] for cell in module["cells"].values() if cell["type"] == "DCCA"]
     assert len(set(made) - set(netlist(*counts)["netnames"]["all"]["bits"])) == len(made)
@@ -76,4 +76,4 @@ def test_of_a_component(tmp_path):
     module = json.loads((tmp_path / "area.json").read_text())["modules"]["top"]
     enable, = module["ports"]["o_enable"]["bits"]
     assert sources(module) == [enable], "the port is driven as before, the registers by a buffer"
-    assert set(map(tuple, wants(module).values())) == {(enable, "0")}
+    assert set(map(tuple, pins_of(module).values())) == {(enable, "0")}

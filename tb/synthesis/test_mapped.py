@@ -52,7 +52,7 @@ class Cells(wiring.Component):
 
     def __init__(self):
         super().__init__({
-            "wanted": In(range(DEEPEST)), "write": In(range(DEEPEST)), "enable": In(4), "data": In(WIDEST),
+            "read_address": In(range(DEEPEST)), "write": In(range(DEEPEST)), "enable": In(4), "data": In(WIDEST),
             "go": In(1), "a": In(signed(OPERAND)), "b": In(OPERAND), "o_read": Out(WIDEST).array(len(SHAPES)),
             "o_through": Out(18), "o_first": Out(18), "o_second": Out(18), "o_apart": Out(18),
             "o_product": Out(signed(2 * OPERAND)), "o_held": Out(2 * OPERAND), "o_ones": Out(WIDEST)})
@@ -63,23 +63,23 @@ class Cells(wiring.Component):
             m.submodules[f"memory_{number}"] = memory = Memory(shape=width, depth=depth, init=first(number))
             write, read = memory.write_port(granularity=together), memory.read_port()
             m.d.comb += [write.addr.eq(self.write), write.data.eq(self.data), write.en.eq(self.enable),
-                         read.addr.eq(self.wanted), read.en.eq(self.go), self.o_read[number].eq(read.data)]
+                         read.addr.eq(self.read_address), read.en.eq(self.go), self.o_read[number].eq(read.data)]
         m.submodules.through = through = Memory(shape=18, depth=1024, init=first(4))
         write = through.write_port()
         read = through.read_port(transparent_for=[write])
         m.d.comb += [write.addr.eq(self.write), write.data.eq(self.data), write.en.eq(self.enable[0]),
-                     read.addr.eq(self.wanted), read.en.eq(self.go), self.o_through.eq(read.data)]
+                     read.addr.eq(self.read_address), read.en.eq(self.go), self.o_through.eq(read.data)]
         # Written at the second reader's port, whose address is then the other one's.
         m.submodules.shared = shared = Memory(shape=18, depth=1024, init=first(4))
         readers = [shared.read_port() for _ in range(2)]
         for reader, found in zip(readers, (self.o_first, self.o_second), strict=True):
-            m.d.comb += [reader.addr.eq(self.wanted), found.eq(reader.data)]
+            m.d.comb += [reader.addr.eq(self.read_address), found.eq(reader.data)]
         share_port(readers[1], m, shared.write_port(), enable=self.enable[0], address=self.write, data=self.data)
         # With registers behind it, and never read where it is written.
         m.submodules.apart = apart = Memory(shape=18, depth=1024, init=first(4), attrs={"no_rw_check": 1})
         write, read = apart.write_port(), apart.read_port()
-        m.d.comb += [write.addr.eq(self.write), write.data.eq(self.data), read.addr.eq(self.wanted),
-                     write.en.eq(self.enable[0] & (self.write[:10] != self.wanted[:10]))]
+        m.d.comb += [write.addr.eq(self.write), write.data.eq(self.data), read.addr.eq(self.read_address),
+                     write.en.eq(self.enable[0] & (self.write[:10] != self.read_address[:10]))]
         a, b = (Signal(signed(OPERAND), name=name, reset_less=True) for name in ("left", "right"))
         c, d = (Signal(OPERAND, name=name, reset_less=True) for name in ("height", "width"))
         word, product = Signal(18, reset_less=True), Signal(signed(2 * OPERAND), reset_less=True)
@@ -106,9 +106,10 @@ def stimulus(count=800):
     draw = random.Random(1)
     for cycle in range(count):
         if cycle % 100 == 0:
-            places = [draw.randrange(DEEPEST) for _ in range(6)]
+            addresses = [draw.randrange(DEEPEST) for _ in range(6)]
         begins = cycle < count // 4
-        yield {"wanted": draw.randrange(DEEPEST) if begins else draw.choice(places), "write": draw.choice(places),
+        yield {"read_address": draw.randrange(DEEPEST) if begins else draw.choice(addresses),
+               "write": draw.choice(addresses),
                "enable": 0 if begins else draw.choice((0, 0, 15, draw.randrange(16))), "data": draw.getrandbits(WIDEST),
                "go": int(draw.random() < 0.8), "a": draw.getrandbits(OPERAND), "b": draw.getrandbits(OPERAND)}
 
@@ -148,12 +149,12 @@ async def same_outputs(dut):
     # The clock rises at once.
     await Timer(1, unit="ns")
     await start(dut, cycles=10_000)
-    for cycle, (values, wanted) in enumerate(zip(stimulus(), expected, strict=True)):
+    for cycle, (values, required) in enumerate(zip(stimulus(), expected, strict=True)):
         for name, value in values.items():
             getattr(dut, name).value = value
         await FallingEdge(dut.clk)
-        found = {name: int(getattr(dut, name).value) for name in wanted}
-        assert found == wanted, f"cycle {cycle}: {found} instead of {wanted}"
+        found = {name: int(getattr(dut, name).value) for name in required}
+        assert found == required, f"cycle {cycle}: {found} instead of {required}"
         await RisingEdge(dut.clk)
 
 
@@ -199,8 +200,8 @@ def test_cell_by_cell_it_does_the_same(cells, tmp_path):
     given = "\n".join(" ".join(map(str, values.values())) for values in stimulus())
     found = subprocess.run([program], input=given, capture_output=True, text=True, check=True).stdout.splitlines()
     expected = json.loads(cells[1].read_text())
-    for cycle, (line, wanted) in enumerate(zip(found, expected, strict=True)):
-        assert dict(zip(outputs, map(int, line.split()), strict=True)) == wanted, f"cycle {cycle}"
+    for cycle, (line, required) in enumerate(zip(found, expected, strict=True)):
+        assert dict(zip(outputs, map(int, line.split()), strict=True)) == required, f"cycle {cycle}"
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])

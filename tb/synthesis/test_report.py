@@ -18,7 +18,7 @@ MHZ = {3: 90.2, 5: 120.6, 8: 100.4}
 
 @pytest.fixture
 def calls(monkeypatch):
-    """What is asked of the tools, which are not there; a clock for each seed."""
+    """The calls of the tools, which are not there; a clock for each seed."""
     found = []
 
     def synthesised(component, folder):
