@@ -90,7 +90,7 @@ UNITS = {
         "PatchFilter": lambda config: _filter(config, config.icu.patch_bits + 1, 1 << config.icu.patch_bits),
         "CellTable": {}, "PatchTable": {}, "PatchTypeMemory": {}, "LocalPatchGeometry": {}, "VertexMerge": {"count": 3},
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
-        "SystemBusInterface": {},
+        "SystemBusInterface": {}, "PatchStore": {"frames": 512},
     },
     "control": {
         "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {},

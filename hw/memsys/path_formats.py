@@ -156,6 +156,11 @@ class PathFormats:
         return StructLayout({"node": self._node_bits, "patch": self._formats.patch})
 
     @property
+    def store_request(self) -> StructLayout:
+        """A patch of the patch store: from another cluster, at ``node``, if ``is_remote``; otherwise from the bus."""
+        return StructLayout({"patch": self._formats.patch, "node": self._node_bits, "is_remote": 1})
+
+    @property
     def remote_found(self) -> StructLayout:
         """A remote request after its lookup."""
         return StructLayout({"node": self._node_bits, "found": self.found_patch})

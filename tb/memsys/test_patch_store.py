@@ -1,0 +1,234 @@
+# amaranth: UnusedElaboratable=no
+"""Each request gets its patch once; one fetch serves all who wait for it; a lost fetch holds nobody up."""
+
+import random
+from collections import Counter, deque
+from itertools import pairwise
+
+import pytest
+from amaranth.hdl import ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from golden.memsys.patch_store import PatchStore as GoldenStore
+from hw.memsys.patch_store import VERTICES, PatchStore
+from tb.lib.configurations import config_of
+from tb.lib.timing import documented_latency
+
+CONFIG = config_of({"icu.patch_bits": 8})
+FRAMES, REQUESTS = 8, 4
+# Cycles without an event after which a run has failed.
+LIMIT = 200
+
+
+def surface_of(patch):
+    return (patch * 5 - 40) % 100 - 20
+
+
+def vertices_of(patch):
+    return [[patch * 16 + k * 4 + axis for axis in range(3)] for k in range(VERTICES)]
+
+
+class Run:
+    """A store with requests, and a memory that answers its fetches.
+
+    Parameters
+    ----------
+    patches
+        Requests in their order.
+    spread
+        Fetches are answered after 1 to so many cycles, in any order.
+    gap
+        Cycles between requests at most; None: each comes when the one before has been answered.
+    stall
+        Share of the cycles in which outputs are not ready.
+    lost
+        Numbers of the fetches that fail.
+    restarts
+        Numbers of requests before which the store is emptied.
+    resets
+        Cycles in which the store is reset with all that is in flight, which is requested again.
+    """
+
+    def __init__(self, patches, *, seed=1, spread=30, gap=0, stall=0.0, lost=(), restarts=(), resets=()):
+        self.patches, self.draw, self.spread, self.gap = list(patches), random.Random(seed), spread, gap
+        self.stall, self.lost_fetches, self.restarts, self.resets = stall, set(lost), set(restarts), set(resets)
+        self.fetched, self.answers, self.lost, self.accepted, self.times = [], [], [], [], []
+        self.at_fetch, self.first_vertex, self.counts = [], [], None
+        dut = PatchStore(config=CONFIG, frames=FRAMES, requests=REQUESTS)
+        self.reset = Signal()
+        simulator = Simulator(ResetInserter(self.reset)(dut))
+        simulator.add_clock(1e-8)
+        self.cycle = self.event = 0
+
+        async def bench(ctx):
+            await self._drive(ctx, dut)
+
+        simulator.add_testbench(bench)
+        simulator.run()
+
+    async def _drive(self, ctx, dut):
+        waiting, sending, failed = [], deque(), deque()
+        parts = {"o_stored": [], "o_passed": []}
+        number, wait, restarts, fetches = 0, 0, True, 0
+        ended = 0
+        while ended < len(self.patches):
+            self.cycle += 1
+            assert self.cycle - self.event < LIMIT, f"nothing occurs after {ended} of {len(self.patches)} requests"
+            ctx.set(dut.i_start.valid, int(restarts))
+            offers = not restarts and number < len(self.patches) and wait <= 0 and (
+                self.gap is not None or ended == number)
+            ctx.set(dut.i.valid, int(offers))
+            if number < len(self.patches):
+                patch = self.patches[number]
+                ctx.set(dut.i.payload, {"patch": patch, "node": 0, "is_remote": patch & 1})
+            ctx.set(dut.o_fetch.ready, int(self.draw.random() >= self.stall))
+            if not sending:
+                due = [item for item in waiting if item[0] <= self.cycle]
+                if due and self.draw.random() < 0.8:
+                    item = self.draw.choice(due)
+                    waiting.remove(item)
+                    if item[2] in self.lost_fetches:
+                        failed.append(item[1])
+                    else:
+                        sending.extend({"patch": item[1], "surface": surface_of(item[1]), "vertex": vertex}
+                                       for vertex in vertices_of(item[1]))
+            ctx.set(dut.i_fill.valid, int(bool(sending)))
+            if sending:
+                ctx.set(dut.i_fill.payload, sending[0])
+            ctx.set(dut.i_lost.valid, int(bool(failed)))
+            if failed:
+                ctx.set(dut.i_lost.payload, failed[0])
+            for name in parts:
+                ctx.set(getattr(dut, name).ready, int(self.draw.random() >= self.stall))
+            accepted = offers and ctx.get(dut.i.ready)
+            started = restarts and ctx.get(dut.i_start.ready)
+            if ctx.get(dut.o_fetch.valid) and ctx.get(dut.o_fetch.ready):
+                fetch = dut.o_fetch.payload
+                patch = ctx.get(fetch.patch)
+                assert ctx.get(fetch.is_remote) == patch & 1, "a fetch says where its patch is"
+                waiting.append((self.cycle + 1 + self.draw.randrange(self.spread), patch, fetches))
+                self.fetched.append(patch)
+                self.at_fetch.append(self.cycle)
+                fetches, self.event = fetches + 1, self.cycle
+            for name, part in parts.items():
+                stream = getattr(dut, name)
+                if ctx.get(stream.valid) and ctx.get(stream.ready):
+                    if not part:
+                        self.first_vertex.append(self.cycle)
+                    vertex = stream.payload
+                    part.append((ctx.get(vertex.patch), ctx.get(vertex.surface),
+                                 [ctx.get(vertex.vertex[axis]) for axis in range(3)]))
+                    if len(part) == VERTICES:
+                        ((patch, surface),) = {one[:2] for one in part}
+                        assert surface == surface_of(patch)
+                        assert [one[2] for one in part] == vertices_of(patch), "the vertices of a patch stay together"
+                        self.answers.append(patch)
+                        part.clear()
+                        ended, self.event = ended + 1, self.cycle
+            lost = ctx.get(dut.lost).bit_count()
+            if lost:
+                self.lost.append(ctx.get(dut.number))
+                ended, self.event = ended + lost, self.cycle
+            filled = sending and ctx.get(dut.i_fill.ready)
+            dropped = failed and ctx.get(dut.i_lost.ready)
+            ctx.set(self.reset, int(self.cycle in self.resets))
+            await ctx.tick()
+            if self.cycle in self.resets:
+                for queue in (waiting, sending, failed, *parts.values()):
+                    queue.clear()
+                number, restarts = ended, True
+                continue
+            wait -= 1
+            if filled:
+                sending.popleft()
+            if dropped:
+                failed.popleft()
+            if started:
+                restarts, self.event = False, self.cycle
+            if accepted:
+                self.accepted.append(self.patches[number])
+                self.times.append(self.cycle)
+                number, self.event = number + 1, self.cycle
+                wait = self.draw.randrange(self.gap + 1) if self.gap else 0
+                restarts = number in self.restarts
+        for _ in range(20):
+            ctx.set(dut.i.valid, 0)
+            late = [name for name in parts if ctx.get(getattr(dut, name).valid)]
+            assert (late, ctx.get(dut.lost)) == ([], 0), "each request is answered once"
+            await ctx.tick()
+        self.counts = ctx.get(dut.hits), ctx.get(dut.misses)
+
+
+def drawn(count, seed, *, most):
+    draw = random.Random(seed)
+    return [draw.randrange(most) for _ in range(count)]
+
+
+@pytest.mark.parametrize("most", [6, 20, 200])
+@pytest.mark.parametrize(("gap", "stall"), [(0, 0.0), (0, 0.6), (12, 0.3)])
+def test_each_request_gets_its_patch_once(most, gap, stall):
+    patches = drawn(150, most, most=most)
+    run = Run(patches, seed=most, gap=gap, stall=stall)
+    assert Counter(run.answers) == Counter(patches)
+    assert run.counts == (len(patches) - len(run.fetched), len(run.fetched))
+    assert len(run.fetched) >= len({*patches}), "a patch that is not there is fetched"
+
+
+def test_one_request_after_the_other_meets_a_direct_mapped_memory():
+    patches = drawn(200, 7, most=24)
+    run, store = Run(patches, gap=None, restarts=(60, 61, 140)), GoldenStore(FRAMES)
+    expected = []
+    for number, patch in enumerate(patches):
+        if number in (60, 61, 140):
+            store = GoldenStore(FRAMES)
+        expected += [] if store.request(patch) else [patch]
+    assert run.fetched == expected
+    assert run.answers == patches
+
+
+def test_one_fetch_serves_all_who_wait():
+    patches = [3, 3, 3, 5, 3, 5, 5, 3]
+    run = Run(patches, spread=1, gap=0)
+    assert sorted(run.fetched) == [3, 5]
+    assert Counter(run.answers) == Counter(patches)
+
+
+def test_a_frame_in_use_is_not_renewed():
+    """Patches of one frame, all on their way at once: one of them is kept."""
+    patches = [1, 1 + FRAMES, 1 + 2 * FRAMES, 1, 1 + FRAMES]
+    run = Run(patches, spread=60, gap=0)
+    assert Counter(run.answers) == Counter(patches)
+    assert run.fetched == [1, 1 + FRAMES, 1 + 2 * FRAMES, 1 + FRAMES]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_lost_fetch_ends_all_who_wait_and_is_fetched_again(seed):
+    patches = [2, 2, 2 + FRAMES, 2, *drawn(60, seed, most=14)]
+    lost = {0, 1, *random.Random(seed).sample(range(2, 12), 4)}
+    run = Run(patches, seed=seed, lost=lost, stall=0.2)
+    assert Counter(run.answers) - Counter(patches) == Counter()
+    assert len(run.answers) < len(patches)
+    missing = Counter(patches) - Counter(run.answers)
+    assert {*run.lost} == {*missing}, "each lost request is reported with its patch"
+    later = Run([4, 4], lost={0}, gap=None)
+    assert (later.answers, later.lost, later.fetched) == ([4], [4], [4, 4])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_reset_forgets_all_that_is_in_flight(seed):
+    patches = drawn(60, seed, most=14)
+    run = Run(patches, seed=seed, resets=random.Random(seed).sample(range(20, 250), 3), stall=0.2)
+    assert len(run.answers) == len(patches)
+    assert set(run.answers) <= set(patches)
+
+
+def test_rate_and_latency():
+    """A patch every four cycles of what is kept; the first vertex after the documented latency."""
+    warm = [*range(FRAMES)]
+    run = Run([*warm, *warm * 6], gap=0, spread=2)
+    # What has been fetched before is answered without a gap: four vertices each.
+    later = run.first_vertex[3 * FRAMES:]
+    assert {b - a for a, b in pairwise(later)} == {VERTICES}
+    alone = Run([5, 5], gap=None, spread=2)
+    assert alone.first_vertex[1] - alone.times[1] == documented_latency(PatchStore, CONFIG)
+    assert alone.at_fetch[0] - alone.times[0] == 3
