@@ -1,8 +1,5 @@
 import numpy as np
 import pytest
-from amaranth.hdl import Module
-from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
@@ -11,13 +8,12 @@ from golden.icu.window_walk import ray_address, walk_cycles, window_rays
 from golden.stimulus.frusta import random_hemisphere
 from golden.stimulus.icu.section_clip import draw_windows
 from hw.icu.ic_ray_generator import IcRayGenerator
-from hw.icu.icu_formats import IcuFormats
-from hw.icu.settle_map import SettleMap
 from tb.icu.frustum_load import tiles
 from tb.icu.vectors import section_window_of
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.payload import pack
+from tb.lib.responder import Responder
+from tb.lib.schedules import Schedule, ScheduleBench
 
 WINDOWS = 60
 # Of sections.
@@ -28,24 +24,8 @@ CASES = ("window without rays", "window of one ray", "window in two pieces", "ra
          "code at the threshold")
 
 
-class Generator(wiring.Component):
-    """The ray generator with its settle map."""
-
-    def __init__(self, config):
-        super().__init__({})
-        self.rays = IcRayGenerator(config=config)
-        self.map = SettleMap(config=config, tag=IcuFormats(config).tile_step)
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.rays, m.submodules.map = self.rays, self.map
-        wiring.connect(m, self.rays.o_walk, self.map.i_walk)
-        wiring.connect(m, self.map.o_walk, self.rays.i_walk)
-        return m
-
-
 class Walk:
-    """Windows over a settle map that an earlier frustum has used too."""
+    """Windows over a settle map."""
 
     def __init__(self, *, tile_bits, bounds, seed, choose=None):
         self.config = config = config_of({"icu.tile_bits": tile_bits, "icu.generation_bits": 2})
@@ -68,12 +48,9 @@ class Walk:
         near = np.where(full, (5 << 21) + random.integers(1 << 21, size=len(full)),
                         random.integers(1 << 22, 3 << 22, len(full)))
         self.inverse[self.addresses[settled]] = near[settled]
-        settled = self.addresses[settled]
-        self.settled = random.permutation(settled).tolist()
         self.threshold = random.integers(1, config.icu.settle.high + 2, WINDOWS)
         self.threshold[::3] = config.icu.settle.high + 1
         self.threshold[1::6] = random.integers(1, 8, len(self.threshold[1::6]))
-        self.random = random
         self.coverage = Coverage(CASES)
 
     def expected(self):
@@ -103,55 +80,19 @@ class Walk:
 
     def run(self):
         """Rays that were issued, rays visited, and cycles from the first beat to the last."""
-        config, issued, visited, cycles = self.config, [], [], []
-        top = Generator(config)
-        shape = IcuFormats(config).patch_window
-        simulator = Simulator(top)
-        simulator.add_clock(1e-8)
-
-        async def drive(ctx):
-            ctx.set(top.rays.tiles_across, self.across)
-            ctx.set(top.rays.section, {name: getattr(self.section, name) for name in
-                                       ("first_column", "end_column", "first_row", "end_row")})
-            earlier = self.random.choice(self.addresses, 150).tolist()
-            for hits in ([(ray, (1 << 24) - 1) for ray in earlier],
-                         [(ray, int(self.inverse[ray])) for ray in self.settled]):
-                ctx.set(top.map.i_start.valid, 1)
-                while not (await ctx.tick().sample(top.map.i_start.ready))[2]:
-                    pass
-                ctx.set(top.map.i_start.valid, 0)
-                for ray, inverse in hits:
-                    ctx.set(top.map.i.valid, 1)
-                    ctx.set(top.map.i.payload, {"ray": ray, "inverse": inverse})
-                    await ctx.tick()
-                ctx.set(top.map.i.valid, 0)
-                await ctx.tick().repeat(8)
-            for which in range(WINDOWS):
-                ctx.set(top.rays.i.valid, 1)
-                ctx.set(top.rays.i.payload.as_value(), pack(shape, {
-                    "slot": which % 64, "window": section_window_of(self.windows, which),
-                    "threshold": int(self.threshold[which])}))
-                while not (await ctx.tick().sample(top.rays.i.ready))[2]:
-                    pass
-            ctx.set(top.rays.i.valid, 0)
-
-        async def watch(ctx):
-            lasts = cycle = 0
-            while lasts < WINDOWS:
-                *_, valid, beat, seen = await ctx.tick().sample(top.rays.o.valid, top.rays.o.payload, top.rays.visited)
-                cycle += 1
-                assert cycle < 100_000, "the watchdog waited too long"
-                visited.append(seen)
-                if valid:
-                    cycles.append(cycle)
-                    lasts += beat.last
-                    if beat.is_ray:
-                        issued.append((int(beat.slot), int(beat.ray), int(beat.column), int(beat.row)))
-
-        simulator.add_testbench(drive)
-        simulator.add_testbench(watch)
-        simulator.run()
-        return issued, sum(visited), cycles[-1] - cycles[0] + 1
+        config, section = self.config, self.section
+        bench = ScheduleBench(IcRayGenerator(config=config), watchdog=100_000, watched=["visited"])
+        words = settle_code(self.inverse, config).reshape(-1, 1 << 2 * config.icu.tile_bits).tolist()
+        settle_map = Responder("o_walk", "i_walk", lambda read: [{"tag": read["tag"], "word": words[read["tile"]]}])
+        beats = bench.run(Schedule(items={"i": [(0, {
+            "slot": which % 64, "window": section_window_of(self.windows, which),
+            "threshold": int(self.threshold[which])}) for which in range(WINDOWS)]}), settle_map,
+            tiles_across=self.across, section={name: getattr(section, name) for name in (
+                "first_column", "end_column", "first_row", "end_row")})["o"]
+        assert sum(beat["last"] for beat in beats) == WINDOWS
+        cycles, issued = bench.cycles["o"], [tuple(beat[name] for name in ("slot", "ray", "column", "row"))
+                                             for beat in beats if beat["is_ray"]]
+        return issued, sum(bench.history["visited"]), cycles[-1] - cycles[0] + 1
 
 
 @pytest.mark.parametrize("tile_bits", [1, 2, 3])
@@ -183,7 +124,6 @@ def test_windows_of_one_ray_are_issued_in_consecutive_cycles():
 
     walk = Walk(tile_bits=2, bounds=(0, None, 0, None), seed=6, choose=one_ray)
     walk.inverse[:] = 0
-    walk.settled = []
     issued, _, cycles = walk.run()
     assert len(issued) == cycles == WINDOWS
     assert len({ray for _, ray, _, _ in issued}) == 1
