@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,8 +16,9 @@ from tb.lib.coverage import Coverage
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, schedules
 
 RAYS = 64
-# Cycles after which a code can be read, as the docstring has it.
-VISIBLE = 6
+# Cycles after which a code can be read, as the docstring has it; from a start to the first read, and of the reads.
+VISIBLE, WAIT, WALK, READ = 6, 5, 3, 4
+WRITES = 60
 
 
 def small(changes=None):
@@ -29,131 +29,91 @@ def tiles(config):
     return RAYS >> 2 * config.icu.tile_bits
 
 
-def words(codes, config):
-    """Codes of all rays as words."""
-    return codes.reshape(tiles(config), -1).tolist()
+def drawn_writes(config, random, *, some):
+    """Rays and what they find, of each ray one after the other nearer; hard numbers of golden's among them. ``some``:
+    only in the first words.
+    """
+    hard = block("icu.settle_code")[1].draw(random, 8, config)["inverse"]
+    first, lost = scale(config)
+    high = first + (config.icu.settle.high + 8 << lost)
+    inverse = np.sort(np.concatenate([hard, random.integers(first, high, WRITES - len(hard))]))
+    return random.integers(RAYS // 2 if some else RAYS, size=WRITES), np.maximum(inverse, 1)
 
 
-class Frusta:
-    """Frusta of writes in consecutive cycles, ever nearer for each ray, while both readers look on."""
+def scheduled(times, items):
+    """Items offered in some cycles, and accepted at once."""
+    return [(at - before - 1, item) for before, at, item in zip([0, *times], times, items, strict=False)]
 
-    def __init__(self, config, *, seed):
-        self.config, self.random = config, np.random.default_rng(seed)
-        self.map = SettleMap(config=config, tag=8)
-        self.coverage = Coverage(["smallest code", "largest code", "code between", "word of this frustum",
-                                  "word of an earlier frustum", "first write of a word", "tile in consecutive cycles",
-                                  "begun with a sweep", "begun without a sweep", "read of what is being written"])
-        self.wrote, self.number = np.zeros(tiles(config), dtype=bool), 0
 
-    def draw(self, count):
-        """Rays and what they find, of each ray one after the other nearer; hard numbers of golden's among them."""
-        config = self.config
-        hard = block("icu.settle_code")[1].draw(self.random, 8, config)["inverse"]
-        first, lost = scale(config)
-        high = first + (config.icu.settle.high + 8 << lost)
-        inverse = np.sort(np.concatenate([hard, self.random.integers(first, high, count - len(hard))]))
-        # Every third frustum writes only some of the words.
-        self.number += 1
-        return self.random.integers(RAYS // 2 if self.number % 3 == 0 else RAYS, size=count), np.maximum(inverse, 1)
-
-    async def begin(self, ctx):
-        """Begin a frustum."""
-        ctx.set(self.map.i_start.valid, 1)
-        cycles = 1
-        while not (await ctx.tick().sample(self.map.i_start.ready))[-1]:
-            cycles += 1
-            assert cycles <= tiles(self.config) + 1, "the watchdog waited for the frustum"
-        ctx.set(self.map.i_start.valid, 0)
-        self.coverage.hit("begun with a sweep" if cycles > 1 else "begun without a sweep")
-        assert cycles in (1, tiles(self.config) + 1)
-
-    async def cast(self, ctx, count=60):
-        """One frustum."""
-        config, block_ = self.config, self.map
-        ray, inverse = self.draw(count)
-        code = settle_code(inverse, config)
-        side = 2 * config.icu.tile_bits
-        history = np.zeros((count + VISIBLE + 8, RAYS), dtype=np.int64)
-        for k in range(count):
-            history[k + 1:, ray[k]] = code[k]
-        await self.begin(ctx)
-        read_tiles = []
-        for cycle in range(len(history) - 1):
-            written = cycle < count
-            ctx.set(block_.i.valid, int(written))
-            if written:
-                ctx.set(block_.i.payload, {"ray": int(ray[cycle]), "inverse": int(inverse[cycle])})
-            tile = int(ray[cycle] >> side) if written and self.random.random() < 0.5 \
-                else int(self.random.integers(tiles(config)))
-            ctx.set(block_.i_walk.valid, 1)
-            ctx.set(block_.i_walk.payload, {"tag": cycle, "tile": tile})
-            read_tiles.append(tile)
-            *_, valid, answer = await ctx.tick().sample(block_.o_walk.valid, block_.o_walk.payload)
-            assert valid == (cycle >= block_.latency), "an answer comes in every cycle, after the latency"
-            if valid:
-                issued = cycle - block_.latency
-                assert answer.tag == issued
-                self.compare(list(answer.word), history, issued, read_tiles[issued])
-        ctx.set(block_.i_walk.valid, 0)
-        tile, again = ray >> side, np.zeros(tiles(config), dtype=bool)
-        again[tile] = True
-        self.coverage.hit_all({
-            "smallest code": code == 0, "largest code": code == config.icu.settle.high,
-            "code between": (code > 0) & (code < config.icu.settle.high),
-            "word of this frustum": again.any(), "word of an earlier frustum": self.wrote & ~again,
-            "first write of a word": again & self.wrote,
-            "tile in consecutive cycles": tile[1:] == tile[:-1],
-            "read of what is being written": [read_tiles[k] == tile[k] for k in range(count)]})
-        self.wrote = again | self.wrote
-        await ctx.tick().repeat(block_.latency + 1)
-        return history[-1]
-
-    def compare(self, word, history, issued, tile):
-        """Nothing that was never written, all that came ``VISIBLE`` cycles before."""
-        lanes = slice(tile * len(word), (tile + 1) * len(word))
-        sure = history[max(issued - VISIBLE + 1, 0), lanes]
-        for code, least, most in zip(word, sure, history[issued + 1, lanes], strict=True):
-            assert least <= code <= most, f"tile {tile} in cycle {issued}: code {code}, not {least} to {most}"
-
-    def run(self, frusta):
-        """As many frusta as given, more than there are tags; after each both copies have all that was written."""
-        done = []
-
-        async def testbench(ctx):
-            for _ in range(frusta):
-                expected = words(await self.cast(ctx), self.config)
-                for tile, word in enumerate(expected):
-                    ctx.set(self.map.i_walk.valid, 1)
-                    ctx.set(self.map.i_walk.payload.tile, tile)
-                    ctx.set(self.map.i_read.valid, 1)
-                    ctx.set(self.map.i_read.payload, tile)
-                    ctx.set(self.map.o_read.ready, 1)
-                    await ctx.tick()
-                    ctx.set(self.map.i_walk.valid, 0)
-                    ctx.set(self.map.i_read.valid, 0)
-                    await ctx.tick().repeat(self.map.latency - 1)
-                    assert list(ctx.get(self.map.o_walk.payload.word)) == word
-                    await ctx.tick()
-                    assert ctx.get(self.map.o_read.valid)
-                    assert list(ctx.get(self.map.o_read.payload)) == word
-                    await ctx.tick()
-                done.append(True)
-
-        simulator = Simulator(self.map)
-        simulator.add_clock(1e-8)
-        simulator.add_testbench(testbench)
-        simulator.run()
-        assert len(done) == frusta
+def compare(word, tile, at, writes):
+    """A word that is read has all that came ``VISIBLE`` cycles before, of writes (cycle, ray, code), and nothing that
+    was never written.
+    """
+    for lane, code in enumerate(word):
+        mine = [(when, found) for when, ray, found in writes if ray == tile * len(word) + lane and when <= at]
+        least = max([found for when, found in mine if when <= at - VISIBLE], default=0)
+        most = max([found for _, found in mine], default=0)
+        assert least <= code <= most, f"tile {tile} in cycle {at}: code {code}, not {least} to {most}"
 
 
 @pytest.mark.parametrize("changes", [{}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3}, CONFIGURATIONS["narrow"]],
                          ids=["default", "small tiles", "large tiles", "narrow"])
 def test_codes_are_never_too_large_and_never_lost(changes):
-    frusta = Frusta(small(changes), seed=3)
-    frusta.run(5)
+    """Over more frusta than there are tags: writes in consecutive cycles while the window walk looks on; then both
+    readers read all words.
+    """
+    config, random = small(changes), np.random.default_rng(3)
+    coverage = Coverage(["smallest code", "largest code", "code between", "word of this frustum",
+                         "word of an earlier frustum", "first write of a word", "tile in consecutive cycles",
+                         "begun with a sweep", "begun without a sweep", "read of what is being written"])
+    every, side = tiles(config), 2 * config.icu.tile_bits
+    # Cycles of a frustum's start, which may take a sweep, of its first write, read and last reads, and of the next one.
+    write, look, last = every + 1, every + WAIT, every + 1 + WRITES + VISIBLE
+    period, frusta = last + every + WAIT, range(5)
+    starts = [1 + period * number for number in frusta]
+    given = [drawn_writes(config, random, some=number % 3 == 2) for number in frusta]
+    codes = [settle_code(inverse, config).tolist() for _, inverse in given]
+    writes = [[(start + write + k, int(ray), code) for k, (ray, code) in enumerate(zip(rays, found, strict=True))]
+              for start, (rays, _), found in zip(starts, given, codes, strict=True)]
+    reads = [[(start + at, int(rays[at - write] >> side) if at - write < WRITES and random.random() < 0.5 else
+               int(random.integers(every))) for at in range(look, last)] for start, (rays, _) in zip(
+                   starts, given, strict=True)]
+    whole = [[(start + last + tile, tile) for tile in range(every)] for start in starts]
+    walked, survival = [one for looks, ends in zip(reads, whole, strict=True) for one in looks + ends], [
+        one for ends in whole for one in ends]
+    takes = [every * (number % ((1 << config.icu.generation_bits) - 1) == 0) for number in frusta]
+    bench = ScheduleBench(SettleMap(config=config, tag=16), idle_limit=40)
+    came = bench.run(Schedule(items={
+        "i_start": [(start - before - 1, 0) for before, start in zip(
+            [0, *(start + cycles for start, cycles in zip(starts, takes, strict=True))], starts, strict=False)],
+        "i": scheduled([at for one in writes for at, *_ in one], [
+            {"ray": int(ray), "inverse": int(inverse)} for one in given for ray, inverse in zip(*one, strict=True)]),
+        "i_walk": scheduled([at for at, _ in walked], [
+            {"tag": number, "tile": tile} for number, (_, tile) in enumerate(walked)]),
+        "i_read": scheduled([at for at, _ in survival], [tile for _, tile in survival])}))
+    assert bench.cycles["i_start"] == [start + cycles for start, cycles in zip(starts, takes, strict=True)]
+    assert [answer["tag"] for answer in came["o_walk"]] == list(range(len(walked)))
+    assert bench.cycles["o_walk"] == [at + WALK for at, _ in walked]
+    assert bench.cycles["o_read"] == [at + READ for at, _ in survival]
+    for answers, asked in (([answer["word"] for answer in came["o_walk"]], walked), (came["o_read"], survival)):
+        for word, (at, tile) in zip(answers, asked, strict=True):
+            compare(word, tile, at, writes[(at - 1) // period])
+    wrote = np.zeros(every, dtype=bool)
+    for (rays, _), code, looks, cycles in zip(given, np.array(codes), reads, takes, strict=True):
+        tile, again = rays >> side, np.zeros(every, dtype=bool)
+        again[tile] = True
+        coverage.hit_all({
+            "smallest code": code == 0, "largest code": code == config.icu.settle.high,
+            "code between": (code > 0) & (code < config.icu.settle.high), "word of this frustum": again.any(),
+            "word of an earlier frustum": wrote & ~again, "first write of a word": again & wrote,
+            "tile in consecutive cycles": tile[1:] == tile[:-1],
+            "begun with a sweep": cycles > 0, "begun without a sweep": cycles == 0,
+            "read of what is being written": [looked == being for (_, looked), being in zip(
+                looks, tile[look - write:], strict=False)]})
+        wrote |= again
     # Of a single word all is always written.
-    if tiles(frusta.config) > 1:
-        frusta.coverage.check()
+    if every > 1:
+        coverage.check()
 
 
 @cache
@@ -180,11 +140,7 @@ def test_cell_traversal_reads_in_order_and_what_is_there(drawn):
     codes = settle_code(np.array([write["inverse"] for _, write in writes], dtype=np.int64), config).tolist()
     written = [(at, write["ray"], code) for at, (_, write), code in zip(bench.cycles["i"], writes, codes, strict=True)]
     for at, (_, tile), word in zip(bench.cycles["i_read"], reads, came, strict=True):
-        for lane, code in enumerate(word):
-            mine = [(when, found) for when, ray, found in written if ray == tile * len(word) + lane]
-            least = max([found for when, found in mine if when <= at - VISIBLE], default=0)
-            most = max([found for when, found in mine if when <= at], default=0)
-            assert least <= code <= most
+        compare(word, tile, at, written)
 
 
 def test_one_read_per_cycle():
