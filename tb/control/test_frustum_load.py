@@ -8,7 +8,7 @@ from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, Screen, screen_record
-from golden.memory_map import GRID_RAY_BITS, REGIONS, WEIGHT_BITS, machine_image
+from golden.memory_map import GRID_RAY_BITS, WEIGHT_BITS, machine_image
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
@@ -16,6 +16,7 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.memsys.image_layout import RegionNumber
 from hw.memsys.memory_formats import MemoryFormats
+from tb.control.image_words import words
 from tb.ctu.grid_load import unit_writes
 from tb.golden.schedule.scenes import Case, case
 from tb.icu.frustum_load import frustum_payload, table_writes
@@ -24,24 +25,6 @@ from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10})
 CLUSTER = 1
-
-
-def words(image, cluster):
-    """What the preload DMA gives for a cluster, region by region."""
-    for number, region in enumerate(REGIONS):
-        array = image[region.name]
-        if region.name == "clusters":
-            array = array[cluster:cluster + 1]
-        elif region.name == "subshells":
-            listed = image.subshells(cluster)
-            array = np.zeros(len(listed), dtype=array.dtype)
-            array["patch"], array["shell"] = listed.T
-        if region.life == "result" or region.name in ("patches", "residents") or not len(array):
-            continue
-        data = np.frombuffer(array.tobytes(), dtype="<u4" if region.dtype.itemsize == 4 else "<u8")
-        for record, row in enumerate(data.reshape(len(array), -1)):
-            for word, value in enumerate(row):
-                yield {"region": RegionNumber(number).value, "record": record, "word": word, "data": int(value)}
 
 
 @pytest.fixture(scope="module", params=["hemisphere", "screen"])

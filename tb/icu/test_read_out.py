@@ -30,7 +30,7 @@ from tb.lib.timing import documented_latency
 # Sixteen tiles of 4 x 4 rays.
 SMALL = {"icu.rays": 256, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.generation_bits": 2}
 SECTIONS = (Sector(0, 16, 0, 16), Sector(5, 14, 3, 15), Sector(60, 64, 7, 61), Sector(0, 61, 63, 64),
-            Sector(9, 10, 2, 3))
+            Sector(9, 10, 2, 3), Sector(33, 34, 6, 17))
 # Cycles from an update's answer to its (u, v).
 PAYLOAD_DELAYS = (1, 60)
 

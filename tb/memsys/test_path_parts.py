@@ -5,6 +5,7 @@ import re
 from itertools import pairwise
 
 import pytest
+from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -126,6 +127,39 @@ def test_the_interface_requests_parts_and_forwards_replies(requests, listed, ver
     assert entries == [(11, 0), (12, 0), (13, 1)]
     assert [one["last"] for one in came["o_listed"]] == [0, 0, 1, 1]
     assert came["o_vertex"] == patch(5)
+
+
+@pytest.mark.parametrize("kind", [RequestKind.CELL, RequestKind.PATCH])
+def test_a_lost_reply_is_reported_once_with_its_number(kind):
+    """It has as many entries, or vertices, as a good one; the one behind it is good."""
+    dut, lost = LocalBusInterface(config=CONFIG), []
+    is_cell = kind is RequestKind.CELL
+    given = dut.i_cell if is_cell else dut.i_patch
+    replies = [beat for number, error in ((6, 1), (5, 0)) for beat in (
+        [cell_beat(11, error=error), cell_beat(12, error=error, last=1)] if is_cell else patch_beats(number, error))]
+
+    async def bench(ctx):
+        for out in dut.o_request, dut.o_listed, dut.o_vertex:
+            ctx.set(out.ready, 1)
+        for number in 6, 5:
+            ctx.set(given.valid, 1)
+            ctx.set(given.payload, number)
+            await ctx.tick().until(given.ready)
+        ctx.set(given.valid, 0)
+        await ctx.tick().repeat(5)
+        for beat in [*replies, *[None] * 10]:
+            ctx.set(dut.i_reply.valid, beat is not None)
+            if beat:
+                ctx.set(dut.i_reply.payload, beat)
+            await ctx.tick()
+            lost.extend((name, ctx.get(dut.number)) for name in ("lost_cell", "lost_patch")
+                        if ctx.get(getattr(dut, name)))
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert lost == [("lost_cell" if is_cell else "lost_patch", 6)]
 
 
 def test_no_more_requests_than_reserved_entries():

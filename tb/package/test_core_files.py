@@ -10,17 +10,20 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 
 from golden.config import PRESETS
 from hw.cli import main
+from hw.host import Host
 from hw.package.core_files import WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
 from hw.registers.engine_registers import ENGINE_REGISTERS
-from hw.registers.register import addresses
+from hw.registers.register import WORD_BYTES, addresses
+from hw.simulator.simulated_port import complete
 from tb.lib.runner import tools
 
 ROOT = Path(__file__).parents[2]
@@ -73,6 +76,23 @@ def test_fields_of_a_port_follow_each_other(top, monkeypatch):
             assert field["low"] == end, (port["name"], field)
             end += field["width"]
         assert end in (0, port["width"])
+
+
+def test_registers_and_counters_are_where_the_driver_reads_them(monkeypatch):
+    monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
+    monkeypatch.setattr("hw.package.core_files.unit_latencies", lambda *_: {})
+    config, read = PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 1}), []
+    facts = json.loads(core_files("engine", config=config, preset="tiny")["radiosity_engine.json"])
+    assert {one["name"]: one["address"] for one in facts["registers"]} == addresses(ENGINE_REGISTERS)
+
+    async def answer(address):
+        read.append(address)
+        return 0
+
+    complete(Host(SimpleNamespace(read=answer), config).counters())
+    counters = facts["counters"]
+    assert read == [counters["base"] + cluster * counters["stride"] + number * WORD_BYTES
+                    for cluster in range(3) for number in range(len(counters["names"]))]
 
 
 def test_latencies_are_those_of_the_units_that_a_core_has(router):

@@ -1,0 +1,28 @@
+"""The words of an image that a cluster is given."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from golden.memory_map import REGIONS, MemoryImage
+from hw.memsys.image_layout import RegionNumber
+
+__all__ = ["words"]
+
+
+def words(image: MemoryImage, cluster: int) -> Iterator[dict]:
+    """What the preload DMA gives for a cluster, region by region: values of `MemoryFormats.table_word`."""
+    for number, region in enumerate(REGIONS):
+        array = image[region.name]
+        if region.name == "clusters":
+            array = array[cluster:cluster + 1]
+        elif region.name == "subshells":
+            listed = image.subshells(cluster)
+            array = np.zeros(len(listed), dtype=array.dtype)
+            array["patch"], array["shell"] = listed.T
+        if region.life == "result" or region.name in ("patches", "residents") or not len(array):
+            continue
+        data = np.frombuffer(array.tobytes(), dtype="<u4" if region.dtype.itemsize == 4 else "<u8")
+        for record, row in enumerate(data.reshape(len(array), -1)):
+            for word, value in enumerate(row):
+                yield {"region": RegionNumber(number).value, "record": record, "word": word, "data": int(value)}
