@@ -37,6 +37,7 @@ class ResultAddress(wiring.Component):
         self._config, self._formats = config, ResultFormats(config)
         super().__init__({"i": In(stream.Signature(self._formats.section_command)),
                           "o": Out(stream.Signature(self._formats.section_extent))})
+        self.latency = 3 + len(self.i.payload.section.first_row)
 
     def elaborate(self, platform):
         m = Module()

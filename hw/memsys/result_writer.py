@@ -58,10 +58,10 @@ class ResultWriter(wiring.Component):
 
     Timing
     ------
-    Latency: ``5 + bits(first_row)`` cycles from a command to the first hit, if none is being written. A hit per cycle,
-    with beats of 64 bits one of 16 bytes every two cycles; a sum per cycle; stalls with ``o_data`` and ``o_request``
-    when 32 beats or 16 requests wait, and while 16 requests have no answer. ``o_done`` comes 2 cycles after the last
-    answer, the next section's first hit is accepted 2 cycles after ``o_done``.
+    Latency: ``4 + bits(first_row)`` cycles from a command to the first hit, if no other is being written. A hit per
+    cycle, with beats of 64 bits one of 16 bytes every two cycles; a sum per cycle; stalls with ``o_data`` and
+    ``o_request`` when 32 beats or 16 requests wait, and while 16 requests have no answer. ``o_done`` comes 2 cycles
+    after the last answer, the next section's first hit is accepted 2 cycles after ``o_done``.
 
     Golden counterpart: `golden.jobs.result_formats.result_beats`.
     """
@@ -73,6 +73,7 @@ class ResultWriter(wiring.Component):
             "i_sum": In(stream.Signature(formats.section_sum)), "o_done": Out(stream.Signature(formats.section_done)),
             "o_request": Out(stream.Signature(memory.request(0))), "o_data": Out(stream.Signature(memory.write_data)),
             "i_written": In(stream.Signature(memory.written(0), always_ready=True))})
+        self.latency = 4 + len(self.i.payload.section.first_row)
 
     def elaborate(self, platform):
         m = Module()
