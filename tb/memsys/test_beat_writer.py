@@ -48,7 +48,7 @@ class TestBeatWriter(Bench):
     """Nothing is changed but the strobes."""
 
     component = BeatWriter
-    variants, splits, patience = [{"memory.data_bits": bits} for bits in (64, 128)], False, 60
+    variants, splits, idle_limit = [{"memory.data_bits": bits} for bits in (64, 128)], False, 60
 
     def vectors(self, config):
         return self.drawn(config, 3)
@@ -87,7 +87,7 @@ class TestBeatWriter(Bench):
 
 
 CONFIG = wide_config(64)
-BENCH = ScheduleBench(BeatWriter(config=CONFIG), patience=80, watched=("failed", "address", "idle"))
+BENCH = ScheduleBench(BeatWriter(config=CONFIG), idle_limit=80, watched=("failed", "address", "idle"))
 STALLS = st.lists(st.sampled_from((0, 0, 1, 5)), max_size=20)
 
 

@@ -10,7 +10,7 @@ from tb.lib.timing import documented_latency
 from tb.memsys.section_results import drawn_section, wide_config
 
 CONFIGS = {bits: wide_config(bits) for bits in (64, 128, 256, 512)}
-BENCHES = {bits: ScheduleBench(ResultAddress(config=config), patience=40) for bits, config in CONFIGS.items()}
+BENCHES = {bits: ScheduleBench(ResultAddress(config=config), idle_limit=40) for bits, config in CONFIGS.items()}
 
 
 def expected(section, bits):

@@ -40,7 +40,7 @@ class TestResultWriter(Bench):
     """Random sections, one after the other."""
 
     component = ResultWriter
-    variants, splits, patience = [{"memory.data_bits": bits} for bits in (64, 128)], False, 60
+    variants, splits, idle_limit = [{"memory.data_bits": bits} for bits in (64, 128)], False, 60
     count = 6
 
     def vectors(self, config):
@@ -101,7 +101,7 @@ class TestWideBeats(TestResultWriter):
 
 
 CONFIGS = {bits: wide_config(bits) for bits in ALL_BITS}
-BENCHES = {bits: ScheduleBench(ResultWriter(config=config), patience=60) for bits, config in CONFIGS.items()}
+BENCHES = {bits: ScheduleBench(ResultWriter(config=config), idle_limit=60) for bits, config in CONFIGS.items()}
 GAPS = st.lists(st.sampled_from((0, 0, 0, 1, 2, 7)), max_size=12)
 
 
