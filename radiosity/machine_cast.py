@@ -13,6 +13,7 @@ from golden.output import whole_file
 from golden.plural import counted
 from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.cell_choice import choose_cell
 from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.cast_result import CastResult
@@ -30,7 +31,7 @@ class CastOptions:
     Parameters
     ----------
     cell
-        Cell size as a share of the scene's longest side.
+        Cell size as a share of the scene's longest side; None: `golden.schedule.cell_choice` chooses it.
     ratio
         Rays of the frustum for each ray cast to schedule it.
     casts
@@ -41,7 +42,7 @@ class CastOptions:
         What the simulation has overridden, see `hw.simulator.simulation_config.overridden`.
     """
 
-    cell: float
+    cell: float | None = None
     ratio: int = 64
     casts: int = 3
     waves: WaveformWindow | None = None
@@ -90,7 +91,8 @@ class MachineCast:
 
     def __init__(self, record: FrustumRecord, geometry: PatchGeometry, weights, config: Config, options: CastOptions):
         self._record, self._geometry, self._config, self._options = record, geometry, config, options
-        shelling = Shelling(geometry, config, cell=options.cell)
+        self._cell = choose_cell([record], geometry, config).cell if options.cell is None else options.cell
+        shelling = Shelling(geometry, config, cell=self._cell)
         plan = machine_schedule(record, geometry, shelling.table, config, ratio=options.ratio)
         self._image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
         self._expected = self._image.with_results(shelling.cast(record)[0])
@@ -126,6 +128,7 @@ class MachineCast:
     def _report(self, done: list[CastResult]) -> dict:
         last, network = done[-1].image, self._config.noc
         return {"patches": len(self._geometry), "clusters": network.nodes, "topology": network.topology,
+                "cell": self._cell, "is_cell_chosen": self._options.cell is None,
                 "overridden": self._options.changes,
                 **cast_report(self._record, done, self._config),
                 "differences": len(last.hits().differences(self._expected.hits())),
@@ -150,7 +153,8 @@ def _text(report: dict) -> str:
     bound, sources = report["bound"], report["sources"]
     lines = [
         f"machine: {counted(report['clusters'], 'cluster')}, {report['topology']}, "
-        f"{counted(report['patches'], 'patch')}" + overridden_text(report["overridden"]),
+        f"{counted(report['patches'], 'patch')}, cell {report['cell']:g}"
+        + " (chosen)" * report["is_cell_chosen"] + overridden_text(report["overridden"]),
         f"differences from golden: {counted(report['differences'], 'hit')}, {counted(report['sums'], 'sum')}",
         f"cycles {report['cycles']} (the first time {report['first_cycles']}), tables {report['load_cycles']}, "
         f"results {report['result_cycles']}",

@@ -13,7 +13,6 @@ from hw.commands.choices import POLICIES
 
 __all__ = ["MachineMethod"]
 
-_CELL = 0.0625
 _MOST_CLUSTERS = 64
 # The presets whose clusters and network are the machine's own; machines of the others are scaled to the run.
 _WHOLE = ("thesis",)
@@ -56,7 +55,8 @@ class MachineMethod(CastingMethod):
     about = ("The machine is simulated: its RTL finds the hits. Unless -P sets them, it has icu.rays=16384, "
              "icu.generation_bits=8 and a run-ahead depth (ctu.run_ahead) of at least 6. "
              f"With --preset {' or '.join(_WHOLE)} it has the "
-             "preset's clusters, network and run-ahead depth.")
+             "preset's clusters, network and run-ahead depth. Its choice of --cell is the one with the fewest "
+             "predicted cycles.")
     default_clusters = f"the preset's with --method machine --preset {' or '.join(_WHOLE)}"
     options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
     frustum_options = (*_MEMORY, *_WORK)
@@ -86,8 +86,7 @@ class MachineMethod(CastingMethod):
         config = self._config(given, **options)
         MachineCaster.check(config)
         with self._machine(config, **options) as machine:
-            yield MachineCaster(scene, machine, cell=_CELL if cell is None else cell,
-                                changes=overridden(config, given))
+            yield MachineCaster(scene, machine, cell=cell, changes=overridden(config, given))
 
     def cast(self, record, geometry, config, *, cell, weights, title, **options):
         """See `CastingMethod`."""

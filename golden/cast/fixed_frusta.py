@@ -25,6 +25,8 @@ CONFIG = Config(icu=Icu(rays=MOST_RAYS, side_bits=16, patch_bits=24))
 # Default cell size of shelling. This model works on all rays of a shell at once: few large shells cost it less than
 # many small ones.
 CELL = 0.125
+# Frusta of a request that a caster may plan with.
+SAMPLES = 4
 
 
 class FixedFrusta(ABC):
@@ -43,6 +45,7 @@ class FixedFrusta(ABC):
 
     def __init__(self, scene: Scene):
         self._scene, self._oracle = scene, Oracle(scene)
+        self._samples: list[FrustumRecord] = []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
 
@@ -63,6 +66,7 @@ class FixedFrusta(ABC):
         def record(number):
             return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
                                      source=int(surfaces[number]), axes=frames[number])
+        self._sample(record, len(points))
         return _Bundles(self._oracle, cast, record).hits
 
     def screen(self, screen: Screen, side: int) -> FrustumHits:
@@ -75,7 +79,16 @@ class FixedFrusta(ABC):
         """
         fields = Screen(camera=screen.camera, width=side * screen.width, height=side * screen.height)
         coordinates, cast = self._for(np.array([screen.camera.eye]))
-        return _Bundles(self._oracle, cast, lambda number: screen_record(fields, coordinates)).hits
+
+        def record(_):
+            return screen_record(fields, coordinates)
+        self._sample(record, 1)
+        return _Bundles(self._oracle, cast, record).hits
+
+    def _sample(self, record, count):
+        """Keep some of the frusta that will be requested, evenly spread."""
+        numbers = np.linspace(0, count - 1, min(SAMPLES, count), dtype=int)
+        self._samples = [record(number) for number in numbers]
 
     def _for(self, points):
         """Coordinates that hold the points, and the caster in them."""

@@ -180,10 +180,11 @@ class Shelling:
         return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
 
-    def tests(self, record: FrustumRecord, memory: RayMemory, *, references=None, ray_tests=None) -> "Tests":
-        """The tests of a frustum's rays, see `cast`."""
+    def tests(self, record: FrustumRecord, memory: RayMemory, *, references=None, ray_tests=None,
+              block: int = BLOCK) -> "Tests":
+        """The tests of a frustum's rays, see `cast`; ``block`` rays of windows at once."""
         patches = PatchSetup(record, self._config).patches(self.geometry)
-        return Tests(patches, record, memory, self._config, references=references, ray_tests=ray_tests)
+        return Tests(patches, record, memory, self._config, references=references, ray_tests=ray_tests, block=block)
 
 
 class Tests:
@@ -196,7 +197,8 @@ class Tests:
     """
 
     def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, *,
-                 references=None, ray_tests=None):
+                 references=None, ray_tests=None, block: int = BLOCK):
+        self._size = block
         self.patches, self._record, self._memory, self._config = patches, record, memory, config
         self._references, self._ray_tests = references, ray_tests
         self._directions = record.all_directions()
@@ -213,11 +215,12 @@ class Tests:
         return window.column_first, window.column_count, window.row_first, window.row_count
 
     def run(self, stage: Stage, section: Sector, counts: ShellingCounts) -> None:
-        """Test the patches found, in blocks of up to `BLOCK` rays, and add the stage's counts."""
+        """Test the patches found, in blocks of up to ``block`` rays, and add the stage's counts."""
         own = section.mask(self._record).ravel()
         found = stage.found[self.patches.window.rays[stage.found] > 0]
         total = np.cumsum(self.patches.window.rays[found])
-        for block in np.split(found, np.searchsorted(total, np.arange(BLOCK, total[-1], BLOCK)) if len(found) else []):
+        borders = np.arange(self._size, total[-1], self._size) if len(found) else []
+        for block in np.split(found, np.searchsorted(total, borders)):
             if len(block):
                 self._block(block, own, section, counts)
         counts.shells = max(counts.shells, stage.shell)

@@ -8,7 +8,17 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import RECORD_METHODS, REFERENCES
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET, SCENE, SCENE_HELP, Triple, WholePair
+from golden.commands.parameters import (
+    ASSIGNMENTS,
+    AZIMUTHS,
+    FILE,
+    METHOD_CELL,
+    PRESET,
+    SCENE,
+    SCENE_HELP,
+    Triple,
+    WholePair,
+)
 
 __all__ = ["cast_command"]
 
@@ -44,7 +54,7 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
     @method_option(RECORD_METHODS, methods, default="shelling",
                    about="Choose the casting method; all give the same hits.")
-    @CELL
+    @METHOD_CELL
     @click.option("--clusters", type=int,
                   help="Set the number of clusters that share the frustum, a power of two.  "
                   f"[default: {'; '.join(['1', *filter(None, (method.default_clusters for method in methods))])}]")

@@ -82,13 +82,15 @@ class CastingMethod(ABC):
         """
 
     @abstractmethod
-    def cast(self, record, geometry, config, *, cell: float, weights, title: str, **options) -> CastOutcome:
+    def cast(self, record, geometry, config, *, cell: float | None, weights, title: str, **options) -> CastOutcome:
         """Cast one frustum.
 
         Parameters
         ----------
         record, geometry, config
             The frustum, the patches in its coordinates, and the machine's configuration.
+        cell
+            Cell size, or None for the method's own.
         weights
             The weights of a hemisphere's rows; None of a screen.
         title

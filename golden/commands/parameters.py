@@ -8,8 +8,8 @@ from click.shell_completion import CompletionItem
 
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "Positive",
-           "Triple", "WholePair"]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "CellSize",
+           "Positive", "Triple", "WholePair"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -95,6 +95,17 @@ class Positive(click.ParamType):
 
 CELL = click.option("--cell", type=Positive(), default=0.0625,
                     help="Set the cell size as a share of the scene's longest side.")
-METHOD_CELL = click.option("--cell", type=Positive(), help="Set the size of the method's cells as a share of the "
-                           "scene's "
-                           "longest side.  [default: the method's choice]")
+
+
+class CellSize(Positive):
+    """A finite number above 0, or ``auto``: None."""
+
+    name = "NUMBER|auto"
+
+    def convert(self, value, param, ctx):
+        """The value of what the user typed."""
+        return None if value == "auto" else super().convert(value, param, ctx)
+
+
+METHOD_CELL = click.option("--cell", type=CellSize(), default="auto", help="Set the size of the method's cells as a "
+                           "share of the scene's longest side; auto is the method's choice.")

@@ -12,7 +12,7 @@ from golden.frustum import FrustumRecord
 from golden.icu.section_clip import section_clip
 from golden.icu.window import Window
 
-__all__ = ["survivors", "survivors_by_code"]
+__all__ = ["summed", "survivors", "survivors_by_code"]
 
 
 def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
@@ -35,7 +35,7 @@ def survivors(rays: GridRays, may_change: np.ndarray) -> np.ndarray:
         return (rays.row_count[:, None] > 0) & (rays.column_count > 0)
     width = may_change.shape[1]
     # Columns twice, so that a window may wrap past the end of a row.
-    total = _sums(np.concatenate([may_change, may_change], axis=1))
+    total = summed(np.concatenate([may_change, may_change], axis=1))
     top, bottom = rays.first_row[:, None], (rays.first_row + rays.row_count)[:, None]
     left, right = rays.first_column, rays.first_column + rays.column_count
     return _some(total, top, bottom, left, np.minimum(right, 2 * width))
@@ -61,15 +61,15 @@ def survivors_by_code(rays: GridRays, pyramid: SettlePyramid, threshold: int, se
     near = Window(*(np.broadcast_to(value, rays.first_column.shape).ravel() for value in (
         rays.first_column, rays.column_count, rays.first_row[:, None], rays.row_count[:, None])))
     near = section_clip(near, section, record)
-    total = _sums(pyramid.live(threshold))
+    total = summed(pyramid.live(threshold))
     rows = pyramid.touched(near.row_first, near.row_count)
     alive = _some(total, *rows, *pyramid.touched(near.column_first, near.column_count)) \
         | _some(total, *rows, *pyramid.touched(np.zeros_like(near.column_first), near.wrapped_count))
     return alive.reshape(rays.first_column.shape)
 
 
-def _sums(mask):
-    """Summed-area table: counts above and to the left of each entry."""
+def summed(mask: np.ndarray) -> np.ndarray:
+    """Summed-area table: counts above and to the left of each entry, rows + 1 x columns + 1."""
     total = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1), dtype=np.int32)
     total[1:, 1:] = mask
     np.cumsum(total, axis=0, out=total)

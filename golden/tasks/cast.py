@@ -26,6 +26,9 @@ from golden.schedule.sections import cut_sections
 
 __all__ = ["CastTaskResult", "FrustumChoice", "cast_frustum"]
 
+# Cell size of shelling.
+CELL = 0.0625
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrustumChoice:
@@ -126,9 +129,10 @@ class CastTaskResult:
     warnings: list[str] = field(default_factory=list)
 
 
-def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: str = "shelling", cell: float = 0.0625,
-                 clusters: int = 1, compare: tuple[str, ...] = (), output: Path | None = None,
-                 picture: Path | None = None, caster: Callable | None = None) -> CastTaskResult:
+def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: str = "shelling",
+                 cell: float | None = None, clusters: int = 1, compare: tuple[str, ...] = (),
+                 output: Path | None = None, picture: Path | None = None,
+                 caster: Callable | None = None) -> CastTaskResult:
     """Cast a frustum, compare its hits and write them.
 
     Parameters
@@ -140,7 +144,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     method
         ``shelling`` or ``naive``; another name needs ``caster``.
     cell, clusters
-        Cell size as a share of the scene's longest side, and the clusters that share the frustum.
+        Cell size as a share of the scene's longest side, by default `CELL`, and the clusters that share the frustum.
     compare
         ``naive`` and ``oracle``: with which references the hits are compared.
     output, picture
@@ -163,7 +167,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
         hits = NaiveFixed(geometry, config).cast(record)
     else:
         sections = cut_sections(np.ones((record.rows, record.columns)), clusters=clusters).sections
-        hits, counts = Shelling(geometry, config, cell=cell).cast(record, sections)
+        hits, counts = Shelling(geometry, config, cell=CELL if cell is None else cell).cast(record, sections)
         extra = _work(counts)
     report = {"scene": scene, "method": method, "rays": len(record), "hits": int((hits.patch >= 0).sum()), **extra,
               **_compare(compare, hits, record, opened, geometry, config)}

@@ -11,6 +11,7 @@ from golden.memory_map import machine_image
 from golden.plural import counted
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
+from golden.schedule.cell_choice import choose_cell
 from golden.schedule.phase import machine_schedule
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import overridden_text
@@ -34,7 +35,8 @@ class MachineCaster(FixedFrusta):
     machine
         The machine.
     cell
-        Cell size as a share of the scene's longest side.
+        Cell size as a share of the scene's longest side; None: `golden.schedule.cell_choice` chooses it for each
+        request, from some of its frusta.
     changes
         What the simulation has overridden, see `hw.simulator.simulation_config.overridden`.
 
@@ -42,6 +44,8 @@ class MachineCaster(FixedFrusta):
     -------
     frusta, rays, cycles, tested
         Totals since the start: frusta, their rays, cycles of their casts, and tests.
+    cells
+        Frusta by cell size.
 
     Raises
     ------
@@ -51,11 +55,12 @@ class MachineCaster(FixedFrusta):
         The machine's sums are not those of its hits.
     """
 
-    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float, changes: dict | None = None):
+    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float | None, changes: dict | None = None):
         self.check(machine.config)
         self._simulated, self._cell, self._weights = machine, cell, None
         self._changes = changes or {}
         self.frusta = self.rays = self.cycles = self.tested = 0
+        self.cells: dict[float, int] = {}
         super().__init__(scene)
 
     @staticmethod
@@ -80,30 +85,37 @@ class MachineCaster(FixedFrusta):
         self._weights = None
         return super().screen(screen, side)
 
-    def counts(self) -> dict[str, int]:
+    def counts(self) -> dict[str, object]:
         """The members above."""
-        return {name: getattr(self, name) for name in ("frusta", "rays", "cycles", "tested")}
+        return {name: getattr(self, name) for name in ("frusta", "rays", "cycles", "tested", "cells")}
 
     def summary(self) -> str:
         """The members above and what the simulation has overridden, in a line."""
         efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
         noc = self._simulated.config.noc
-        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, {self.frusta} frusta, {self.rays} rays, "
-                f"{self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
+        cells = ", ".join(f"{cell:g}" for cell in self.cells) + (" (chosen)" if self._cell is None else "")
+        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, cell {cells}, {self.frusta} frusta, "
+                f"{self.rays} rays, {self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config
-        table = Shelling(geometry, config, cell=self._cell).table
-        plan, left = None, 0
+        table, cell, plan, left = None, self._cell, None, 0
 
         def cast(record: FrustumRecord):
-            nonlocal plan, left
+            nonlocal table, cell, plan, left
+            if self._cell is None and self._samples:
+                chosen, self._samples = choose_cell(self._samples, geometry, config).cell, []
+                if chosen != cell:
+                    table, cell, plan = None, chosen, None
+            if table is None:
+                table = Shelling(geometry, config, cell=cell).table
             fits = plan and (record.columns, record.rows) == (plan.partition.columns, plan.partition.rows)
             if not fits or not left:
                 plan = machine_schedule(record, geometry, table, config, ratio=RATIO)
                 left = PHASE
             left -= 1
+            self.cells[cell] = self.cells.get(cell, 0) + 1
             weights = None if record.is_screen else self._weights
             image = machine_image(record, geometry, table, config, plan, weights=weights)
             return self._results(record, image, weights)

@@ -12,7 +12,7 @@ import numpy as np
 from golden.cast.rays import Rays
 from golden.cast.shelling import Shelling
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
+from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from golden.config import PRESETS, Config
 from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
 from golden.memory_map import MemoryImage, machine_image
@@ -20,11 +20,12 @@ from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.cell_choice import choose_cell
 from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
-from radiosity.benchmarks.report import output_option, provenance, write_report
+from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
 
 __all__ = ["SCENES", "PreparedCast", "measure", "prepare_cast", "rows_of"]
 
@@ -43,8 +44,8 @@ class PreparedCast:
 
     Parameters
     ----------
-    scene, patches, record
-        What is cast into what, and how many patches it has for the machine.
+    scene, patches, record, cell
+        What is cast into what, how many patches it has for the machine, and the size of its cells.
     rays
         The machine's, in the scene.
     image, expected
@@ -56,25 +57,27 @@ class PreparedCast:
     scene: Scene
     patches: int
     record: FrustumRecord
+    cell: float
     rays: Rays
     image: MemoryImage
     expected: MemoryImage
     total: int
 
 
-def prepare_cast(config: Config, scene: str, *, cell: float, rays: tuple[int, int]) -> PreparedCast:
-    """A hemisphere at a point that the phase was not scheduled from."""
+def prepare_cast(config: Config, scene: str, *, cell: float | None, rays: tuple[int, int]) -> PreparedCast:
+    """A hemisphere at a point that the phase was not scheduled from; without a cell size, in cells chosen for it."""
     opened, hemisphere = open_scene(scene), Hemisphere(*rays)
     points, down = ceiling_points(opened)
     geometry = PatchGeometry.of(opened, config.numbers, points)
-    shelling = Shelling(geometry, config, cell=cell)
     reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
                          for point in (REFERENCE, POINT))
+    cell = choose_cell([record], geometry, config).cell if cell is None else cell
+    shelling = Shelling(geometry, config, cell=cell)
     plan = machine_schedule(reference, geometry, shelling.table, config, ratio=RATIO)
     image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
     directions = record.all_directions() @ record.to_global.T
     origin = geometry.coordinates.points(record.origin)
-    return PreparedCast(scene=opened, patches=len(geometry), record=record,
+    return PreparedCast(scene=opened, patches=len(geometry), record=record, cell=cell,
                  rays=Rays(np.broadcast_to(origin, directions.shape), directions), image=image,
                  expected=image.with_results(shelling.cast(record)[0]),
                  total=int(hemisphere.polar_weights.sum()) * record.columns)
@@ -94,7 +97,7 @@ def measure(machine: SimulatedMachine, prepared: PreparedCast) -> dict:
             if one.image[name].tobytes() != prepared.expected[name].tobytes():
                 raise SystemExit(f"error: {prepared.scene.name}, {machine.config.noc.nodes} clusters: {name} are not "
                                  "golden's")
-    return {"patches": prepared.patches, **cast_report(prepared.record, done, machine.config)}
+    return {"patches": prepared.patches, "cell": prepared.cell, **cast_report(prepared.record, done, machine.config)}
 
 
 def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
@@ -107,8 +110,9 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
         most = max(first["bound"].values()) / max(bound.values())
         lowest = min(each["efficiency"] for each in one["each"])
         cycles.append(
-            f"| {scene} | {clusters} | {one['first_cycles']} | {one['cycles']} | {bound['traversal']} "
-            f"| {bound['intersection']} | {bound['patches']} | {one['of_bound']:.2f} | {one['efficiency']:.3f} "
+            f"| {scene} | {clusters} | {one['cell']:g} | {one['first_cycles']} | {one['cycles']} "
+            f"| {bound['traversal']} | {bound['intersection']} "
+            f"| {bound['patches']} | {one['of_bound']:.2f} | {one['efficiency']:.3f} "
             f"| {lowest:.3f} | {speedup:.2f} | {most:.2f} | {one['tests_per_ray']:.2f} | {one['edrc']:.1f} "
             f"| {sources['own']} | {sources['remote']} | {sources['hits']} | {sources['misses']} "
             f"| {one['links']:.2f} |")
@@ -122,7 +126,7 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
 @output_option("engine")
 @click.option("--clusters", type=click.IntRange(1), multiple=True, default=CLUSTERS,
               help="Simulate this many clusters; may be repeated.")
-@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Set the side of a cell.")
+@METHOD_CELL
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of the "
               "hemisphere.")
 @click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
@@ -141,15 +145,15 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [
         "# Frusta on the machine", "",
-        f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays, cell "
-        f"{cell}, main memory {latency} cycles away, a hemisphere at a point of the ceiling that the phase was not "
-        "scheduled from, no subshells. Hits and sums are golden's.", "",
+        f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays, "
+        f"{cell_text(cell)}, main memory {latency} cycles away, a hemisphere at a point of the ceiling that the "
+        "phase was not scheduled from, no subshells. Hits and sums are golden's.", "",
         "Cold: the first frusta of a phase. Bound: traversal (steps per pipeline, cells met, grid rays sent, or "
         "eighths of those looked at), intersection (tests), four cycles per patch, each of the busiest cluster. "
         "Patches: in the resident set, of another cluster, in the cache, in main memory.", "",
-        "| scene | clusters | cold | warm | traversal | intersection | patches | bound : warm | efficiency | lowest "
-        "| speedup | by the bound | tests per ray | tests per patch | own | remote | cache | main | links |",
-        "|---" * 19 + "|", *(line for cycles, _ in rows for line in cycles), "",
+        "| scene | clusters | cell | cold | warm | traversal | intersection | patches | bound : warm | efficiency "
+        "| lowest | speedup | by the bound | tests per ray | tests per patch | own | remote | cache | main | links |",
+        "|---" * 20 + "|", *(line for cycles, _ in rows for line in cycles), "",
         "Cycles in which something waited, of the cluster with most of them:", "",
         f"| scene | clusters | warm | {' | '.join(name.replace('_', ' ') for name in STALLS)} |",
         "|---" * (3 + len(STALLS)) + "|", *(line for _, stalls in rows for line in stalls)])

@@ -11,13 +11,18 @@ import click
 from golden.commands.console import console
 from golden.output import whole_file
 
-__all__ = ["output_option", "provenance", "table", "tables_of", "write_report"]
+__all__ = ["cell_text", "output_option", "provenance", "table", "tables_of", "write_report"]
 
 
 def output_option(name: str) -> Callable:
     """The option ``--output`` of the benchmark ``name``."""
     return click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path),
                         default=f"out/bench/{name}.md", help="Write the page to this file.")
+
+
+def cell_text(cell: float | None) -> str:
+    """A cell size, or None: each scene's is chosen."""
+    return "chosen cells" if cell is None else f"cell {cell:g}"
 
 
 def provenance(*packages: str) -> str:

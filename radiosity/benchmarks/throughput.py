@@ -10,14 +10,14 @@ import click
 import numpy as np
 
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
+from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from golden.config import PRESETS
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.casting import rate
 from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.engine import SCENES, measure, prepare_cast
-from radiosity.benchmarks.report import output_option, provenance, write_report
+from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
 
 __all__ = ["row_of"]
 
@@ -52,7 +52,7 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
 @click.command()
 @click.argument("scenes", nargs=-1)
 @output_option("throughput")
-@click.option("--cell", type=click.FloatRange(0, min_open=True), default=0.0625, help="Set the side of a cell.")
+@METHOD_CELL
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of the "
               "hemisphere.")
 @click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
@@ -77,8 +77,8 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
     write_report(output, [
         "# Throughput of one cluster", "",
         f"{provenance('amaranth', 'trimesh', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
-        f"{rays[1]} rays of a hemisphere at the ceiling, cell {cell}, main memory {latency} cycles away, no subshells. "
-        "Hits and sums are golden's.", "",
+        f"{rays[1]} rays of a hemisphere at the ceiling, {cell_text(cell)}, main memory {latency} cycles away, no "
+        "subshells. Hits and sums are golden's.", "",
         f"Rates are of the simulated cycles, warm, at {mhz:g} MHz ({source}). Cycles: from the start to the last write "
         "to the ray memory; tables are read before it, hits and sums are written behind it, beside the next cast. "
         f"HP720: times the {HP720} million tests per second that the thesis has for software of its time. Embree: one "

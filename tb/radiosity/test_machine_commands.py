@@ -182,8 +182,8 @@ def test_what_the_simulation_overrides_is_named():
     assert set(changes) == {"icu.rays", "icu.generation_bits"}
     noc = SimpleNamespace(nodes=8, topology="torus")
     caster = SimpleNamespace(_simulated=SimpleNamespace(config=SimpleNamespace(noc=noc)), _changes=changes,
-                             frusta=1, rays=1, cycles=1, tested=1)
-    assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, ")
+                             frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None)
+    assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, cell 0.5 (chosen), 1 frusta")
     assert MachineCaster.summary(caster).endswith(text)
     assert overridden_text({}) == ""
 
@@ -207,7 +207,7 @@ def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
 
     monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
     words = (*COMMAND_WORDS["cast"], *ON, "--preset", "thesis")
-    assert ("machine: 8 clusters, torus, 20 patches; simulated with icu.rays 16384 instead of 262144, "
+    assert ("machine: 8 clusters, torus, 20 patches, cell 0.5; simulated with icu.rays 16384 instead of 262144, "
             "icu.generation_bits 8 instead of 4\n") in run(radiosity.cli.main, *words).stdout
     assert json.loads(run(radiosity.cli.main, *words, "--json").stdout)["machine"]["overridden"] == {
         "icu.rays": {"simulated": 16384, "given": 262144}, "icu.generation_bits": {"simulated": 8, "given": 4}}

@@ -1,0 +1,119 @@
+"""Square scan: the words of squares that survival reads, level by level.
+
+The counts are those of `hw.ctu.survival`; golden itself decides survival by `golden.ctu.survival`.
+"""
+
+from dataclasses import fields
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.grid_rays import GridRays
+from golden.ctu.sector import Sector
+from golden.ctu.survival import summed
+from golden.frustum import FrustumRecord
+from golden.icu.section_clip import SectionWindow, section_clip
+from golden.icu.window import Window
+
+__all__ = ["FEW", "GROUP", "SIDE", "scanned_words", "survival_words"]
+
+# Neighbours in a row that are looked up together, at most; so few that each is looked up alone; squares of a word along
+# each axis.
+GROUP, FEW, SIDE = 8, 2, 4
+
+
+def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: FrustumRecord,
+                   config: Config) -> list[int]:
+    """Words that the survival test of all grid rays of a shell reads, of each level from the tiles on.
+
+    Neighbours are looked up together, from the highest level down. A group that a level finds dead ends there; each ray
+    of one that all levels find live is looked up among the tiles.
+
+    Parameters
+    ----------
+    rays
+        Grid rays of the shell.
+    live
+        Live squares of the section (`SettlePyramid.live`).
+    section
+        The section of the frustum ``record``: all of it, so that all grid rays are requested.
+    """
+    levels = [live]
+    for _ in range(1, config.ctu.pyramid_levels):
+        levels.append(_coarser(levels[-1]))
+    tile, words = 1 << config.icu.tile_bits, [0] * len(levels)
+    first = np.arange(0, rays.columns, GROUP)
+    last = np.minimum(first + GROUP, rays.columns) - 1
+    left, right = rays.first_column[:, first], rays.first_column[:, last] + rays.column_count[:, last]
+    columns = right - left
+    if not record.is_screen:
+        columns = np.where(rays.column_count[:, first] == record.columns, record.columns, columns % record.columns)
+    groups = _windows(rays, left, columns, section, record)
+    few = np.broadcast_to(last - first < FEW, left.shape).ravel()
+    alive = np.flatnonzero(~few)
+    for level in reversed(range(len(levels))):
+        read, is_live = scanned_words(_only(groups, alive), levels[level], tile * SIDE**level)
+        words[level] += int(read.sum())
+        alive = alive[is_live]
+    alone = few.copy()
+    alone[alive] = True
+    number = np.flatnonzero(alone.reshape(left.shape).repeat(GROUP, axis=1)[:, :rays.columns])
+    windows = _windows(rays, rays.first_column, rays.column_count, section, record)
+    words[0] += int(scanned_words(_only(windows, number), live, tile)[0].sum())
+    return words
+
+
+def scanned_words(window: SectionWindow, live: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Words read for each window until the first live square, row by row; and whether there is one.
+
+    Parameters
+    ----------
+    window
+        P windows.
+    live
+        Live squares of ``side`` x ``side`` rays.
+
+    Returns
+    -------
+    P int64, at least 1, and P bool.
+    """
+    total = summed(live)
+    some = window.row_count > 0
+    top, bottom = window.row_first // side, (window.row_first + window.row_count - 1) // side
+    left, right = window.column_first // side, (window.column_first + window.column_count - 1) // side
+    wrapped = (window.wrapped_count - 1) // side
+    front = np.where(window.column_count > 0, right // SIDE - left // SIDE + 1, 0)
+    across = front + np.where(window.wrapped_count > 0, wrapped // SIDE + 1, 0)
+    number = np.where(some, across * (bottom // SIDE - top // SIDE + 1), 0)
+    words, alive = np.ones(len(some), dtype=np.int64), np.zeros(len(some), dtype=bool)
+    word, left_over = 0, np.flatnonzero(number)
+    while len(left_over):
+        one = left_over
+        row, column = divmod(word, across[one])
+        row, second = row + top[one] // SIDE, column >= front[one]
+        first, last = np.where(second, 0, left[one]), np.where(second, wrapped[one], right[one])
+        column = first // SIDE + np.where(second, column - front[one], column)
+        above, below = np.maximum(top[one], SIDE * row), np.minimum(bottom[one] + 1, SIDE * (row + 1))
+        first, end = np.maximum(first, SIDE * column), np.minimum(last + 1, SIDE * (column + 1))
+        found = total[below, end] - total[above, end] > total[below, first] - total[above, first]
+        word += 1
+        words[one], alive[one] = word, found
+        left_over = one[~found & (word < number[one])]
+    return words, alive
+
+
+def _windows(rays, first, columns, section, record):
+    return section_clip(Window(*(np.broadcast_to(value, first.shape).ravel() for value in (
+        first, columns, rays.first_row[:, None], rays.row_count[:, None]))), section, record)
+
+
+def _only(window, which):
+    return SectionWindow(*(getattr(window, field.name)[which] for field in fields(SectionWindow)))
+
+
+def _coarser(live):
+    """Squares of `SIDE` x `SIDE` squares."""
+    rows, columns = (-(-size // SIDE) * SIDE for size in live.shape)
+    whole = np.zeros((rows, columns), dtype=bool)
+    whole[:live.shape[0], :live.shape[1]] = live
+    return whole.reshape(rows // SIDE, SIDE, -1, SIDE).any(axis=(1, 3))
