@@ -12,7 +12,7 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
                     "writes of results have been answered.", (
     Field("tag", "u4", "that of the descriptor"),
     Field("error", "u1", "error code, 0: none"),
-    Field("cluster", "u1", "the cluster that has cast it"),
+    Field("cluster", "u1", "the cluster that has cast it, 0xff: none"),
     Field("lap", "u2", "completions before this one, divided by the entries of the ring, plus 1, modulo 2^16"),
     Field("address", "u8", "the address or number concerned by the error"),
     Field("sums", "u4", "words of sums written"),

@@ -1,0 +1,11 @@
+"""The page on the format of jobs."""
+
+from pathlib import Path
+
+from tb.docs.job_format import job_tables
+
+PAGE = Path(__file__).parents[2] / "docs" / "job-format.md"
+
+
+def test_the_page_shows_the_formats():
+    assert PAGE.read_text().endswith(job_tables())
