@@ -166,20 +166,20 @@ class Reader:
             self._fields[name] = {field: (int(byte), TYPES[kind], int(count or 1)) for byte, field, kind, count in
                                   re.findall(r"^\| (\d+) \| `(\w+)` \| (\w\d)(?: x (\d+))? \|", section, re.M)}
         self.regions = list(self._fields)[2:]
-        self._place = {}
+        self._extent = {}
         for number, region in enumerate(self.regions):
-            self._place[region] = struct.unpack_from("<QQ", data, 16 + 16 * number)
+            self._extent[region] = struct.unpack_from("<QQ", data, 16 + 16 * number)
 
     def fields(self, region):
         return list(self._fields[region])
 
     def count(self, region):
-        return self._place[region][1]
+        return self._extent[region][1]
 
     def read(self, region, number, field):
         byte, kind, count = self._fields[region][field]
         values = struct.unpack_from(f"<{count}{kind}", self._data,
-                                    self._place[region][0] + number * self._size[region] + byte)
+                                    self._extent[region][0] + number * self._size[region] + byte)
         return values if count > 1 else values[0]
 
 

@@ -58,10 +58,10 @@ def run(placement, golden, strings, *, gaps: bool, seed: int, ports: dict | None
     async def watch(ctx):
         cycle, i, o = 0, placement.i, placement.o
         while not done:
-            *_, asks, ready, valid, answer = await ctx.tick().sample(
+            *_, requests, ready, valid, answer = await ctx.tick().sample(
                 i.valid, i.valid if i.signature.always_ready else i.ready, o.valid, o.payload)
             cycle += 1
-            if asks and ready:
+            if requests and ready:
                 seen["taken"].append(cycle)
             if valid:
                 number = len(seen["hit"])

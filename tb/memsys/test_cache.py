@@ -71,11 +71,11 @@ class Store:
         self._valid.value = 0
         shape = bench.cache.signature.members["o_fetch"].signature.members["payload"].shape
         self._fetch = Sink(dut, "o_fetch", stalls=STALLS[stalls](bench.seed + 7),
-                           seen=lambda bits: self._ask(unpack(shape, bits)))
+                           seen=lambda bits: self._request_beats(unpack(shape, bits)))
         self._fill = bench.cache.signature.members["i_fill"].signature.members["payload"].shape
         self._task = cocotb.start_soon(self._run())
 
-    def _ask(self, fetch):
+    def _request_beats(self, fetch):
         assert all(fetch["slot"] != slot for _, slot, *_ in self._due), "a slot must be free before it is used again"
         self.fetches.append(fetch["key"])
         self._due.append([self._now + self._delay(self._random), fetch["slot"], fetch["key"], 0])

@@ -38,7 +38,7 @@ def test_words_are_numbered_in_their_records(schedule, region):
     assert [one["fault"] == Fault.READ_REPLY.value for one in found] == [word["error"] == 1 for _, word in items]
 
 
-def test_faults_of_the_check_are_told():
+def test_faults_of_the_check_are_reported():
     found = run(words(5, 6), RegionNumber.RESIDENTS, limit=6)
     assert [one["fault"] for one in found] == [Fault.NONE.value, Fault.POINTER.value]
 

@@ -131,7 +131,7 @@ def test_options_reach_the_machine(folder, monkeypatch, command):
 
 @pytest.fixture
 def machines(folder, monkeypatch):
-    """The configurations of the machines that commands ask for; none is built."""
+    """The configurations of the machines that commands request; none is built."""
     found = []
 
     def keep(_, config, **given):

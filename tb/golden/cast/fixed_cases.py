@@ -28,7 +28,7 @@ def screen_in(scene: Scene, camera: Camera, size=(64, 48)) -> tuple[PatchGeometr
 
 
 def room(name: str, seed: int) -> tuple[Scene, PatchGeometry, FrustumRecord]:
-    """A built-in scene from a random place in its box."""
+    """A built-in scene from a random point in its box."""
     scene, random = builtin_scene(name), np.random.default_rng(seed)
     origin = scene.bounds[0] + random.uniform(0.1, 0.9, 3) * (scene.bounds[1] - scene.bounds[0])
     return scene, *hemisphere_in(scene, origin, random.normal(size=3))

@@ -10,7 +10,7 @@ __all__ = ["report", "run"]
 
 
 def run(*arguments) -> Result:
-    """What a command gives back."""
+    """What a command returns."""
     return CliRunner().invoke(golden.cli.main, [str(argument) for argument in arguments])
 
 

@@ -14,7 +14,7 @@ MESHES = ("box", "box of triangles", "icosphere", "tetrahedron", "furnace:6", "c
 
 
 def mesh_around(name: str, seed: int) -> np.ndarray:
-    """N x 4 x 3 int64: the mesh in a random attitude, the origin at a random place inside."""
+    """N x 4 x 3 int64: the mesh in a random attitude, the origin at a random point inside."""
     random = np.random.default_rng([MESHES.index(name), seed])
     numbers = Numbers()
     vertices = _patches(name)

@@ -77,7 +77,7 @@ def test_corners_are_the_first_and_last_steps():
     assert list(zip(u.tolist(), v.tolist(), strict=True)) == [(0, 0), (255, 0), (255, 255), (0, 255)]
 
 
-def test_the_other_orientation_gives_the_same_place():
+def test_the_other_orientation_gives_the_same_position():
     vertices, uv = patches_in_front(2, 500, 1)
     good, u, v = subdivided(vertices, uv, Icu())
     mirrored, um, vm = subdivided(vertices * [-1, 1, 1], uv, Icu())

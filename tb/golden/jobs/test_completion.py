@@ -1,4 +1,4 @@
-"""Completion records: bytes at the places of the specification, and the lap that tells new ones from old ones."""
+"""Completion records: bytes at the offsets of the specification, and the lap that separates new ones from old ones."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completio
 
 
 def test_bytes_are_where_the_specification_says():
-    places = {name: offset for name, (_, offset) in COMPLETION.dtype.fields.items()}
-    assert places == {"tag": 0, "error": 4, "cluster": 5, "lap": 6, "address": 8, "sums": 16, "cycles": 20,
+    offsets = {name: offset for name, (_, offset) in COMPLETION.dtype.fields.items()}
+    assert offsets == {"tag": 0, "error": 4, "cluster": 5, "lap": 6, "address": 8, "sums": 16, "cycles": 20,
                       "begin": 24, "end": 28, "tested": 32, "visited": 36, "steps": 40, "found": 44, "own": 48,
                       "remote": 52, "hits": 56, "misses": 60}
     assert COMPLETION.dtype.itemsize == 64

@@ -1,4 +1,4 @@
-"""Descriptors: bytes at the places of the specification, and every rule at its limit and one beyond."""
+"""Descriptors: bytes at the offsets of the specification, and every rule at its limit and one beyond."""
 
 import struct
 

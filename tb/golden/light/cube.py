@@ -22,8 +22,8 @@ def cube(cuts):
     """A closed cube of ``cuts`` x ``cuts`` patches a face, faces in the order of `FACES`; each face is one surface."""
     builder = SceneBuilder("cube")
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    place = (np.stack(np.mgrid[:cuts, :cuts], axis=-1)[:, :, None] + corners).reshape(-1, 4, 2) / cuts
+    cell = (np.stack(np.mgrid[:cuts, :cuts], axis=-1)[:, :, None] + corners).reshape(-1, 4, 2) / cuts
     for name, (corner, along, up) in FACES.items():
-        patches = np.array(corner) + place[..., :1] * np.array(along) + place[..., 1:] * np.array(up)
+        patches = np.array(corner) + cell[..., :1] * np.array(along) + cell[..., 1:] * np.array(up)
         builder.add(patches, Material(name=name), surface=np.zeros(len(patches)))
     return builder.build()

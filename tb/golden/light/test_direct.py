@@ -71,7 +71,7 @@ def assert_mean_is(values, truth, power):
     """The mean of independent estimates within 3.5 standard errors of the truth, which are a share ``power`` of it."""
     error = values.std(axis=0) / np.sqrt(len(values))
     assert (np.abs(values.mean(axis=0) - truth) < 3.5 * error + 1e-12).all()
-    assert (error < power * truth).all(), "too few points for this test to tell anything"
+    assert (error < power * truth).all(), "too few points for this test to show anything"
 
 
 def test_single_samples_have_the_closed_form_as_their_mean(polygon):

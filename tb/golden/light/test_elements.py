@@ -69,9 +69,9 @@ def test_points_of_an_element_have_its_number_and_lie_among_its_corners(elements
     number = elements.number(patch, u, v, front)
     np.testing.assert_array_equal(elements.patch[number], patch)
     np.testing.assert_array_equal(np.einsum("kj,kj->k", elements.normal[number], MIXED.normals[patch]) > 0, front)
-    place = elements.at(patch, u, v, front)
+    sample = elements.at(patch, u, v, front)
     own = elements.of_corners[number].toarray() > 1e-9
-    assert (np.take_along_axis(own, place.nodes, axis=1) | (place.weights < 1e-9)).all()
+    assert (np.take_along_axis(own, sample.nodes, axis=1) | (sample.weights < 1e-9)).all()
 
 
 def test_the_back_of_a_one_sided_patch_is_no_element(refinement, elements):

@@ -104,7 +104,7 @@ def test_reciprocity_and_row_sums_of_the_cube():
     scene = cube(2)
     result = patch_form_factors(scene, Grid(scene), rays=(128, 16), samples=3)
     np.testing.assert_allclose(result.F.sum(axis=1), 1, rtol=0, atol=1e-14)
-    # An edge that runs along an azimuth is seen up to half a step beside its place, and a patch has two.
+    # An edge that runs along an azimuth is seen up to half a step beside its position, and a patch has two.
     exchange = result.area[:, None] * result.F
     np.testing.assert_allclose(exchange, exchange.T, rtol=0, atol=result.area[0] / 128)
 

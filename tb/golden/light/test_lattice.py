@@ -45,8 +45,8 @@ def test_interpolation_reproduces_what_is_bilinear_on_a_quad_and_linear_on_a_tri
     """Positions are such functions: interpolated from the nodes they must be the patch's own."""
     lattice = lattice_of(scene_of((patch, BLACK)), cuts)
     u, v = borders_and_inside(cuts)
-    place = lattice.at(np.zeros(len(u), dtype=int), u, v)
-    found = np.einsum("kn,knx->kx", place.weights, lattice.position[place.nodes])
+    sample = lattice.at(np.zeros(len(u), dtype=int), u, v)
+    found = np.einsum("kn,knx->kx", sample.weights, lattice.position[sample.nodes])
     np.testing.assert_allclose(found, bilinear(patch[None].repeat(len(u), axis=0), u, v), rtol=0, atol=1e-12)
 
 
@@ -58,10 +58,10 @@ def test_cuts_may_differ_along_u_and_v_and_from_sheet_to_sheet():
     assert lattice.cells == 10 + 16 + 6
     u, v = np.random.default_rng(3).random((2, 600))
     sheet = np.arange(600) % 3
-    place = lattice.at(sheet, u, v)
-    found = np.einsum("kn,knx->kx", place.weights, lattice.position[place.nodes])
+    sample = lattice.at(sheet, u, v)
+    found = np.einsum("kn,knx->kx", sample.weights, lattice.position[sample.nodes])
     np.testing.assert_allclose(found, bilinear(scene.vertices[sheet], u, v), rtol=0, atol=1e-12)
-    ranges = [np.unique(place.cell[sheet == number])[[0, -1]].tolist() for number in range(3)]
+    ranges = [np.unique(sample.cell[sheet == number])[[0, -1]].tolist() for number in range(3)]
     assert ranges == [[0, 9], [10, 22], [26, 31]]
 
 
@@ -70,14 +70,14 @@ def test_cuts_may_differ_along_u_and_v_and_from_sheet_to_sheet():
 def test_weights_are_shares(patch, cuts):
     lattice = lattice_of(scene_of((patch, BLACK)), cuts)
     u, v = borders_and_inside(cuts)
-    place = lattice.at(np.zeros(len(u), dtype=int), u, v)
-    assert place.weights.min() >= -1e-15
-    np.testing.assert_allclose(place.weights.sum(axis=1), 1, rtol=0, atol=1e-14)
-    for within in (place.a, place.b):
+    sample = lattice.at(np.zeros(len(u), dtype=int), u, v)
+    assert sample.weights.min() >= -1e-15
+    np.testing.assert_allclose(sample.weights.sum(axis=1), 1, rtol=0, atol=1e-14)
+    for within in (sample.a, sample.b):
         assert within.min() >= 0
         assert within.max() <= 1
-    assert place.nodes.min() >= 0
-    assert place.nodes.max() < len(lattice)
+    assert sample.nodes.min() >= 0
+    assert sample.nodes.max() < len(lattice)
 
 
 @pytest.mark.usefixtures("bare")
@@ -85,10 +85,10 @@ def test_a_triangles_third_edge_stays_in_its_cells():
     """u = 1 is the third edge; there rounding may put a point beyond it, on any v."""
     lattice = lattice_of(scene_of((TRIANGLE, BLACK)), 7)
     v = np.concatenate([np.linspace(0, 1, 500), 1 - 10.0 ** -np.arange(1, 17), np.nextafter([3 / 7, 1.0], 0)])
-    place = lattice.at(np.zeros(len(v), dtype=int), np.ones(len(v)), v)
-    row, column = np.divmod(place.cell, 7)
+    sample = lattice.at(np.zeros(len(v), dtype=int), np.ones(len(v)), v)
+    row, column = np.divmod(sample.cell, 7)
     assert (row + column <= 6).all()
-    found = np.einsum("kn,knx->kx", place.weights, lattice.position[place.nodes])
+    found = np.einsum("kn,knx->kx", sample.weights, lattice.position[sample.nodes])
     np.testing.assert_allclose(found, TRIANGLE[1] + v[:, None] * (TRIANGLE[2] - TRIANGLE[1]), rtol=0, atol=1e-12)
 
 

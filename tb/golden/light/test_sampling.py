@@ -37,7 +37,7 @@ def test_numbers_depend_on_their_keys_alone():
 
 
 @pytest.mark.parametrize("keys", [(1, 2, 3, 4), (0, 2, 3, 5), (0, 3, 2, 4), (0, 2, 3), (0, 2, 3, 4, 0)])
-def test_every_key_its_place_and_the_seed_count(keys):
+def test_every_key_its_position_and_the_seed_count(keys):
     assert mix(*keys) != mix(0, 2, 3, 4)
 
 

@@ -51,7 +51,7 @@ def test_a_triangle_counts_once_at_every_corner(turn):
     np.testing.assert_array_equal(normals[0, 2], normals[0, 3])
 
 
-def test_zero_and_minus_zero_are_one_place():
+def test_zero_and_minus_zero_are_one_point():
     scene = scene_of((np.array([FLOOR, np.where(WALL == 0, -0.0, WALL)]), BLACK, SMOOTH))
     np.testing.assert_allclose(corner_normals(scene)[0, 0], np.array((1, 0, 1)) / np.sqrt(2), rtol=0, atol=1e-15)
 

@@ -92,7 +92,7 @@ def test_a_flat_perfect_mirror_shows_the_lamp_and_without_depth_nothing():
 
 
 def test_a_mirror_shows_the_mirror_image():
-    """A lamp behind the camera, seen in the mirror, and the same one turned over in the mirror's place."""
+    """A lamp behind the camera, seen in the mirror, and the same one turned over in place of the mirror."""
     lamp = np.array([(0, -5, 3), (0, 5, 3), (5, 5, 3), (5, -5, 3)], dtype=float)
     camera = Camera(eye=(0.3, 0.2, 2.0), target=(0.1, 0, 0), up=(0, 1, 0), fov=20)
     mirrored = picture(scene_of((FLOOR, MIRROR), (lamp, LAMP)), camera, width=24, height=24).image
@@ -167,8 +167,8 @@ def test_head_on_glass_reflects_four_percent():
 def test_refracted_rays_follow_snells_law(degrees, index):
     """A small emitter under the surface, where the law leads a ray through the origin, fills the view."""
     incident = np.radians(degrees)
-    place = np.tan(np.arcsin(np.sin(incident) / index))
-    target = rectangle((place - 0.005, -0.005, -1), (0.01, 0, 0), (0, 0.01, 0))
+    offset = np.tan(np.arcsin(np.sin(incident) / index))
+    target = rectangle((offset - 0.005, -0.005, -1), (0.01, 0, 0), (0, 0.01, 0))
     glass = Material(name="glass", transparent=(1, 1, 1), refraction_index=index)
     image = picture(scene_of((FLOOR, glass), (target, LAMP)), at_angle(degrees)).image
     np.testing.assert_allclose(image, np.broadcast_to((1 - fresnel(incident, index)) * COLOUR, image.shape), rtol=1e-3)

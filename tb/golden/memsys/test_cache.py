@@ -21,18 +21,18 @@ def rule(policy, keys, lines, ways, top):
     """Line of each access, and its previous content."""
     content, last, count, filled = [-1] * lines, [-1] * lines, [0] * lines, -1
     for now, key in enumerate(int(key) for key in keys):
-        places = {CachePolicy.DIRECT: [key % lines], CachePolicy.LFU: range(lines),
-                  CachePolicy.LRU: range(key % (lines // ways), lines, lines // ways)}[policy]
-        held = [place for place in places if content[place] == key]
+        candidates = {CachePolicy.DIRECT: [key % lines], CachePolicy.LFU: range(lines),
+                      CachePolicy.LRU: range(key % (lines // ways), lines, lines // ways)}[policy]
+        held = [line for line in candidates if content[line] == key]
         if held:
-            place = held[0]
+            chosen = held[0]
         elif policy is CachePolicy.LFU:
-            place = min(places, key=lambda place: (count[place], (place - filled - 1) % lines))
-            filled, count[place] = place, 0
+            chosen = min(candidates, key=lambda line: (count[line], (line - filled - 1) % lines))
+            filled, count[chosen] = chosen, 0
         else:
-            place = min(places, key=lambda place: last[place])
-        yield bool(held), place, -1 if held else content[place]
-        content[place], last[place], count[place] = key, now, min(count[place] + 1, top)
+            chosen = min(candidates, key=lambda line: last[line])
+        yield bool(held), chosen, -1 if held else content[chosen]
+        content[chosen], last[chosen], count[chosen] = key, now, min(count[chosen] + 1, top)
 
 
 @pytest.mark.parametrize("lines", [4, 16, 32])
@@ -47,8 +47,8 @@ def test_access_by_access(policy, string, lines):
         cache.clear()
         came = [np.concatenate(parts) for parts in
                 zip(*(cache.access(part) for part in np.array_split(keys, pieces)), strict=True)]
-        for got, wanted in zip(came, expected, strict=True):
-            np.testing.assert_array_equal(got, wanted)
+        for got, required in zip(came, expected, strict=True):
+            np.testing.assert_array_equal(got, required)
         assert (cache.hits, cache.misses) == (expected[0].sum(), (~expected[0]).sum())
         assert cache.miss_ratio == cache.misses / len(keys)
 

@@ -56,13 +56,13 @@ def check(routing, given, arrivals, messages, router_cycles=2):
 def run(name, flits, seed, load):
     for number, routing in networks(name):
         messages = 1 + number % 2
-        for place, pattern in enumerate(PATTERNS):
-            generator = np.random.default_rng([seed, number, place])
+        for index, pattern in enumerate(PATTERNS):
+            generator = np.random.default_rng([seed, number, index])
             topology = routing.topology
             given = packets(generator, topology, pattern, flits=flits, load=load, messages=messages)
-            router_cycles = 1 + (number // 2 + place) % 2
+            router_cycles = 1 + (number // 2 + index) % 2
             network = Network(routing, buffer_flits=(8, 1, 3)[number % 3], messages=messages,
-                              arbitration=ARBITRATIONS[(number + place) % 2], router_cycles=router_cycles)
+                              arbitration=ARBITRATIONS[(number + index) % 2], router_cycles=router_cycles)
             arrivals = network.run(given, cycles=200 * flits, sink_stalls=stalls(generator, topology.nodes, 0.2),
                                    source_stalls=stalls(generator, topology.nodes, 0.1))
             check(routing, given, arrivals, messages, router_cycles)

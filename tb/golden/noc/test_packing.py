@@ -56,7 +56,7 @@ def test_values_come_back(width, method):
     words = [data % (1 << width) for data, *_ in flits]
     for (value, bits), length in zip(parts, lengths, strict=True):
         mine, words = words[:length], words[length:]
-        assert sum(word << width * place for place, word in enumerate(mine)) == value % (1 << bits)
+        assert sum(word << width * index for index, word in enumerate(mine)) == value % (1 << bits)
     for data, first, last in flits:
         checked = data % (1 << width) + (first << width) + (last << width + 1)
         expected = {"none": 0, "parity": f"{checked:b}".count("1") % 2, "crc": remainder(checked)}[method]
@@ -68,8 +68,8 @@ def test_requests_and_replies_hold_their_fields():
     node, patch_bits, width = given.noc.node_bits, given.icu.patch_bits, given.numbers.scene.width
     whole = 0
     request = request_flits(given, source=1, destination=2 % (1 << node), patch=77)
-    for place, (data, *_) in enumerate(request):
-        whole |= data << 32 * place
+    for index, (data, *_) in enumerate(request):
+        whole |= data << 32 * index
     assert whole % (1 << node) == 2 % (1 << node)
     assert whole >> node & (1 << node) - 1 == 1
     assert whole >> 2 * node == 77

@@ -53,8 +53,8 @@ def test_packets_of_a_mesh_go_along_x_then_y():
 
 def test_both_directions_around_a_ring_are_taken_equally_often():
     steps = displacement(Topology("torus", 8, 4))
-    for place, half in enumerate((4, 2)):
-        assert (steps[..., place] == half).sum() == (steps[..., place] == -half).sum() > 0
+    for axis, half in enumerate((4, 2)):
+        assert (steps[..., axis] == half).sum() == (steps[..., axis] == -half).sum() > 0
 
 
 @pytest.mark.parametrize(("name", "nodes", "classes"), [

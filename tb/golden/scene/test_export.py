@@ -46,7 +46,7 @@ def test_a_built_in_scene_comes_back_with_all_its_patches(tmp_path, name, suffix
     assert np.sort(back.areas) == pytest.approx(np.sort(scene.areas), rel=1e-5)
 
 
-def by_place(scene):
+def by_vertices(scene):
     return np.lexsort(np.rint(1e3 * scene.vertices.mean(axis=1)).T)
 
 
@@ -59,7 +59,7 @@ def test_the_patches_of_a_built_in_scene_have_their_materials_again(tmp_path, na
         scene = replace(scene, vertices=turned, up=(0, 1, 0), camera=None)
     export_scene(scene, tmp_path / f"scene{suffix}")
     back = load_scene(tmp_path / f"scene{suffix}")
-    ours, theirs = by_place(scene), by_place(back)
+    ours, theirs = by_vertices(scene), by_vertices(back)
     for share in SHARES:
         assert np.allclose(scene.channels(share)[ours], back.channels(share)[theirs], rtol=1e-7, atol=1e-12), share
     assert np.allclose(scene.normals[ours], back.normals[theirs], atol=1e-5)
@@ -72,7 +72,7 @@ def test_materials_of_all_kinds_come_back(tmp_path, suffix):
     scene = squares(MATERIALS)
     export_scene(scene, tmp_path / f"a{suffix}")
     back = load_scene(tmp_path / f"a{suffix}")
-    back = [back.materials[back.material[row]] for row in by_place(back)]
+    back = [back.materials[back.material[row]] for row in by_vertices(back)]
     for one, other in zip(scene.materials, back, strict=True):
         for share in SHARES:
             if share != "refraction_index" or max(one.transparent) > 0:
@@ -95,7 +95,7 @@ def test_camera_lights_and_sides_come_back_from_glb(tmp_path):
     assert back.camera.axes == pytest.approx(scene.camera.axes)
     assert back.camera.fov == pytest.approx(33)
     assert back.lights == scene.lights
-    assert back.two_sided[by_place(back)].tolist() == [True, False]
+    assert back.two_sided[by_vertices(back)].tolist() == [True, False]
 
 
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, 0.8)])
@@ -118,7 +118,7 @@ def test_obj_and_ply_keep_vertices_to_the_bit(tmp_path):
     for suffix, up in ((".obj", (0, 1, 0)), (".ply", (0, 0, 1))):
         export_scene(replace(scene, up=up), tmp_path / f"a{suffix}")
         back = load_scene(tmp_path / f"a{suffix}")
-        assert np.array_equal(back.vertices[by_place(back)], scene.vertices)
+        assert np.array_equal(back.vertices[by_vertices(back)], scene.vertices)
 
 
 def test_other_programs_read_the_files(tmp_path):
@@ -145,7 +145,7 @@ def test_the_json_of_a_glb_file_lists_the_extensions_it_uses(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-def test_a_place_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path, suffix):
+def test_a_path_that_cannot_be_written_is_one_line_and_leaves_nothing(tmp_path, suffix):
     path = tmp_path / "gone" / f"a{suffix}"
     with pytest.raises(InputError) as error:
         export_scene(builtin_scene("cornell"), path)

@@ -564,8 +564,8 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, name):
     random = np.random.default_rng(8)
     for _ in range(60):
         damaged = bytearray(content)
-        for place in random.integers(0, len(damaged), 4):
-            damaged[place] = random.integers(0, 256)
+        for offset in random.integers(0, len(damaged), 4):
+            damaged[offset] = random.integers(0, 256)
         path = write(tmp_path, name, bytes(damaged[:random.integers(len(damaged) // 2, len(damaged) + 1)]))
         message = refusal(path)
         assert message is None or (message.startswith(str(path)) and "\n" not in message)

@@ -24,11 +24,11 @@ class Case:
     record: FrustumRecord
 
 
-def case(name: str, *, rays=(128, 32), place=(0.3, 0.4), cell=0.125) -> Case:
+def case(name: str, *, rays=(128, 32), position=(0.3, 0.4), cell=0.125) -> Case:
     """A hemisphere that looks down from just below the ceiling."""
     scene = open_scene(name)
     lower, upper = scene.bounds
-    point = lower + (upper - lower) * [*place, 0.999]
+    point = lower + (upper - lower) * [*position, 0.999]
     geometry = PatchGeometry.of(scene, CONFIG.numbers, [point])
     record = hemisphere_record(Hemisphere(*rays), geometry.coordinates, point, np.array([0, 0, -1]))
     return Case(geometry, Shelling(geometry, CONFIG, cell=cell), record)

@@ -15,7 +15,7 @@ from golden.schedule.usage import cumulative_frequency
 from tb.golden.schedule.scenes import CONFIG, case
 
 SCENES = ["room1627", "cubes", "phone"]
-ROOM = 512
+CAPACITY = 512
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -36,18 +36,18 @@ def test_patches_are_found_once_and_shell_by_shell(scene):
 
 
 def test_all_other_patches_fill_the_free_entries(scene):
-    plain, filled = made(scene, capacity=ROOM), made(scene, capacity=ROOM, fill=True)
+    plain, filled = made(scene, capacity=CAPACITY), made(scene, capacity=CAPACITY, fill=True)
     found, passed = plain.found.patches, filled.found.passed
     assert not np.intersect1d(found, passed).size
     assert len(np.unique(passed)) == len(passed)
     for held, more in zip(plain.sets.patches, filled.sets.patches, strict=True):
         assert more[:len(held)].tolist() == held.tolist()
-        assert len(more) <= ROOM
+        assert len(more) <= CAPACITY
     residents = np.concatenate(filled.sets.patches)
     assert len(np.unique(residents)) == len(residents)
-    assert len(residents) == min(len(scene.geometry), 8 * ROOM) > len(plain.sets)
+    assert len(residents) == min(len(scene.geometry), 8 * CAPACITY) > len(plain.sets)
     # Those that rays may meet come before the others.
-    assert np.isin(np.concatenate([found, passed])[:8 * ROOM], residents).mean() == 1
+    assert np.isin(np.concatenate([found, passed])[:8 * CAPACITY], residents).mean() == 1
     # What a casting is given is more often resident.
     references = np.zeros(len(scene.geometry), dtype=np.int64)
     scene.shelling.cast(scene.record, references=references)
