@@ -84,6 +84,7 @@ def _clocks(records):
     others = [f'{", ".join(units)} with `--nextpnr "{options}"`' for options, units in others.items()]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone between registers.",
              FAMILIES["ecp5"].counted, "MHz: Fmax after routing; of several seeds the least, the median and the best.",
+             *([] if all(record.mhz for record in records) else ["Without MHz: synthesised, not routed."]),
              f"{_tools(records)}.",
              *([f"Other options of nextpnr: {'; '.join(others)}."] if others else [])]
     return [*lines, "", _filled(" ".join(about))]

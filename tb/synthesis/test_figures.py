@@ -100,6 +100,13 @@ def test_a_table_has_the_last_figures_of_its_units():
     assert with_tables(text, []) == with_tables(empty, []) == empty
 
 
+def test_units_that_were_not_routed_are_named_so():
+    unit = replace(BEFORE, unit="Sbb")
+    for records, count in ([unit], 0), ([unit, replace(unit, unit="Ipbb", seeds=(), mhz=())], 1):
+        text = with_tables("<!-- area: icu -->\n<!-- area: end -->\n", records)
+        assert " ".join(text.split()).count("Without MHz: synthesised, not routed.") == count
+
+
 def test_a_tool_is_named_once():
     unit = replace(BEFORE, unit="Sbb", tools="amaranth 1, nextpnr-1")
     records = [unit, replace(unit, unit="Ipbb", tools="amaranth 1, nextpnr-2")]
