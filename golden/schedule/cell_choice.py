@@ -35,8 +35,8 @@ class CellChoice:
     cell
         Its share of the scene's longest side.
     cycles
-        Predicted cycles of all frusta by cell size, of the candidates that the machine has room for. A prediction ends
-        when it exceeds the least one before it.
+        Predicted cycles of all frusta by cell size, of the candidates that fit into the machine. A prediction ends when
+        it exceeds the least one before it.
     """
 
     cell: float
@@ -59,7 +59,7 @@ def choose_cell(records: Sequence[FrustumRecord], geometry: PatchGeometry, confi
     Raises
     ------
     InputError
-        The machine has no room for any candidate; the message is that of the largest.
+        No candidate fits into the machine; the message is that of the largest.
     """
     if candidates is None:
         candidates = LIST_CELLS if config.ctu.subshells else CELLS
@@ -94,7 +94,7 @@ def _predict(records, shelling, config, roomy, *, most):
 
 
 def _check_capacities(record, table, config):
-    """Refuse cells that the machine has no room for, whichever point of the scene a hemisphere starts from."""
+    """Refuse cells that do not fit into the machine, whichever point of the scene a hemisphere starts from."""
     unit, ctu = CellTraversalUnit(record, table), config.ctu
     last = unit.last_shell
     if not record.is_screen:

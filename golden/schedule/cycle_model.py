@@ -52,7 +52,7 @@ class StageWork:
 
 
 def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Iterator[StageWork]:
-    """The stages of a frustum, each computed when it is asked for.
+    """The stages of a frustum, each computed when it is first read.
 
     Parameters
     ----------

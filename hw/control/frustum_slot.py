@@ -17,7 +17,7 @@ CELL_BITS = 32
 class FrustumSlot(wiring.Component):
     """Stores the numbers of the next section while the present one is cast, and its near cells in the other bank.
 
-    It asks for a section when it is empty and the cluster is free for one: once for each section that is sent. A
+    It requests a section when it is empty and the cluster is free for one: once for each section that is sent. A
     section whose last word is void leaves the slot empty, and the cluster has not been served. A cell with more bits
     than those of the scene becomes the highest one: the scene has no such cell.
 
@@ -33,7 +33,7 @@ class FrustumSlot(wiring.Component):
     free : In(1)
         The cluster can use the next section: `SectionCast`'s ``wants``. Not while ``o`` is valid.
     wants : Out(1)
-        One more section is wanted, for one cycle.
+        A request for one more section, for one cycle.
     o : Out, stream of `JobFormats.slot`
         The section; accepted when all units have begun it.
     o_near : Out, stream of `JobFormats.near_pair`

@@ -53,8 +53,8 @@ def order_differences(shelling: Shelling, records, expected, seed: int) -> int:
         wrong += len(hits.differences(expected[number]))
     shelling.table.patches = straight
     for clusters in CLUSTERS:
-        for record, naive in zip(records[::4], expected[::4], strict=True):
-            wrong += len(shelling.cast(record, sectors=halves(record, clusters))[0].differences(naive))
+        for record, reference in zip(records[::4], expected[::4], strict=True):
+            wrong += len(shelling.cast(record, sectors=halves(record, clusters))[0].differences(reference))
     return wrong
 
 

@@ -67,7 +67,7 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
     ceiling, down = ceiling_points(opened)
     camera = opened.camera or default_camera(opened)
     geometry = PatchGeometry.of(opened, config.numbers, [*ceiling, camera.eye])
-    table, naive = Shelling(geometry, config, cell=cell, by_code=True).table, NaiveFixed(geometry, config)
+    table, brute_force = Shelling(geometry, config, cell=cell, by_code=True).table, NaiveFixed(geometry, config)
     weights = None
     if pixels:
         screen = Screen(camera=camera, width=pixels[0], height=pixels[1])
@@ -82,7 +82,7 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
     if not config.ctu.subshells:
         plan = plan.without_subshells()
     return [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),
-                    hits=naive.cast(record), total=0 if weights is None else int(weights.sum()) * record.columns)
+                    hits=brute_force.cast(record), total=0 if weights is None else int(weights.sum()) * record.columns)
             for record in records]
 
 
