@@ -5,6 +5,10 @@ import pytest
 from PIL import Image
 
 import golden.tasks.cast
+from golden.cast.grid import Grid
+from golden.frustum import Screen
+from golden.scene.open import open_scene
+from golden.scene.view import default_camera
 from tb.golden.commands.runner import report, run
 
 FRUSTUM = ("cast", "cornell", "--patch", "2", "--rays", "32x8")
@@ -56,6 +60,14 @@ def test_distances_in_the_file_are_in_scene_units(tmp_path):
             assert 0.2 < hits["t"].min() < hits["t"].max() < longest
             if frustum[0] == "--origin":
                 assert hits["t"].min() == pytest.approx(0.25, rel=1e-3)
+
+
+def test_distances_of_a_screen_are_depths(tmp_path):
+    scene, path = open_scene("furnace:1"), tmp_path / "hits.npz"
+    assert run("cast", "furnace:1", "--screen", "9x7", "-o", path).exit_code == 0
+    expected = Grid(scene).nearest(Screen(camera=default_camera(scene), width=9, height=7).rays())
+    with np.load(path) as hits:
+        np.testing.assert_allclose(hits["t"], expected.t, rtol=1e-3)
 
 
 def test_the_picture_has_a_colour_for_each_patch(tmp_path):
