@@ -2,7 +2,7 @@
 
 Every parameter is a field of a frozen dataclass, one dataclass per unit; what follows from the parameters is a
 property. Formats are those of `golden.fixed`. Parameters that say "Hardware only" change the machine's size and speed:
-the golden model does not read them, and no hit depends on them.
+no hit depends on them, and only the plans of the host (`golden.schedule`, `golden.jobs`) read them.
 """
 
 from golden.config.config import Config

@@ -9,9 +9,9 @@ from golden.cast.shelling import Shelling, ShellingCounts
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.ctu.settle_pyramid import SettlePyramid
-from golden.ctu.square_scan import GROUP, survival_words
 from golden.frustum import FrustumRecord
 from golden.icu.ray_memory import RayMemory
+from golden.schedule.square_scan import GROUP, survival_words
 
 __all__ = ["CycleModel", "StageWork", "stage_work"]
 
@@ -147,7 +147,7 @@ class CycleModel:
     def _scan(self, work, begin):
         """Cycles of traversal for a stage that begins then."""
         least = max(work.rows, work.grid_rays, work.passes / self._pipelines, work.cells)
-        ended = np.searchsorted(self._ends, begin) / max(1, len(self._ends))
+        ended = np.searchsorted(self._ends, begin, side="right") / max(1, len(self._ends))
         return least + ended * max(0, work.words - least)
 
     def _test(self, count):
