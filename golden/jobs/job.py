@@ -28,7 +28,7 @@ from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
 
-__all__ = ["Job", "JobPhase", "JobSection", "PhaseRequest", "plan_job"]
+__all__ = ["Job", "JobPhase", "JobSection", "PhaseRequest", "Read", "plan_job"]
 
 # The field is of 5 bits; numbers of descriptors are of 32.
 _MOST_RING_BITS = 31

@@ -123,7 +123,15 @@ def unpack_hits(data: bytes, hit_format: HitFormat) -> FixedHits:
 
 
 def unpack_ids(data: bytes) -> np.ndarray:
-    """The patches in records of 4 bytes: R int64, -1 for no hit."""
+    """The patches in records of 4 bytes: R int64, -1 for no hit.
+
+    Raises
+    ------
+    InputError
+        ``data`` is no whole number of records.
+    """
+    if len(data) % HitFormat.IDS.bytes:
+        raise InputError(f"results: Bytes must be a multiple of {HitFormat.IDS.bytes}, not {len(data)}")
     ids = np.frombuffer(data, dtype="<u4").astype(np.int64)
     return np.where(ids == NO_PATCH, -1, ids)
 

@@ -92,6 +92,8 @@ def test_bytes_that_are_no_hits_are_refused():
         unpack_hits(bytes(12), HitFormat.COMPACT)
     with pytest.raises(InputError, match="16 or of 8 bytes"):
         unpack_hits(bytes(12), HitFormat.IDS)
+    with pytest.raises(InputError, match="multiple of 4, not 10"):
+        unpack_ids(bytes(10))
 
 
 @pytest.mark.parametrize(("change", "hit_format", "sums", "message"), [

@@ -130,3 +130,48 @@ def test_a_section_may_ask_for_other_results_than_the_job(results, hits):
     assert address == job().end
     assert np.frombuffer(one.memory[address], "<i4")[:2].tolist() == [hits[0][0].inverse[0], hits[0][0].patch[0]]
     assert one.completions["sums"][number] == 0
+
+
+NAMES = {0: "NONE", 7: "DESCRIPTOR"}
+
+
+@pytest.mark.parametrize("malformed", [False, True])
+def test_completions_in_any_order_are_no_difference(malformed):
+    results = run_job(job(), changed(4, kind=2) if malformed else None)
+    records = np.random.default_rng(0).permutation(results.completions)
+    records["error"] = [7 if results.errors[tag] == "DESCRIPTOR" else 0 for tag in records["tag"]]
+    memory = memory_with(job(), results.memory)
+    assert results.differences(records, reader(memory), NAMES) == []
+    assert 7 in records["error"] or not malformed
+
+
+def test_every_difference_is_a_line(results, memory):
+    def lines(change=lambda records: records, memory=memory):
+        return results.differences(change(results.completions.copy()), reader(memory), NAMES)
+
+    def with_field(name, value):
+        def change(records):
+            records[name][2] = value
+            return records
+        return change
+
+    last = len(results.completions) - 1
+    assert lines(lambda records: records[:-1]) == [
+        f"{last} completions instead of {last + 1}", f"tag {last} does not complete"]
+    assert lines(with_field("tag", 1)) == ["tag 1 is unknown, or completes again", "tag 2 does not complete"]
+    assert lines(with_field("tag", 99)) == ["tag 99 is unknown, or completes again", "tag 2 does not complete"]
+    assert lines(with_field("error", 7)) == ["tag 2: DESCRIPTOR instead of NONE"]
+    words = results.completions["sums"][2]
+    assert lines(with_field("sums", words + 1)) == [f"tag 2: {words + 1} words of sums instead of {words}"]
+    for address, data in results.memory.items():
+        other = bytearray(memory)
+        other[address + len(data) - 1] ^= 1
+        assert lines(memory=other) == [f"{len(data)} bytes at {address:#x} are other ones"]
+
+
+def test_an_error_at_another_byte_is_a_difference():
+    results = run_job(job(), changed(4, kind=2))
+    records = results.completions.copy()
+    records["error"][4], records["address"][4] = 7, 3
+    assert results.differences(records, reader(memory_with(job(), results.memory)), NAMES) == [
+        "tag 4: DESCRIPTOR at 0x3 instead of 0x2"]
