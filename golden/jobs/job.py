@@ -174,9 +174,9 @@ class Job:
 
     def hits(self, phase: int, frustum: int, read: Read) -> FixedHits | np.ndarray:
         """The hits of a frustum in main memory, when all its sections are complete; of ids, its patches alone."""
-        asked = self.phases[phase].request
-        data = read(self.phases[phase].hits[frustum], len(asked.records[frustum]) * asked.hit_format.bytes)
-        return unpack_ids(data) if asked.hit_format == HitFormat.IDS else unpack_hits(data, asked.hit_format)
+        given = self.phases[phase].request
+        data = read(self.phases[phase].hits[frustum], len(given.records[frustum]) * given.hit_format.bytes)
+        return unpack_ids(data) if given.hit_format == HitFormat.IDS else unpack_hits(data, given.hit_format)
 
     def sums(self, phase: int, frustum: int, read: Read, words: Mapping[int, int]) -> np.ndarray:
         """The sums of a frustum in main memory, when all its sections are complete: N int64.

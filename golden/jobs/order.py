@@ -26,8 +26,8 @@ def proximity_order(origins: np.ndarray) -> np.ndarray:
     left = np.asarray(origins, dtype=np.float64)
     numbers, order = np.arange(len(left)), np.empty(len(left), dtype=np.int64)
     nearest = np.argmax(_distance(left, left.mean(axis=0))) if len(left) else 0
-    for place in range(len(order)):
-        order[place], here = numbers[nearest], left[nearest]
+    for index in range(len(order)):
+        order[index], here = numbers[nearest], left[nearest]
         numbers, left = np.delete(numbers, nearest), np.delete(left, nearest, axis=0)
         nearest = np.argmin(_distance(left, here)) if len(left) else 0
     return order

@@ -168,15 +168,15 @@ class CompletionWriter(wiring.Component):
         put(first, "lap", lap)
         for name in "number", "begin", "end":
             field = {"number": "address"}.get(name, name)
-            (place, _), = elements(field, record="completion")
-            put(own[place], field, record[name])
+            (offset, _), = elements(field, record="completion")
+            put(own[offset], field, record[name])
         m.d.comb += word.eq(Mux(index == 0, first, Mux(is_own, own[index], given)))
         lane_bits = self._lanes.bit_length() - 1
-        place = collected[:RECORDS.bit_length() - 1]
+        entry = collected[:RECORDS.bit_length() - 1]
         for lane, memory in enumerate(self._memories):
             write = memory.write_port()
             m.d.comb += [write.en.eq(moves & (index[:lane_bits] == lane)), write.data.eq(word),
-                         write.addr.eq(Cat(index[lane_bits:], place))]
+                         write.addr.eq(Cat(index[lane_bits:], entry))]
         return busy
 
     def _add_writes(self, m, collected, requested, sent):
@@ -194,10 +194,10 @@ class CompletionWriter(wiring.Component):
             # Beats follow their request.
             data.valid.eq(((sent != requested) | (beat < part * self._length)) & ~self.stops),
             sends.eq(data.valid & data.ready), data.payload.strobe.eq(Const(-1, len(data.payload.strobe)))]
-        place = sent[:RECORDS.bit_length() - 1]
+        entry = sent[:RECORDS.bit_length() - 1]
         for lane, memory in enumerate(self._memories):
             read = memory.read_port(domain="comb")
-            m.d.comb += [read.addr.eq(Cat(beat[:self._beats.bit_length() - 1], place)),
+            m.d.comb += [read.addr.eq(Cat(beat[:self._beats.bit_length() - 1], entry)),
                          data.payload.data.word_select(lane, WORD_BITS).eq(read.data)]
         with m.If(requests):
             m.d.sync += part.eq(Mux(part == parts - 1, 0, part + 1))

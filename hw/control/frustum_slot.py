@@ -52,7 +52,8 @@ class FrustumSlot(wiring.Component):
         self._config, self._formats = config, JobFormats(config)
         super().__init__({
             "i": In(stream.Signature(self._formats.word, always_ready=True)), "free": In(1), "wants": Out(1),
-            "o": Out(stream.Signature(self._formats.slot)), "o_near": Out(stream.Signature(self._formats.near_pair, always_ready=True))})
+            "o": Out(stream.Signature(self._formats.slot)),
+            "o_near": Out(stream.Signature(self._formats.near_pair, always_ready=True))})
 
     def elaborate(self, platform):
         m = Module()
@@ -74,8 +75,8 @@ class FrustumSlot(wiring.Component):
         targets |= {name: [[results[name]]] for name in ("hit_format", "sums", "hits", "sums_address")}
         for field, several in targets.items():
             for target in several:
-                for register, (place, bits) in zip(target, elements(field), strict=True):
-                    with m.If(self.i.valid & (word.index == place)):
+                for register, (word_index, bits) in zip(target, elements(field), strict=True):
+                    with m.If(self.i.valid & (word.index == word_index)):
                         m.d.sync += register.eq(word.data[bits])
 
         # Near cells, in the bank that the present section does not have.

@@ -15,7 +15,7 @@ __all__ = ["JobDispatch"]
 
 
 class JobDispatch(wiring.Component):
-    """Sends each section to the cluster that has wanted one for longest, or to the one that it must go to.
+    """Sends each section to the cluster whose request has waited longest, or to the one that it must go to.
 
     A descriptor is checked while its words are sent: the last one says whether they are ``void``, and the cluster is
     then offered the next section. A descriptor that no cluster is needed for is read to its end: a load, one with a
@@ -106,8 +106,8 @@ class JobDispatch(wiring.Component):
                      check.i.payload.data.eq(word.data)]
         with m.If(takes):
             for name, number in numbers.items():
-                (place, bits), = elements(name)
-                with m.If(word.index == place):
+                (word_index, bits), = elements(name)
+                with m.If(word.index == word_index):
                     m.d.sync += number.eq(word.data[bits])
             m.d.sync += [unread.eq(unread | (word.error & ~is_near)),
                          near_unread.eq(near_unread | (word.error & is_near))]

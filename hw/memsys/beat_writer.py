@@ -71,7 +71,7 @@ class BeatWriter(wiring.Component):
         m.submodules.requests = requests = Queue(
             StructLayout({"first": number, "length": GROUP_BITS}), depth=REQUESTS)
         # First beats of the requests without an answer.
-        m.submodules.asked = asked = Queue(number, depth=REQUESTS)
+        m.submodules.outstanding = outstanding = Queue(number, depth=REQUESTS)
 
         # Beats of the request that is being made; one before the present beat.
         beat, length = self.i.payload, Signal(GROUP_BITS)
@@ -91,11 +91,11 @@ class BeatWriter(wiring.Component):
         offered, accepts = Signal(), Signal()
         request, head = self.o_request, requests.o
         m.d.comb += [
-            request.valid.eq(offered | (head.valid & asked.i.ready & ~self.discard)),
+            request.valid.eq(offered | (head.valid & outstanding.i.ready & ~self.discard)),
             request.payload.address.eq(Cat(Const(0, low), head.payload.first)),
             request.payload.length.eq(head.payload.length), accepts.eq(request.valid & request.ready),
             head.ready.eq(accepts | (self.discard & ~offered)),
-            asked.i.valid.eq(accepts), asked.i.payload.eq(head.payload.first)]
+            outstanding.i.valid.eq(accepts), outstanding.i.payload.eq(head.payload.first)]
         m.d.sync += offered.eq(request.valid & ~request.ready)
 
         # Requests that have been accepted, and not all of whose beats have left.
@@ -109,7 +109,8 @@ class BeatWriter(wiring.Component):
 
         answer = self.i_written
         m.d.comb += [
-            asked.o.ready.eq(answer.valid), self.failed.eq(answer.valid & answer.payload.error & asked.o.valid),
-            self.address.eq(Cat(Const(0, low), asked.o.payload)),
-            self.idle.eq(~beats.o.valid & ~requests.o.valid & ~asked.o.valid)]
+            outstanding.o.ready.eq(answer.valid),
+            self.failed.eq(answer.valid & answer.payload.error & outstanding.o.valid),
+            self.address.eq(Cat(Const(0, low), outstanding.o.payload)),
+            self.idle.eq(~beats.o.valid & ~requests.o.valid & ~outstanding.o.valid)]
         return m

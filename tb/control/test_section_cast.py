@@ -25,7 +25,7 @@ class _Cluster:
     def __init__(self, sections, seed, slow):
         self.draw, self.slow, self.sections = random.Random(seed), slow, list(sections)
         self.cycle = self.event = 0
-        self.log, self.taken, self.tiles, self.wanted, self.reading = [], 0, [], [], 0
+        self.log, self.taken, self.tiles, self.requests, self.reading = [], 0, [], [], 0
 
     def pause(self):
         return self.draw.randrange(self.slow + 1)
@@ -78,7 +78,7 @@ def run(sections, *, seed=1, slow=6, late=0):
             if ctx.get(dut.wants):
                 assert not there, "no section is requested while one waits"
                 assert final or not begun, "none is requested before the present one sends no more"
-                it.wanted.append(it.cycle)
+                it.requests.append(it.cycle)
             for name in UNITS:
                 stream = getattr(dut, f"o_{name}")
                 if ctx.get(stream.valid) and ctx.get(stream.ready):
@@ -146,7 +146,7 @@ def test_each_section_is_cast_once_in_order(seed, slow, late):
     side = 1 << CONFIG.icu.tile_bits
     assert it.tiles == [-(-(one["end_column"] - one["first_column"]) // side) for one in sections]
     assert [what for _, what in it.log].count("results") == len(counted) == len(sections)
-    assert it.wanted or late == 0, "a cluster without a section requests one"
+    assert it.requests or late == 0, "a cluster without a section requests one"
 
 
 def test_few_cycles_lie_between_sections():

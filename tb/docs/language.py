@@ -6,7 +6,7 @@ import tokenize
 from pathlib import Path
 
 __all__ = ["ROOT", "forbidden_phrases", "markdown_files", "occurrences", "prose_of", "prose_of_markdown",
-           "prose_of_python", "replacements"]
+           "prose_of_python", "replacements", "words_of_names"]
 
 ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
@@ -44,6 +44,12 @@ def prose_of_python(text: str) -> list[tuple[int, str]]:
         elif token.type in _TEXT_TOKENS:
             found.append((line, token.string))
     return found
+
+
+def words_of_names(text: str) -> list[tuple[int, str]]:
+    """The names in Python code, as words, each with its line."""
+    return [(token.start[0], re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_+", " ", token.string).strip())
+            for token in tokenize.generate_tokens(io.StringIO(text).readline) if token.type == tokenize.NAME]
 
 
 def prose_of_markdown(text: str, *, spans: bool = False) -> str:

@@ -12,6 +12,7 @@ from tb.docs.language import (
     prose_of_markdown,
     prose_of_python,
     replacements,
+    words_of_names,
 )
 
 # Whatever tests of the lint itself have to say.
@@ -26,6 +27,13 @@ FILES = [path for path in (*markdown_files(), ROOT / "Makefile", ROOT / "pyproje
 def test_no_private_words_are_left():
     pattern = forbidden_phrases()
     found = [hit for path in FILES for hit in occurrences(path, pattern)]
+    assert not found, "docs/glossary.md names the field's words:\n" + "\n".join(found)
+
+
+def test_names_have_no_private_words():
+    pattern = forbidden_phrases()
+    found = sorted({f"{path.relative_to(ROOT)}:{line}: {words}" for path in CODE if path.suffix == ".py"
+                    for line, words in words_of_names(path.read_text()) if pattern.search(words)})
     assert not found, "docs/glossary.md names the field's words:\n" + "\n".join(found)
 
 
@@ -49,6 +57,12 @@ def test_a_phrase_is_found_across_lines_and_in_any_case(text):
 @pytest.mark.parametrize("text", ["four-way LRU", "a cache way", "the next item", "thunder wayside", "alongside"])
 def test_other_words_are_no_false_alarm(text):
     assert not forbidden_phrases().search(text)
+
+
+def test_names_are_read_as_words():
+    assert words_of_names("_under_way = IsAsked") == [(1, "under way"), (1, "Is Asked")]
+    assert forbidden_phrases().search("Is Asked")
+    assert not forbidden_phrases().search("masked")
 
 
 def test_only_comments_and_strings_of_code_are_read():

@@ -39,7 +39,7 @@ def test_false_colour_grows_brighter_with_the_value():
     assert ramp[-1].min() > 200
 
 
-def test_false_colour_has_room_for_a_legend_below_a_small_picture():
+def test_false_colour_has_a_legend_below_a_small_picture():
     heat = false_colour(np.ones((5, 3)), "cell steps per pixel")
     assert heat.shape[0] > 5
     assert heat.shape[1] > 200

@@ -169,7 +169,7 @@ async def one_per_cycle(dut):
     await bench.ports.send("i_table", TABLE)
     await bench.cast([-1], [0])
     came = bench.ports.sinks["o"]
-    taken, asked = bench.ports.taken("i"), bench.ports.taken("i_read")
+    taken, read_in = bench.ports.taken("i"), bench.ports.taken("i_read")
     (patch, row), (next_patch, next_row) = section(4), section(5)
     await bench.ports.send("i", items(patch, row))
     following = bench.ports.begin("i_read", [0])
@@ -183,9 +183,9 @@ async def one_per_cycle(dut):
     sums = len(expected(patch, row))
     parts = taken.cycles[:MOST], taken.cycles[MOST:], came.cycles[1:1 + sums], came.cycles[1 + sums:]
     assert {b - a for part in parts for a, b in pairwise(part)} == {1}, "hits and sums must go one per cycle"
-    assert asked.cycles[0] - taken.cycles[MOST - 1] == 8, "a read must be accepted 8 cycles after the last hit"
-    assert came.cycles[1] - asked.cycles[0] == documented_latency(PatchSums, CONFIG)
-    assert taken.cycles[MOST] - asked.cycles[0] == sums + 1, "hits must stall while the list is read, and no longer"
+    assert read_in.cycles[0] - taken.cycles[MOST - 1] == 8, "a read must be accepted 8 cycles after the last hit"
+    assert came.cycles[1] - read_in.cycles[0] == documented_latency(PatchSums, CONFIG)
+    assert taken.cycles[MOST] - read_in.cycles[0] == sums + 1, "hits must stall while the list is read, and no longer"
     await bench.compare()
 
 
@@ -206,9 +206,9 @@ def test_reads_at_any_time(schedule):
     BENCH.run(type(schedule)(items={**schedule.items, "i_table": []}, stalls=schedule.stalls,
                              first={"i_table": TABLE}))
     hits, entered, reads = schedule.values("i"), BENCH.cycles["i"], BENCH.cycles["i_read"]
-    wanted = []
+    required = []
     for before, read in pairwise([0, *reads]):
         those = [hit for hit, cycle in zip(hits, entered, strict=True) if before < cycle <= read]
-        wanted += expected([hit["hit"].get("patch", -1) if hit["hit"] else -1 for hit in those],
+        required += expected([hit["hit"].get("patch", -1) if hit["hit"] else -1 for hit in those],
                            [hit["row"] for hit in those])
-    check(SHAPE, BENCH.came["o"], wanted, what="o")
+    check(SHAPE, BENCH.came["o"], required, what="o")

@@ -95,8 +95,8 @@ def test_codes_are_never_too_large_and_never_lost(changes):
     assert [answer["tag"] for answer in came["o_walk"]] == list(range(len(walked)))
     assert bench.cycles["o_walk"] == [at + WALK for at, _ in walked]
     assert bench.cycles["o_read"] == [at + READ for at, _ in survival]
-    for answers, asked in (([answer["word"] for answer in came["o_walk"]], walked), (came["o_read"], survival)):
-        for word, (at, tile) in zip(answers, asked, strict=True):
+    for answers, tiles_read in (([answer["word"] for answer in came["o_walk"]], walked), (came["o_read"], survival)):
+        for word, (at, tile) in zip(answers, tiles_read, strict=True):
             compare(word, tile, at, writes[(at - 1) // period])
     wrote = np.zeros(every, dtype=bool)
     for (rays, _), code, looks, cycles in zip(given, np.array(codes), reads, takes, strict=True):

@@ -55,10 +55,10 @@ class TestBeatWriter(Bench):
 
     def drawn(self, config, seed):
         beats = beats_of(seed, config)
-        asked = requests(beats, config)
+        requested = requests(beats, config)
         return Vectors(inputs={"i": beats}, ports={"discard": 0},
-                       expected={"o_request": asked, "o_data": [strobed(beat, config) for beat in beats]},
-                       about=WriteMemory(config.memory.data_bits, asked))
+                       expected={"o_request": requested, "o_data": [strobed(beat, config) for beat in beats]},
+                       about=WriteMemory(config.memory.data_bits, requested))
 
     @responder("o_data", "i_written", after=(0, 9))
     def data(self, value):
@@ -66,7 +66,7 @@ class TestBeatWriter(Bench):
 
     def check_times(self, given, cycles, latency):
         """One beat per cycle goes in and out; a request is offered after its last beat, its data after it."""
-        entered, left, asked = cycles["i"], iter(cycles["o_data"]), iter(cycles["o_request"])
+        entered, left, requested = cycles["i"], iter(cycles["o_data"]), iter(cycles["o_request"])
         assert {b - a for a, b in pairwise(entered)} == {1}
         ends = 0
         for those in requests_of(given.inputs["i"]):
@@ -74,7 +74,7 @@ class TestBeatWriter(Bench):
             came = [next(left, None) for _ in those]
             if ends > len(entered) or None in came:
                 break
-            request = next(asked)
+            request = next(requested)
             assert request - entered[ends - 1] == latency
             assert request < came[0]
             assert {b - a for a, b in pairwise(came)} <= {1}
@@ -101,13 +101,13 @@ def run(beats, memory, *, stalls=None, discard=0):
 @SETTINGS
 @given(st.integers(0, 1 << 20), st.sets(st.integers(0, 20)), st.fixed_dictionaries({"o_request": STALLS,
                                                                                   "o_data": STALLS}))
-def test_errors_are_told_with_the_address_of_their_request(seed, fails, stalls):
+def test_errors_are_reported_with_the_address_of_their_request(seed, fails, stalls):
     beats = beats_of(seed, CONFIG, 30)
     memory = WriteMemory(64, fails=fails)
     came = run(beats, memory, stalls=stalls)
-    told = [address for failed, address in zip(BENCH.history["failed"], BENCH.history["address"], strict=True)
+    reported = [address for failed, address in zip(BENCH.history["failed"], BENCH.history["address"], strict=True)
             if failed]
-    assert told == [request["address"] for number, request in enumerate(came["o_request"]) if number in fails]
+    assert reported == [request["address"] for number, request in enumerate(came["o_request"]) if number in fails]
     assert came["o_request"] == requests(beats, CONFIG)
     last = BENCH.cycles["i_written"][-1]
     assert BENCH.history["idle"][last:] == [1] * len(BENCH.history["idle"][last:])

@@ -21,7 +21,7 @@ def test_a_few_castings():
     came = replay(strings("lobby", Hemisphere(64, 16), 0.125, 250), POLICIES, lines=16, simulator="icarus")
     for what, by_policy in came.items():
         assert set(by_policy) == set(POLICIES), what
-        # Else nothing would have told the policies apart.
+        # Else nothing would have distinguished the policies.
         assert len({found["misses"] for found in by_policy.values()}) > 1, what
 
 

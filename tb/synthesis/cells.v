@@ -1,7 +1,7 @@
 // The hard cells of a netlist for the ECP5, of which Yosys has no simulation models: pins and parameters as in its
 // cells_bb.v and cells_sim.v. What they do is what Lattice's guides say (FPGA-TN-02204 of memories, FPGA-TN-02205 of
 // multipliers), and of words of 36 bits what Yosys' brams_map_16kd.v takes for granted. Only what the netlists have is
-// here: any other value of a parameter asks for a module `not_modelled`, which there is not.
+// here: any other value of a parameter instantiates a module `not_modelled`, which there is not.
 
 // A product, signed or not, with registers at both operands or at none, and at the product or not.
 module MULT18X18D(

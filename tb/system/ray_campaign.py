@@ -116,7 +116,8 @@ def _phases(draw: random.Random, clusters: int, config: Config, spent: Counter) 
                         capacity=config.memsys.own_patches, fill=draw.choice((False, True))).without_subshells()
         brute_force = NaiveFixed(geometry, config.replace({"icu.rays": clusters * config.icu.rays}))
         made = [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),
-                        hits=brute_force.cast(record), total=0 if weights is None else int(weights.sum()) * record.columns)
+                        hits=brute_force.cast(record),
+                        total=0 if weights is None else int(weights.sum()) * record.columns)
                 for record in records]
         spent["golden"] += time.process_time() - begin
         yield made

@@ -293,7 +293,7 @@ async def a_moved_vertex_is_seen(dut):
 
 
 @cocotb.test()
-async def stops_in_the_midst(dut):
+async def stops_in_flight(dut):
     """The host ends a load, a cast, and the writing of results, at any time; then all is right."""
     bench = Bench(dut, latency=8, spread=8, shuffles=True)
     await start(dut, cycles=options()["cycles"])
@@ -316,7 +316,7 @@ async def stops_in_the_midst(dut):
 
 
 @cocotb.test()
-async def reset_in_the_midst(dut):
+async def reset_in_flight(dut):
     """Machine and memory are reset together."""
     bench = Bench(dut, latency=8)
     await start(dut, cycles=options()["cycles"])
@@ -420,7 +420,7 @@ async def corrupted_tables(dut):
 
 
 QUICK = ("whole_frusta", "results_beside_the_next_frustum", "form_factors_alone", "all_policies", "what_goes_wrong",
-         "values_that_mean_nothing", "a_moved_vertex_is_seen", "stops_in_the_midst", "reset_in_the_midst",
+         "values_that_mean_nothing", "a_moved_vertex_is_seen", "stops_in_flight", "reset_in_flight",
          "third_parties", "corrupted_tables")
 
 

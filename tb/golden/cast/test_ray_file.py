@@ -18,7 +18,7 @@ def test_rays_come_back_as_they_were_written(tmp_path):
     assert (rays.tmax == np.inf).all()
 
 
-def test_tmax_asks_for_any_hit(tmp_path):
+def test_tmax_requests_any_hit(tmp_path):
     np.savez(tmp_path / "r.npz", origin=ORIGIN, direction=DIRECTION, tmax=[2.0, np.inf])
     rays, any_hit = read_rays(tmp_path / "r.npz")
     assert any_hit

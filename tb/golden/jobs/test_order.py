@@ -17,9 +17,9 @@ def test_each_frustum_follows_once_and_none_left_is_nearer(points):
     points = np.array(points, dtype=np.int64).reshape(-1, 3)
     order = proximity_order(points)
     assert sorted(order.tolist()) == list(range(len(points)))
-    for place in range(1, len(order)):
-        away = np.square((points - points[order[place - 1]]).astype(float)).sum(axis=1)
-        assert away[order[place]] == away[order[place:]].min()
+    for index in range(1, len(order)):
+        away = np.square((points - points[order[index - 1]]).astype(float)).sum(axis=1)
+        assert away[order[index]] == away[order[index:]].min()
 
 
 def test_a_line_is_followed_from_an_end_and_equals_by_their_numbers():

@@ -18,7 +18,7 @@ from tb.golden.schedule.scenes import CONFIG, case
 
 RAYS = Hemisphere(64, 16)
 # Shells from a corner are about twice those from the middle.
-PLACES = np.array([[0.5, 0.5, 0.5], [0.02, 0.03, 0.98], [0.9, 0.4, 0.1], [0.5, 0.1, 0.9]])
+SHARES = np.array([[0.5, 0.5, 0.5], [0.02, 0.03, 0.98], [0.9, 0.4, 0.1], [0.5, 0.1, 0.9]])
 
 
 @pytest.fixture(scope="module")
@@ -29,16 +29,16 @@ def scene():
 @pytest.fixture(scope="module")
 def hemispheres(scene):
     lower, upper = open_scene("lobby").bounds
-    return [hemisphere_record(RAYS, scene.geometry.coordinates, lower + (upper - lower) * place, place - 0.4, source=k)
-            for k, place in enumerate(PLACES)]
+    return [hemisphere_record(RAYS, scene.geometry.coordinates, lower + (upper - lower) * share, share - 0.4, source=k)
+            for k, share in enumerate(SHARES)]
 
 
 @pytest.fixture(scope="module")
 def screens(scene):
     lower, upper = open_scene("lobby").bounds
     camera = open_scene("lobby").camera
-    return [screen_record(Screen(camera=replace(camera, eye=tuple(lower + (upper - lower) * place)), width=50,
-                                 height=40), scene.geometry.coordinates) for place in PLACES]
+    return [screen_record(Screen(camera=replace(camera, eye=tuple(lower + (upper - lower) * share)), width=50,
+                                 height=40), scene.geometry.coordinates) for share in SHARES]
 
 
 @pytest.fixture(scope="module", params=["hemispheres", "screens"])
@@ -128,8 +128,8 @@ def test_frusta_of_other_rays_are_no_phase(scene, hemispheres, screens):
 
 def broken(image, **changes):
     regions = {name: records.copy() for name, records in image.regions.items()}
-    for place, value in changes.items():
-        region, field = place.split("__")
+    for target, value in changes.items():
+        region, field = target.split("__")
         regions[region][field][1] = value
     return PhaseImage(regions).to_bytes()
 

@@ -122,7 +122,7 @@ def test_a_sum_beyond_its_word_ends_its_section():
             assert set(over.completions["address"][1:].tolist()) <= set(patches.tolist())
 
 
-def test_a_section_may_ask_for_other_results_than_the_job(results, hits):
+def test_a_section_may_request_other_results_than_the_job(results, hits):
     number, = (number for number in job().numbers(0, 0)
                if job().sections[number].section.first_column == 0 and job().sections[number].section.first_row == 0)
     one = run_job(job(), changed(number, hit_format=HitFormat.FULL, sums=0, hits=job().end, end_column=1, end_row=1))

@@ -138,7 +138,7 @@ def test_nodes_inside_a_body_are_filled_from_outside(block_under_sky):
     assert on_floor(block_under_sky, [0.0, 0.1], [0.0, 0.1]).min() > 0.3 * min(SKY)
 
 
-def test_a_closer_look_is_taken_where_light_changes_and_makes_it_better(block_under_sky, monkeypatch):
+def test_refinement_is_taken_where_light_changes_and_makes_it_better(block_under_sky, monkeypatch):
     chosen = np.flatnonzero(block_under_sky.sheet >= 0)
     assert 0 < len(chosen) <= len(block_under_sky.elements) / indirect.EVERY
     assert block_under_sky.nodes == len(block_under_sky.irradiance) + len(block_under_sky.refined_irradiance)

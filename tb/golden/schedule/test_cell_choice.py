@@ -153,7 +153,7 @@ def test_cells_that_do_not_fit_are_no_candidates(cornell, changes):
         check_image(machine_image(record, geometry, table, config, plan), config)
 
 
-def test_a_machine_without_room_for_any_cells_is_refused(cornell):
+def test_a_machine_too_small_for_any_cells_is_refused(cornell):
     geometry, records = cornell
     with pytest.raises(InputError, match="Shells must be at most 8"):
         choose_cell(records, geometry, CONFIG.replace({"ctu.shell_bits": 3}), candidates=[0.0625, 0.1])
