@@ -44,7 +44,7 @@ class WriteMerge(wiring.Component):
     o_request : Out, stream of `MemoryFormats.request`
         `MainMemoryPort`'s ``i_write``.
     o_data : Out, stream of `MemoryFormats.write_data`
-        Its ``i_write_data``.
+        Its ``i_write_data``. While ``o_request`` stalls data may come before their request.
     i_written : In, stream of `MemoryFormats.written`
         Its ``o_written``.
 
