@@ -93,6 +93,7 @@ class Environment:
         draw, plan, event = self._draw, self._plan, self._plan.events.get(cycle)
         commands = {"stop": 1, "clear": 2, "resume": 4, "none": 0}
         command, interrupt = commands.get(event), None
+        self._is_busy = said is not None and said.status["busy"]
         if event == "interrupt":
             interrupt = draw.randrange(4)
         self._host(said)
@@ -113,7 +114,7 @@ class Environment:
             load_over=self._over(), collected=self._collected, source=self._source,
             record_taken=self._collecting is None and not self._failed and len(self._held) < 4 and draw.random() < 0.4,
             completed=self._written, unwritten=self._failed, empty=not self._held and self._collecting is None,
-            address=64 * self._written, memory_busy=self._wait > 0 or (said is not None and draw.random() < 0.1),
+            address=64 * self._written, memory_busy=self._wait > 0 or (self._is_busy and draw.random() < 0.1),
             memory=self._memory, clusters=tuple(self._faults), networks=tuple(self._networks),
             registers=Registers(ring=0x1000, completions=0x9000, ring_bits=plan.ring_bits, watchdog=plan.watchdog,
                                 doorbell=(self._doorbell + self._extra) % (1 << 32), image=0x40000))
@@ -123,7 +124,7 @@ class Environment:
         """Descriptors are submitted while the rings have entries; a halted queue is resumed after some time."""
         draw = self._draw
         room = len(self.completed) + (1 << self._plan.ring_bits) - self._doorbell
-        if self._doorbell < len(self._plan.kinds) and room > 0 and draw.random() < 0.3:
+        if said and self._doorbell < len(self._plan.kinds) and room > 0 and draw.random() < 0.3:
             self._doorbell += draw.randint(1, min(room, len(self._plan.kinds) - self._doorbell))
         self._halted_for = self._halted_for + 1 if said and said.status["halted"] and not said.stops else 0
         if self._plan.resumes and self._halted_for and self._halted_for % 9 == 4:

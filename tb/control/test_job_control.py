@@ -58,9 +58,11 @@ def test_a_queue_without_faults(benches, nodes, seed):
 def test_an_event_at_any_time(benches, nodes, event):
     """Stops and faults with 0 to 3 sections of a cluster in flight, in a load, and while idle."""
     coverage = Coverage(["in a load", "idle", *(f"{count} in flight" for count in range(4))])
-    kinds = ("load", *("section",) * 7, "load", *("section",) * 4)
-    for cycle in range(3, 220, 16 if nodes == 3 else 70):
-        plan = Plan(nodes=nodes, seed=cycle, cycles=cycle + 330, kinds=kinds, events={cycle: event}, ring_bits=3)
+    kinds = ("load", *("section",) * 9, "load", *("section",) * 3)
+    is_thorough = (nodes, event) == (2, "stop")
+    for cycle in range(3, 220, 6 if is_thorough else 43):
+        plan = Plan(nodes=nodes, seed=cycle, cycles=cycle + 330, kinds=kinds, events={cycle: event}, ring_bits=4,
+                    busiest=3)
         found, around = check(benches, plan)
         complete(around)
         seen = found[cycle][1]
@@ -70,7 +72,7 @@ def test_an_event_at_any_time(benches, nodes, event):
             coverage.hit(f"{count} in flight", count in in_flight(found, cycle, nodes))
         assert any(said.status["halted"] for _, said in found[cycle:])
         assert found[-1][1].taken == len(kinds), "the queue goes on"
-    if nodes == 3:
+    if is_thorough:
         coverage.check()
 
 
@@ -128,13 +130,10 @@ def test_a_section_may_take_as_many_cycles_as_the_watchdog_allows(benches):
             sent = next(cycle for cycle, (seen, _) in enumerate(found) if seen.sent)
             ended = next((cycle for cycle, (seen, _) in enumerate(found) if seen.collected is not None), None)
             late = any(said.error.code == "WATCHDOG" for _, said in found)
-            assert late == (ended is None)
+            # The table, the poll that restarts the count, and the comparison take a cycle each.
+            assert late == (ended is None or ended - sent >= limit + 2)
             stopped = next((cycle for cycle, (_, said) in enumerate(found) if said.stops), None)
-            if late:
-                # Polled, counted from the second cycle after it, compared, registered.
-                assert stopped == sent + limit + 4
-            else:
-                assert ended - sent <= limit + 4
+            assert stopped == (sent + limit + 4 if late else None)
 
 
 @pytest.mark.parametrize("bad", [1, 2])

@@ -1,0 +1,289 @@
+# amaranth: UnusedElaboratable=no
+import random
+from itertools import pairwise
+
+import pytest
+from amaranth.hdl import Value
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
+from hw.control.job_dispatch import JobDispatch
+from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, NO_CLUSTER, JobFormats
+from hw.registers.error_code import ErrorCode
+from tb.control.job_descriptors import changed, descriptor, near_words, words_of
+from tb.lib.payload import pack, unpack
+from tb.lib.timing import documented_latency
+
+CLUSTERS = 3
+CONFIG = PRESETS["tiny"].replace({"noc.columns": CLUSTERS, "noc.rows": 1})
+SIDE = 1 << CONFIG.icu.side_bits
+
+
+class Dispatch:
+    """A dispatch between a fetch and clusters, each with a slot that takes its time."""
+
+    def __init__(self, config=CONFIG):
+        self.config, self._dut = config, JobDispatch(config=config)
+        self._simulator, self._given = Simulator(self._dut), None
+        self._simulator.add_clock(1e-8)
+
+    def run(self, ones, *, seed=0, gaps=0.0, wants=None, loaded=True, errors=(), cycles=2000, enable=lambda cycle: 1,
+            slow=0.0):
+        """What happens, as (cycle, event) in order.
+
+        Parameters
+        ----------
+        ones
+            Descriptors; near cells are numbers.
+        gaps
+            How often no word is offered.
+        wants
+            From a cycle to the clusters that want a section; default: all, and again some cycles after each section.
+        errors
+            Of words: number of the descriptor and index.
+        slow
+            How often loads and refusals are not accepted.
+        """
+        self._given = {"ones": ones, "seed": seed, "gaps": gaps, "wants": wants, "loaded": loaded,
+                       "errors": set(errors), "cycles": cycles, "enable": enable, "slow": slow}
+        if hasattr(self, "found"):
+            self._simulator.reset()
+        else:
+            self._simulator.add_testbench(self._drive)
+        self.found = []
+        self._simulator.run()
+        return self.found
+
+    def words(self):
+        given = self._given
+        for number, one in enumerate(given["ones"]):
+            near = near_words(one, self.config)
+            data = [*words_of(one), *(number * 1000 + k for k in range(near))]
+            for k, word in enumerate(data):
+                index = min(k, NEAR_INDEX)
+                yield {"index": index, "data": word, "last": int(k == len(data) - 1),
+                       "error": int((number, index) in given["errors"])}
+
+    async def _drive(self, ctx):
+        dut, given, found = self._dut, self._given, self.found
+        draw, words, nodes = random.Random(given["seed"]), list(self.words()), self.config.noc.nodes
+        shape = dut.i.payload.shape()
+        wanting = dict.fromkeys(range(nodes), 1)
+        ctx.set(dut.loaded, int(given["loaded"]))
+        offered = False
+        outputs = [dut.i.ready, dut.failed]
+        for one in dut.o, dut.o_sent, dut.o_load, dut.o_refused:
+            outputs += [one.valid, Value.cast(one.payload)]
+        for cycle in range(given["cycles"]):
+            offered = bool(words) and (offered or draw.random() >= given["gaps"])
+            ctx.set(dut.i.valid, int(offered))
+            if offered:
+                ctx.set(Value.cast(dut.i.payload), pack(shape, words[0]))
+            if given["wants"] is None:
+                now = [k for k, when in wanting.items() if when == cycle]
+            else:
+                now = given["wants"](cycle)
+            ctx.set(dut.wants, sum(1 << k for k in now))
+            ctx.set(dut.enable, int(given["enable"](cycle)))
+            ready = draw.random() >= given["slow"]
+            ctx.set(dut.o_load.ready, int(ready))
+            ctx.set(dut.o_refused.ready, int(ready))
+            seen = (await ctx.tick().sample(*outputs))[2:]
+            taken, failed, valid, word, sent, section, load, job, refused, record = seen
+            if offered and taken:
+                words.pop(0)
+                offered = False
+            if valid:
+                found.append((cycle, "word", unpack(dut.o.payload.shape(), word)))
+            if sent:
+                section = unpack(dut.o_sent.payload.shape(), section)
+                found.append((cycle, "sent", section))
+                wanting[section["cluster"]] = cycle + draw.randint(2, 40)
+            if load and ready:
+                found.append((cycle, "load", unpack(dut.o_load.payload.shape(), job)))
+            if refused and ready:
+                found.append((cycle, "refused", unpack(dut.o_refused.payload.shape(), record)))
+            if failed and not (found and found[-1][1] == "failed"):
+                found.append((cycle, "failed", None))
+            if not words and found and cycle > found[-1][0] + 60:
+                break
+
+
+@pytest.fixture(scope="module")
+def dispatch():
+    return Dispatch()
+
+
+def outcomes(found):
+    """Of each descriptor what became of it, with the words that a cluster got."""
+    words, told = [], []
+    for _, event, value in found:
+        if event == "word":
+            words.append(value)
+        else:
+            told.append((event, value, words))
+            words = []
+    return told
+
+
+def check(ones, found, *, loaded=True):
+    """Each descriptor is sent, refused or loaded as golden's rules say."""
+    told = outcomes(found)
+    assert len(told) == len(ones)
+    for number, (one, (event, value, words)) in enumerate(zip(ones, told, strict=True)):
+        refusal = check_descriptor(one, CONFIG)
+        assert value["tag"] == one["tag"]
+        if words:
+            expected = [*words_of(one), *(1000 * number + k for k in range(near_words(one, CONFIG)))]
+            assert [word["data"] for word in words] == expected
+            assert [word["index"] for word in words] == [min(k, NEAR_INDEX) for k in range(len(expected))]
+            assert [word["last"] for word in words] == [0] * (len(words) - 1) + [1]
+            assert [word["void"] for word in words] == [0] * (len(words) - 1) + [int(event != "sent")]
+            assert len({word["cluster"] for word in words}) == 1
+            assert one["cluster"] in (ANY_CLUSTER, words[0]["cluster"])
+        if refusal or (one["kind"] == 0 and not loaded):
+            code, byte = (refusal.code, refusal.byte) if refusal else ("NOT_LOADED", 0)
+            assert (event, ErrorCode(value["code"]).name, value["number"]) == ("refused", code, byte)
+            assert value["cluster"] == NO_CLUSTER
+        elif one["kind"] == 1:
+            assert (event, words) == ("load", [])
+            assert (value["image"], value["regions"]) == (int(one["hits"]), int(one["regions"]) & REGIONS)
+        else:
+            assert event == "sent"
+            assert value["cluster"] == words[0]["cluster"]
+    return told
+
+
+WHOLE = {"first_column": 0, "first_row": 0}
+REGIONS = (1 << JobFormats(CONFIG).load_job["regions"].shape) - 1
+TILES = CONFIG.icu.rays >> 2 * CONFIG.icu.tile_bits
+TILE = 1 << CONFIG.icu.tile_bits
+# Changes of a good descriptor: each limit, one below and one above it.
+LIMITS = [
+    *({"version": value} for value in (0, 1, 2, 257)), *({"kind": value} for value in (0, 1, 2, 255)),
+    *({"hit_format": value} for value in (0, 3, 4, 255)), *({"sums": value} for value in (0, 1, 2)),
+    *({"context": value} for value in (1, 128)),
+    *({"cluster": value} for value in (0, CLUSTERS - 1, CLUSTERS, ANY_CLUSTER - 1, ANY_CLUSTER)),
+    *({name: value} for name in ("hits", "sums_address") for value in (
+        0, 32, 63, 64, (1 << 40) - 64, 1 << 40, (1 << 64) - 64)),
+    *({"near_cells": value} for value in (4, 8, (1 << 40) - 8, 1 << 40)),
+    *({"near_count": value} for value in (0, 1, 2, (1 << 9) - 1, 1 << 9, (1 << 9) + 1, 1 << 31)),
+    *({"last_shell": value} for value in (0, 1, 63, 64, 1 << 31)), *({"reserved": value} for value in (1, 1 << 63)),
+    *({"columns": value, "end_column": 1} for value in (SIDE, SIDE + 1, 1 << 31)),
+    *({"rows": value, "end_row": 1} for value in (SIDE, SIDE + 1)),
+    *({**WHOLE, "end_column": end, "columns": 12, "end_row": 1} for end in (0, 1, 12, 13)),
+    *({**WHOLE, "end_row": end, "rows": 12, "end_column": 1} for end in (0, 1, 12, 13)),
+    *({**WHOLE, "first_column": first, "end_column": 8, "columns": 12} for first in (7, 8, 9)),
+    *({**WHOLE, "first_row": first, "end_row": 8, "rows": 12} for first in (7, 8, 9)),
+    *({**WHOLE, "end_column": SIDE + more, "columns": SIDE, "end_row": 1} for more in (-1, 0, 1)),
+    # Tiles of the whole ray memory, and a row or a column more; unfinished tiles count.
+    *({**WHOLE, "end_column": 16 * TILE + more, "columns": SIDE, "end_row": TILES // 16 * TILE + below, "rows": SIDE}
+      for more in (-1, 0, 1) for below in (-1, 0, 1)),
+    {"kind": 1, "hit_format": 9, "sums": 9, "near_cells": 1, "near_count": 1 << 20, "last_shell": 0, "end_column": 0},
+    {"kind": 1, "hits": 32}, {"kind": 1, "cluster": 77}, {"kind": 1, "context": 1}, {"kind": 1, "reserved": 2},
+    {"kind": 1, "hits": 1 << 40}, {"version": 7, "kind": 9}, {"sums": 2, "reserved": 1}, {"kind": 9, "reserved": 1}]
+
+
+def test_every_rule_at_its_limit(dispatch):
+    draw, broken = random.Random(1), set()
+    ones = [changed(descriptor(CONFIG, draw), **change) for change in LIMITS]
+    for begin in range(0, len(ones), 30):
+        part = ones[begin:begin + 30]
+        check(part, dispatch.run(part, cycles=6000, seed=begin))
+    for one in ones:
+        refusal = check_descriptor(one, CONFIG)
+        broken |= {refusal and refusal.reason}
+    assert broken == {None, *(rule.about for rule in RULES)}
+
+
+@pytest.mark.parametrize(("gaps", "slow"), [(0, 0), (0.5, 0), (0.1, 0.7)])
+def test_sections_loads_and_refusals(dispatch, gaps, slow):
+    for seed in range(3):
+        draw = random.Random(seed)
+        ones = [changed(descriptor(CONFIG, draw), **draw.choice((
+            {}, {}, {}, {"cluster": 0}, {"cluster": 2}, {"kind": 1}, {"version": 3}, {"last_shell": 0})))
+                for _ in range(20)]
+        check(ones, dispatch.run(ones, seed=seed, gaps=gaps, slow=slow, cycles=9000))
+
+
+def test_nothing_is_cast_before_a_load(dispatch):
+    draw = random.Random(7)
+    changes = ({}, {"sums": 3}, {"kind": 1}, {"kind": 1, "hits": 1})
+    ones = [changed(descriptor(CONFIG, draw), **change) for change in changes]
+    told = check(ones, dispatch.run(ones, loaded=False), loaded=False)
+    assert not any(words for *_, words in told)
+
+
+def test_one_section_for_each_want(dispatch):
+    """A cluster gets no section that it does not want; a refused one leaves it wanting."""
+    draw = random.Random(2)
+    ones = [descriptor(CONFIG, draw) for _ in range(4)]
+    ones.insert(1, changed(ones[0], last_shell=0))
+    found = dispatch.run(ones, wants=lambda cycle: {5: [1], 300: [1], 600: [0], 601: [2]}.get(cycle, []))
+    told = check(ones, found)
+    assert [(event, words[0]["cluster"]) for event, _, words in told] == [
+        ("sent", 1), ("refused", 1), ("sent", 1), ("sent", 0), ("sent", 2)]
+    firsts = [cycle for cycle, event, value in found if event == "word" and value["index"] == 0]
+    assert firsts[0] < 10
+    assert 300 < firsts[1] < 305
+    assert 600 < firsts[3] < 640
+
+
+def test_the_cluster_that_has_waited_longest_is_served(dispatch):
+    draw = random.Random(3)
+    ones = [descriptor(CONFIG, draw, near_count=0) for _ in range(6)]
+    order = {2: [2], 4: [0], 6: [1], 90: [0, 1], 91: [2]}
+    found = dispatch.run(ones, wants=lambda cycle: order.get(cycle, []), enable=lambda cycle: cycle > 10)
+    assert [value["cluster"] for _, event, value in found if event == "sent"] == [2, 0, 1, 0, 1, 2]
+
+
+def test_a_pinned_section_waits_for_its_cluster(dispatch):
+    draw = random.Random(3)
+    ones = [descriptor(CONFIG, draw, cluster=2), descriptor(CONFIG, draw)]
+    found = dispatch.run(ones, wants=lambda cycle: {2: [0], 3: [1], 200: [2]}.get(cycle, []))
+    sent = [(cycle, value["cluster"]) for cycle, event, value in found if event == "sent"]
+    assert [cluster for _, cluster in sent] == [2, 0]
+    assert sent[0][0] > 200
+
+
+@pytest.mark.parametrize("index", [0, 3, 23])
+def test_a_descriptor_that_could_not_be_read_ends_the_dispatch(dispatch, index):
+    draw = random.Random(index)
+    ones = [descriptor(CONFIG, draw) for _ in range(3)]
+    told = outcomes(dispatch.run(ones, errors=[(1, index)], cycles=400))
+    assert [event for event, *_ in told] == ["sent", "failed"]
+    assert all(word["void"] == word["last"] for word in told[1][2])
+    assert bool(told[1][2]) == (index > 0)
+
+
+def test_near_cells_that_could_not_be_read(dispatch):
+    draw = random.Random(9)
+    ones = [descriptor(CONFIG, draw, near_count=5) for _ in range(3)]
+    told = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX)]))
+    assert [event for event, *_ in told] == ["sent", "refused", "sent"]
+    assert (told[1][1]["code"], told[1][1]["number"]) == (ErrorCode.READ_REPLY.value, ones[1]["near_cells"])
+    assert told[1][2][-1]["void"]
+
+
+@pytest.mark.parametrize("near", [0, 1, 28])
+def test_rate(dispatch, near):
+    """24 words, those of near cells, and two cycles; 4 more at most from a want to the section."""
+    draw = random.Random(5)
+    ones = [descriptor(CONFIG, draw, near_count=near) for _ in range(8)]
+    found = dispatch.run(ones, wants=lambda cycle: [cycle % CLUSTERS])
+    sent = [cycle for cycle, event, _ in found if event == "sent"]
+    words = DESCRIPTOR_WORDS + -(-near // 2)
+    assert {after - before for before, after in pairwise(sent)} == {words + 2}
+    found = dispatch.run(ones[:1], wants=lambda cycle: [0] if cycle == 50 else [])
+    first, last = found[0][0], next(cycle for cycle, event, _ in found if event == "sent")
+    assert last - 50 <= words + 4
+    # The want is registered.
+    assert first - 51 == documented_latency(JobDispatch, CONFIG) == JobDispatch.latency
+
+
+def test_one_cluster():
+    config = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
+    dispatch, draw = Dispatch(config), random.Random(1)
+    ones = [descriptor(config, draw) for _ in range(4)]
+    assert [event for event, *_ in outcomes(dispatch.run(ones))] == ["sent"] * 4
