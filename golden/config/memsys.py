@@ -64,7 +64,7 @@ class Memsys:
     own_entries: int = 1 << 14
     own_patches: int = 512
     resident_set: str = "filled"
-    filter_generation_bits: int = 4
+    filter_generation_bits: int = 8
     reply_ids: int = 8
     bus_requests: int = 4
 

@@ -11,7 +11,8 @@ __all__ = ["PRESETS"]
 # tiny: simulates in seconds.
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
 #   scenes with cells of 1/16 and larger.
-# paper: the size of the thesis' machine.
+# paper: the size of the thesis' machine, with room for 4096 patches in each cluster, and tags that are cleared every
+#   255 frusta.
 # thesis: the machine as the thesis describes it, the baseline of every improvement. Each cluster explores a list of
 #   subshells (4.4.2.4), one after the other: a barrier after each subshell and none between its shells (5.2.4.1). Grid
 #   rays have presence bits, and requests for absent rays are deferred (Fig. 5.10). One traversal pipeline, and survival
@@ -26,14 +27,16 @@ PRESETS = {
     "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
                     memsys=Memsys(scene_cells=1 << 14),
                     noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
-    "paper": Config(memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
+    "paper": Config(icu=Icu(generation_bits=8),
+                    memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=4096, bus_requests=16),
                     noc=Noc(requests=16)),
     "thesis": Config(ctu=Ctu(pipelines=1, ray_slots=1 << 11, run_ahead=15, pyramid_levels=1, subshell_bits=10,
                              subshell_barrier=1),
                      memsys=Memsys(cache_policy="lfu", cell_lines=64, patch_lines=64, resident_set="found",
-                                   own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16),
+                                   own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16,
+                                   filter_generation_bits=4),
                      noc=Noc(topology="torus", requests=16)),
-    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20),
+    "large": Config(icu=Icu(rays=1 << 20, patch_bits=20, generation_bits=8),
                     memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
                                   bus_requests=16),
                     noc=Noc(topology="torus", columns=4, rows=4, requests=16)),
