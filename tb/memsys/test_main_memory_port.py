@@ -301,6 +301,54 @@ async def reset_in_flight(dut):
 
 
 @cocotb.test()
+async def busy_until_all_is_answered(dut):
+    """From the cycle after a request on, with reads alone and with writes alone."""
+    await start(dut, cycles=10_000)
+    for given, answer, size in (("i_read", "o_read", 8), ("i_write", "o_written", 1)):
+        bench = Bench(dut)
+        port = ModelAtPort(dut, memory(bench, latency=9))
+        requests = [bench.request(WRITE, beats=8) for _ in range(3)]
+        in_flight, left = 0, size * len(requests)
+        if given == "i_read":
+            bench.start(bench.reads, requests)
+        else:
+            bench.start(bench.writes, requests)
+            bench.start(bench.data, bench.to_write(requests, bytearray(content())))
+        while left or in_flight:
+            await RisingEdge(dut.clk)
+            assert int(dut.busy.value) == (in_flight > 0), given
+            for name, items in (given, size), (answer, -1):
+                if int(getattr(dut, f"{name}__valid").value) and int(getattr(dut, f"{name}__ready").value):
+                    in_flight, left = in_flight + items, left - max(0, items)
+        await RisingEdge(dut.clk)
+        assert not int(dut.busy.value)
+        port.stop()
+        bench.stop()
+
+
+@cocotb.test()
+async def a_slow_client_is_no_time_out(dut):
+    """Wherever in a burst it stalls."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    model = memory(bench, latency=5)
+    port = ModelAtPort(dut, model)
+    for first in (0, 1, 5):
+        request, after = bench.request(WRITE, beats=8), bytearray(model.data)
+        beats = bench.to_write([request], after)
+        bench.written.items.clear()
+        await bench.send(bench.writes, [request])
+        await bench.send(bench.data, beats[:first])
+        await ClockCycles(dut.clk, 3 << bench.config.memory.timeout_bits)
+        await bench.send(bench.data, beats[first:])
+        await bench.arrive(bench.written, 1)
+        bench.compare(bench.written, [{"tag": request["tag"], "error": False}])
+        assert (bench.fault()[0], model.data) == (Fault.NONE, after)
+    port.stop()
+    bench.stop()
+
+
+@cocotb.test()
 async def latency(dut):
     """From a request to its address, and from a beat to the reply."""
     await start(dut, cycles=1000)
@@ -342,7 +390,7 @@ async def a_beat_per_cycle(dut):
 
 
 ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "wrong_answers",
-       "reset_in_flight", "latency")
+       "reset_in_flight", "busy_until_all_is_answered", "a_slow_client_is_no_time_out", "latency")
 # Sixteen bursts of eight beats, and a slot each.
 MANY = {"memory.outstanding": 16}
 
