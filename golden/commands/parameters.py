@@ -104,7 +104,7 @@ class CellSize(Positive):
 
     def convert(self, value, param, ctx):
         """The value of what the user typed."""
-        return None if value == "auto" else super().convert(value, param, ctx)
+        return None if value in (None, "auto") else super().convert(value, param, ctx)
 
 
 METHOD_CELL = click.option("--cell", type=CellSize(), default="auto", help="Set the size of the method's cells as a "

@@ -188,6 +188,16 @@ def test_what_the_simulation_overrides_is_named():
     assert overridden_text({}) == ""
 
 
+def test_a_cell_size_is_a_number_or_the_methods_choice(folder):
+    words = ("cast", "cornell", "--patch", "0", "--rays", "16x4", "--json")
+    reports = [json.loads(run(radiosity.cli.main, *words, *given).stdout)
+               for given in ((), ("--cell", "auto"), ("--cell", "0.0625"))]
+    assert reports[0] == reports[1] == reports[2]
+    for wrong in "automatic", "0":
+        result = run(radiosity.cli.main, *words, "--cell", wrong)
+        assert (result.exit_code, "is not a finite number above 0" in result.stderr) == (2, True)
+
+
 def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
     """On a machine that finds nothing."""
     class Machine:
@@ -229,6 +239,40 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
     found, first = caster.hemispheres(hemisphere, point, frames, np.array([-1])), np.zeros(1, dtype=np.int64)
     with nullcontext() if right else pytest.raises(RuntimeError, match="sums are not those of its hits"):
         assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
+
+
+def test_cells_are_chosen_for_each_request(monkeypatch):
+    """From four of its frusta, when the first of them is cast."""
+    hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
+    config, cells, asked, tables = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25], [], []
+
+    def choose(records, _, given):
+        assert given is config
+        asked.append([record.origin.tolist() for record in records])
+        return SimpleNamespace(cell=cells[len(asked) - 1])
+
+    def cast(image, **_):
+        tables.append(len(image["cells"]))
+        return CastResult(image=image.with_results(image.hits()), cycles=1, load_cycles=0, result_cycles=0, shared={},
+                          counters=[{"intersection_tested": 0, "traversal_steps": 0}])
+
+    monkeypatch.setattr("hw.simulator.machine_caster.choose_cell", choose)
+    caster = MachineCaster(scene, SimpleNamespace(config=config, cast=cast), cell=None)
+    middle, frames, count = scene.vertices.mean(axis=(0, 1)), np.repeat(np.eye(3)[None], 9, axis=0), 9
+    for request in range(2):
+        points = middle + np.arange(count)[:, None] * 1e-3
+        found = caster.hemispheres(hemisphere, points, frames, np.full(count, -1))
+        assert len(asked) == request
+        for number in range(3):
+            one = np.array([number])
+            found(one, np.zeros(1, dtype=np.int64), Rays(origin=points[one], direction=frames[one, 2]))
+    assert [len(origins) for origins in asked] == [4, 4]
+    assert len(set(map(tuple, asked[0]))) == 4
+    assert caster.cells == {0.5: 3, 0.25: 3}
+    assert len(set(tables[:3])) == len(set(tables[3:])) == 1
+    assert tables[0] < tables[3]
+    assert ", cell 0.5, 0.25 (chosen), 6 frusta, " in caster.summary()
+    assert caster.counts()["cells"] == {0.5: 3, 0.25: 3}
 
 
 def test_utilization_of_a_timeline():
