@@ -94,7 +94,9 @@ UNITS = {
     },
     "control": {
         "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {},
-        "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {},
+        "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {}, "DescriptorFetch": {},
+        "DescriptorCheck": {}, "JobDispatch": {}, "JobControl": {}, "CompletionWriter": {}, "FrustumSlot": {},
+        "NearCellBanks": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},
     "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},

@@ -6,9 +6,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION, Kind
+from golden.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION
 from golden.memory_map import ALIGNMENT
-from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, JobFormats, byte_of, elements
+from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, JobFormats, Kind, byte_of, elements
 from hw.memsys.serial_product import SerialProduct
 from hw.registers.error_code import ErrorCode
 

@@ -7,8 +7,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.jobs.descriptor import NEAR_ALIGNMENT, Kind
-from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, WORD_BITS, JobFormats, elements
+from golden.jobs.descriptor import NEAR_ALIGNMENT
+from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, WORD_BITS, JobFormats, Kind, elements
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
 from hw.memsys.memory_formats import MemoryFormats

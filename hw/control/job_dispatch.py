@@ -5,9 +5,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.jobs.descriptor import ANY_CLUSTER, Kind
+from golden.jobs.descriptor import ANY_CLUSTER
 from hw.control.descriptor_check import DescriptorCheck
-from hw.control.job_formats import NEAR_INDEX, NO_CLUSTER, JobFormats, elements
+from hw.control.job_formats import NEAR_INDEX, NO_CLUSTER, JobFormats, Kind, elements
 from hw.lib.longest_waiting import LongestWaiting
 from hw.registers.error_code import ErrorCode
 
@@ -128,13 +128,7 @@ class JobDispatch(wiring.Component):
                 m.d.comb += number.eq(k)
         with m.If(takes):
             m.d.sync += kept.eq(word)
-        record = self.o_refused.payload
-        m.d.comb += [record.tag.eq(numbers["tag"]), record.cluster.eq(NO_CLUSTER), record.code.eq(refusal.code),
-                     record.number.eq(refusal.number)]
-        with m.If(refusal.code == ErrorCode.NONE):
-            m.d.comb += record.code.eq(ErrorCode.NOT_LOADED)
-            with m.If(near_unread):
-                m.d.comb += [record.code.eq(ErrorCode.READ_REPLY), record.number.eq(numbers["near_cells"])]
+        self._add_record(m, refusal, near_unread, numbers)
         m.d.comb += self.busy.eq(1)
         with m.FSM():
             with m.State("Begin"):
@@ -172,3 +166,13 @@ class JobDispatch(wiring.Component):
             with m.State("Failed"):
                 m.d.comb += [self.failed.eq(1), self.busy.eq(0)]
         return m
+
+    def _add_record(self, m, refusal, near_unread, numbers):
+        """The completion record of a refused descriptor."""
+        record = self.o_refused.payload
+        m.d.comb += [record.tag.eq(numbers["tag"]), record.cluster.eq(NO_CLUSTER), record.code.eq(refusal.code),
+                     record.number.eq(refusal.number)]
+        with m.If(refusal.code == ErrorCode.NONE):
+            m.d.comb += record.code.eq(ErrorCode.NOT_LOADED)
+            with m.If(near_unread):
+                m.d.comb += [record.code.eq(ErrorCode.READ_REPLY), record.number.eq(numbers["near_cells"])]

@@ -5,7 +5,7 @@ from amaranth.lib.data import StructLayout
 
 from golden.config import Config
 from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import DESCRIPTOR
+from golden.jobs.descriptor import DESCRIPTOR, Kind
 from golden.memory_map import REGIONS
 from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats
@@ -13,7 +13,7 @@ from hw.memsys.path_formats import PathFormats
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX", "NO_CLUSTER",
-           "WORD_BITS", "WORD_BYTES", "JobFormats", "byte_of", "elements"]
+           "WORD_BITS", "WORD_BYTES", "JobFormats", "Kind", "byte_of", "elements"]
 
 WORD_BYTES = 8
 WORD_BITS = 8 * WORD_BYTES

@@ -11,6 +11,7 @@ from tb.sources.source_trees import ROOT, source_trees
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_host.py", ""),
     "hw/control/cast_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
     "hw/control/load_control.py": ("tb/control/test_sequences.py", ""),
     "hw/control/near_cells.py": ("tb/control/test_sums_and_cells.py", ""),
     "hw/control/result_control.py": ("tb/control/test_sequences.py", ""),
