@@ -13,8 +13,8 @@ LIMIT = 8
 
 
 def nothing_lost(m, bench, dut):
-    """Every flit that enters any router leaves at its destination, once, within a bound, and no credit is made,
-    whatever nodes send within their credits.
+    """Every flit that enters any router leaves at its destination, once, within a bound, and no credit is made
+    or lost, whatever nodes send within their credits.
 
     Packets are of one flit, whose data are its destination and a mark; one flit at a time has the mark. Nodes return
     credits at any time; for the bound, at once.
@@ -22,7 +22,7 @@ def nothing_lost(m, bench, dut):
     eager = bench.choose(m, 1, "eager")
     inside, sent, delivered, waits = Signal(5), [], [], Signal(range(LIMIT + 2))
     out = Signal()
-    marked, arrived = [], []
+    marked, arrived, entries = [], [], []
     for node in range(NODES):
         into, exits = dut.i[node], dut.o[node]
         comes, goes, flit, gone = into.valid, exits.valid, into.payload.flit, exits.payload.flit
@@ -36,12 +36,18 @@ def nothing_lost(m, bench, dut):
         with m.If(goes):
             m.d.comb += [Assert(gone.data[0] == node, "node"), Assert(gone.first & gone.last, "packet")]
         sent.append(comes)
+        entries.append(entry)
         delivered.append(goes)
         marked.append(comes & flit.data[1])
         arrived.append(goes & gone.data[1])
     mine, there = sum(marked), sum(arrived)
     m.d.comb += [Assume(mine + out <= 1), Assert(there <= out, "once"), Assert(sum(delivered) <= inside, "once"),
                  Cover(there & (inside > 1), "the mark arrives")]
+    # A cycle after the last flit has left the nodes have all their credits again.
+    quiet, busy = Signal(), Signal()
+    m.d.sync += [quiet.eq((inside + sum(sent)) == 0), busy.eq(busy | (inside > 2))]
+    with m.If(quiet):
+        m.d.comb += [Assert(sum(entries) == 0, "returned"), Cover(busy, "all credits after much traffic")]
     m.d.sync += [out.eq(out + mine - there), inside.eq(inside + sum(sent) - sum(delivered))]
     with m.If((inside == 0) | (sum(delivered) != 0) | ~eager):
         m.d.sync += waits.eq(0)
@@ -64,6 +70,7 @@ test_network = declare(
         "a flit that is lost": Control("progress", {"o__0__valid": lambda dut: dut.o[0].valid & ~dut.o[1].valid}),
         "a flit twice": Control(
             "once", {"o__0__valid": lambda dut: dut.o[0].valid | dut.o[1].valid}, nightly=True),
+        "a lost credit": Control("returned", {"o_credit__0": lambda dut: dut.o_credit[0] & ~dut.o[1].valid}),
         "a credit too many": Control(
             "entry", {"o_credit__0": lambda dut: dut.o_credit[0] | dut.o[1].valid}, nightly=True),
     })
