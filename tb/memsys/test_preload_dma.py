@@ -254,6 +254,12 @@ async def malformed_tables(dut):
     assert (await bench.load(["residents"], cluster=options()["clusters"]))[0] is Fault.POINTER
     assert (await bench.load(["rows"], image=BASE - 4096))[0] is Fault.READ_REPLY
     bench.stop()
+    # A record behind the table of clusters is no cluster's, however good it is.
+    fewer, last = bytearray(good), options()["clusters"] - 1
+    fewer[HEADER.dtype.itemsize + NUMBER["clusters"] * ENTRY.dtype.itemsize + ENTRY.dtype.fields["count"][1]] = last
+    bench = Bench(dut, data=bytes(fewer))
+    assert (await bench.load(["residents"], cluster=last))[0] is Fault.POINTER
+    bench.stop()
     bench = Bench(dut, fails=lambda address: address == BASE + offsets["cells"] + 800, latency=4)
     assert await bench.load(["cells"]) == (Fault.READ_REPLY, BASE + offsets["cells"])
     assert len(bench.words.items) < 100
