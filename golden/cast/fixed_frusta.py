@@ -12,6 +12,7 @@ from golden.cast.shelling import Shelling
 from golden.config import Config, Icu
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
 from golden.oracle import Oracle
+from golden.scene.g_coordinates import GCoordinates
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 
@@ -45,7 +46,7 @@ class FixedFrusta(ABC):
 
     def __init__(self, scene: Scene):
         self._scene, self._oracle = scene, Oracle(scene)
-        self._samples: list[FrustumRecord] = []
+        self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
 
@@ -66,7 +67,7 @@ class FixedFrusta(ABC):
         def record(number):
             return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
                                      source=int(surfaces[number]), axes=frames[number])
-        self._sample(record, len(points))
+        self._sample(record, len(points), coordinates)
         return _Bundles(self._oracle, cast, record).hits
 
     def screen(self, screen: Screen, side: int) -> FrustumHits:
@@ -82,13 +83,13 @@ class FixedFrusta(ABC):
 
         def record(_):
             return screen_record(fields, coordinates)
-        self._sample(record, 1)
+        self._sample(record, 1, coordinates)
         return _Bundles(self._oracle, cast, record).hits
 
-    def _sample(self, record, count):
-        """Keep some of the frusta that will be requested, evenly spread."""
+    def _sample(self, record, count, coordinates):
+        """Keep some of the frusta that will be requested, evenly spread, and their coordinates."""
         numbers = np.linspace(0, count - 1, min(SAMPLES, count), dtype=int)
-        self._samples = [record(number) for number in numbers]
+        self._samples = coordinates, [record(number) for number in numbers]
 
     def _for(self, points):
         """Coordinates that hold the points, and the caster in them."""

@@ -98,14 +98,22 @@ class MachineCaster(FixedFrusta):
                 f"{self.rays} rays, {self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
+    def _samples_in(self, geometry):
+        """The samples of the last request, once; none if another geometry's coordinates have been asked for since."""
+        coordinates, samples = self._samples
+        if coordinates is not geometry.coordinates:
+            return []
+        self._samples = None, []
+        return samples
+
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config
         table, cell, plan, left = None, self._cell, None, 0
 
         def cast(record: FrustumRecord):
             nonlocal table, cell, plan, left
-            if self._cell is None and self._samples:
-                chosen, self._samples = choose_cell(self._samples, geometry, config).cell, []
+            if self._cell is None and ((samples := self._samples_in(geometry)) or cell is None):
+                chosen = choose_cell(samples or [record], geometry, config).cell
                 if chosen != cell:
                     table, cell, plan = None, chosen, None
             if table is None:
