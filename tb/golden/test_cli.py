@@ -3,6 +3,7 @@ import json
 import subprocess
 import sys
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -11,6 +12,7 @@ from PIL import Image
 import golden.cli
 import golden.tasks.render
 from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS
+from golden.commands.command_line import command_line
 from golden.image import read_exr
 from golden.scene.builtin import BUILTIN
 
@@ -348,6 +350,21 @@ def test_sky_is_seen_where_rays_leave_and_lights_a_scene_without_lights(folder):
     image = read_exr(folder / "a.exr")
     np.testing.assert_array_equal(image[0, 0], [1, 2, 4])
     assert image[4, 6].max() > 0
+
+
+@pytest.mark.parametrize("code", [0, 1, 3])
+def test_a_command_ends_with_its_exit_code(code):
+    @command_line("radiosity", is_script=False)
+    def main():
+        """Commands."""
+
+    @main.command()
+    @click.pass_context
+    def ends(context):
+        """End at once."""
+        context.exit(code)
+
+    assert CliRunner().invoke(main, ["ends"]).exit_code == code
 
 
 def test_interruption_exits_with_130_and_leaves_nothing_behind(folder, monkeypatch):
