@@ -1,12 +1,15 @@
-"""Figures and lists of pages that no command prints."""
+"""Figures and lists of pages that no command prints, or none in a commit's tests."""
 
 import re
+from itertools import pairwise
 
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES
 from hw.board.program import Operation
 from hw.board.record import record
 from hw.board.view import BOARD, board_view
+from hw.history import last_records, read_history
 from tb.docs.language import ROOT
+from tb.docs.page_commands import commands_of
 
 
 def test_bytes_of_a_view():
@@ -26,3 +29,24 @@ def test_every_module_of_the_memory_system_is_on_a_page():
     modules = {path.stem for path in (ROOT / "hw" / "memsys").glob("*.py")} - {"__init__"}
     named = set(re.findall(r"`(?:hw/memsys/)?(\w+?)(?:\.py)?`", text))
     assert {module for module in modules if not {module, module.title().replace("_", "")} & named} == set()
+
+
+# LUTs, registers, DSP blocks and block RAMs of an ECP5-85.
+DEVICE = 83640, 83640, 156, 208
+
+
+def test_area_of_a_cluster():
+    """The rows of the page are the records of its commands, and twice the second one."""
+    page, last = ROOT / "docs" / "area.md", last_records(read_history())
+    assignments = [[word for option, word in pairwise(command.words) if option == "-P"]
+                   for command in commands_of(page) if command.words[:5] == ("python", "-m", "hw", "report", "cluster")]
+    assert len(assignments) == 2
+    records = [last["ecp5", "small", " ".join(given), "cluster", "Cluster"] for given in assignments]
+    expected = [[one.lut, one.ff, one.dsp, one.bram] for one in records]
+    expected.append([2 * count for count in expected[-1]])
+    rows = re.findall(r"^\|.*\|(?: [\d,]+ \(\d+ %\) \|){4}$", page.read_text(), re.MULTILINE)
+    quoted = [[int(number.replace(",", "")) for number in re.findall(r"([\d,]+) \(", row)] for row in rows]
+    assert quoted == expected
+    shares = [[int(share) for share in re.findall(r"(\d+) %", row)] for row in rows]
+    assert shares == [[round(100 * count / device) for count, device in zip(row, DEVICE, strict=True)]
+                      for row in expected]
