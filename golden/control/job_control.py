@@ -274,8 +274,8 @@ class JobControl:
         free = not (waits or load or given.dispatching) and given.empty
         even = self._taken == given.registers.doorbell
         idle = given.empty or given.unwritten
-        can_resume = not self._resuming and (state == "halted" or (state == "abort" and given.unwritten))
-        may = {"run": free and even, "halted": can_resume and not load and idle, "abort": can_resume}
+        can_resume = not self._resuming and state in ("abort", "halted")
+        may = {"run": free and even, "halted": not load and idle, "abort": can_resume and given.unwritten}
         takes = not given.memory_busy and may.get(state, False)
         reads = bool(load) and load.phase != "over" and state not in ("stop", "abort")
         offers = reads and load.phase == "offered"
@@ -422,7 +422,7 @@ class JobControl:
             if outputs.takes_load and given.load:
                 self._load = _Load(given.load, False, self._cycle)
                 self._taken = (self._taken + 1) % _MODULUS
-            elif self._state == "halted" and self._resuming and not outputs.retry and state == "halted":
+            elif outputs.takes and self._resuming and not outputs.retry and state == self._state == "halted":
                 self._load = _Load(Load(image=given.registers.image), True, self._cycle)
             return
         if load.phase == "over":

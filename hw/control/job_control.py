@@ -36,7 +36,7 @@ class JobControl(wiring.Component):
     ``abort`` each descriptor that was in flight gets a completion record: the one that has caused the reset with its
     code, all others `ErrorCode.ABORTED`. A time-out or a fault of the network is that of the section which the cluster
     has begun last, the watchdog's that of its oldest section, or of the load. A ``resume`` loads all regions of the
-    image.
+    image, once records are written and the registers of the ring and the windows have been taken over.
 
     The watchdog of a cluster counts the cycles since its oldest section was sent or the one before was collected, in
     steps of ``nodes``; that of a load its cycles. Of errors of one cycle the first of these is latched: watchdog,
@@ -122,7 +122,7 @@ class JobControl(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle from a stop to the reset, 2 from a resume to its load. A cluster's fault takes 2 to
+    Latency: ``1`` cycle from a stop to the reset, at least 2 from a resume to its load. A cluster's fault takes 2 to
     ``nodes + 1`` cycles to the reset. One record, one load in flight; a cluster has at most 3 sections.
 
     Golden counterpart: `golden.control.job_control.JobControl`.
@@ -230,7 +230,7 @@ class JobControl(wiring.Component):
         with m.If(self.i_load.valid & self.i_load.ready):
             m.d.sync += [phases["offered"].eq(1), phases["resumes"].eq(0), self._load_tag.eq(given.tag),
                          load.image.eq(given.image), load.regions.eq(given.regions), self._load_begin.eq(self.cycles)]
-        with m.Elif(self._state["halted"] & self._resuming & ~has_load & ~self._resets):
+        with m.Elif(self._state["halted"] & self.takes & self._resuming & ~self._resets):
             m.d.sync += [phases["offered"].eq(1), phases["resumes"].eq(1), load.image.eq(self.image),
                          load.regions.eq((1 << len(load.regions)) - 1)]
         with m.If(self.o_load.valid & self.o_load.ready):
@@ -403,12 +403,12 @@ class JobControl(wiring.Component):
         free, even, can_resume = Signal(), Signal(), Signal()
         m.d.comb += [
             free.eq(~(self._waits | has_load | self.dispatches) & self.empty), even.eq(self.taken == self.doorbell),
-            can_resume.eq(~self._resuming & (state["halted"] | (state["abort"] & self.unwritten))),
+            can_resume.eq(~self._resuming & (state["halted"] | state["abort"])),
             self.retry.eq(self._commands["resume"] & can_resume), self.enable.eq(state["run"] & ~has_load),
             self.takes.eq(~self.memory_busy & (
                 (state["run"] & free & even)
-                | (state["halted"] & can_resume & ~has_load & (self.empty | self.unwritten))
-                | (state["abort"] & can_resume))),
+                | (state["halted"] & ~has_load & (self.empty | self.unwritten))
+                | (state["abort"] & can_resume & self.unwritten))),
             self.clear.eq(state["stop"] | self._commands["clear"] | self.o_load.valid)]
         with m.If(self.takes):
             m.d.sync += [getattr(self.kept, name).eq(getattr(self, name)) for name in self.kept.shape().members]
