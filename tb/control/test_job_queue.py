@@ -108,7 +108,7 @@ class Machine:
     async def _drive(self, ctx):
         top = self._top
         fetch, control, writer, slots = top.fetch, top.control, top.writer, top.slots
-        ones, seed, stops, bad, cast, write, cycles = self._given
+        ones, seed, stops, bad, cast, _, cycles = self._given
         draw, memory, size = random.Random(seed), {}, self.config.memory.beat_bytes
         reads, beats, answers, load = deque(), deque(), deque(), None
         sections, words = [deque() for _ in slots], [deque() for _ in slots]
@@ -199,17 +199,21 @@ class Machine:
                     if not words[k]:
                         sections[k].popleft()
                 if sections[k]:
-                    state, left = sections[k][0]
-                    if state == "cast" and not left:
-                        sections[k][0][:] = ["write", draw.randint(*write)]
-                    elif state == "write" and not left:
-                        sections[k][0][0] = "done"
-                        words[k] = deque([draw.getrandbits(8) << 48] + [draw.getrandbits(64) for _ in range(7)])
+                    self._go_on(draw, sections[k][0], words[k])
             self._read(memory, completed)
             if len(self.records) == len(ones) and not status["busy"]:
                 break
         self.cycles = cycle
 
+
+    def _go_on(self, draw, section, words):
+        """A cluster's oldest section is cast, then written, then it has a record."""
+        state, left = section
+        if state == "cast" and not left:
+            section[:] = ["write", draw.randint(*self._given[5])]
+        elif state == "write" and not left:
+            section[0] = "done"
+            words.extend([draw.getrandbits(8) << 48, *(draw.getrandbits(64) for _ in range(7))])
 
     def _beats(self, request, memory, bad, cycle):
         """The answer of memory to a read, from a cycle on; descriptors that are bad are so once."""
