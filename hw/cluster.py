@@ -30,12 +30,12 @@ from hw.memsys.table_load import TableLoad
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 
-__all__ = ["COUNTERS", "Cluster", "ClusterSignature"]
+__all__ = ["COUNTERS", "UNIT_COUNTERS", "Cluster", "ClusterSignature"]
 
-_UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
+UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
 # All counters of a cluster by name, with what each one counts.
 COUNTERS = {"cycles": "cycles of the frustum"} | {
-    f"{unit}_{name}": about for unit, counters in _UNIT_COUNTERS.items() for name, about in counters.items()}
+    f"{unit}_{name}": about for unit, counters in UNIT_COUNTERS.items() for name, about in counters.items()}
 # Streams between the ports and a unit.
 _MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_out", "o_hit", "i_sums", "o_sum")
 
@@ -286,10 +286,10 @@ class Cluster(wiring.Component):
         m.d.comb += [
             faults.wrong.eq(control.wrong), faults.memory.eq(memory.fault), faults.final.eq(control.final),
             faults.error.eq(traversal.error), faults.clear.eq(self.clear), self.fault.eq(faults.fault)]
-        groups = (1, *map(len, _UNIT_COUNTERS.values()))
+        groups = (1, *map(len, UNIT_COUNTERS.values()))
         m.submodules.choice = choice = CounterChoice(groups=groups, number_bits=COUNTER_BITS)
         units = {"intersection": self._intersection, "traversal": traversal, "memory": memory}
         counts = {"cycles": control.cycles} | {
-            f"{unit}_{name}": units[unit].counters[name] for unit, names in _UNIT_COUNTERS.items() for name in names}
+            f"{unit}_{name}": units[unit].counters[name] for unit, names in UNIT_COUNTERS.items() for name in names}
         m.d.comb += [choice.counter.eq(self.counter), self.count.eq(choice.count),
                      *(choice.counts[number].eq(counts[name]) for number, name in enumerate(COUNTERS))]

@@ -11,6 +11,7 @@ from hw.icu.ic_ray_generator import IcRayGenerator
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.intersection_pipeline import IntersectionPipeline
 from hw.icu.patch_setup import PatchSetup
+from hw.icu.patch_sums import PatchSums
 from hw.icu.ray_memory import BANKS, RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
@@ -52,6 +53,9 @@ class IntersectionUnit(wiring.Component):
     ----------
     config
         The configuration.
+    section_sums
+        Sums are those of a section, each patch once, and come after its hits; otherwise they add up over frusta, and
+        are requested.
 
     Members
     -------
@@ -70,9 +74,9 @@ class IntersectionUnit(wiring.Component):
     o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
         The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the collector.
     i_sums : In, stream of a number of patches
-        See `Collector`; accepted while nothing is read out.
-    o_sum : Out, stream of `IcuFormats.patch_sum`
-        See `Collector`.
+        See `Collector`; accepted while nothing is read out. Not with ``section_sums``.
+    o_sum : Out, stream of `IcuFormats.patch_sum` or `IcuFormats.section_sum`
+        See `Collector`, or `PatchSums`: those of each section that is read out.
     i_settle : In, stream of `Formats.tile`
         See `SettleMap`.
     o_settle : Out, stream of `Formats.settle_word`
@@ -89,8 +93,9 @@ class IntersectionUnit(wiring.Component):
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
     """
 
-    def __init__(self, *, config: Config):
-        self._config, self._formats = config, IcuFormats(config)
+    def __init__(self, *, config: Config, section_sums: bool = False):
+        self._config, self._formats, self._section_sums = config, IcuFormats(config), section_sums
+        self._collector = (PatchSums if section_sums else Collector)(config=config)
         formats = self._formats
         self._setup = PatchSetup(config=config)
         self._memory = RayMemory(config=config, tag=0)
@@ -103,8 +108,8 @@ class IntersectionUnit(wiring.Component):
             "i_read_out": In(stream.Signature(1)),
             "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                         "hit": formats.hit, "last": 1}))),
-            "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
-            "o_sum": Out(stream.Signature(formats.patch_sum)),
+            **({} if section_sums else {"i_sums": In(stream.Signature(config.icu.patch_bits + 1))}),
+            "o_sum": self._collector.signature.members["o"],
             "i_settle": In(stream.Signature(formats.tile)), "o_settle": Out(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
 
@@ -116,7 +121,7 @@ class IntersectionUnit(wiring.Component):
         m.submodules.generator = generator = IcRayGenerator(config=self._config)
         m.submodules.settle = settle = SettleMap(config=self._config, tag=formats.tile_step)
         m.submodules.read_out = read_out = ReadOut(config=self._config)
-        m.submodules.collector = collector = Collector(config=self._config)
+        m.submodules.collector = collector = self._collector
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
         m.submodules.gate = gate = VertexGate(config=self._config)
 
@@ -219,11 +224,21 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [
             self.o_hit.valid.eq(found.valid & collector.i.ready), self.o_hit.payload.eq(found.payload),
             collector.i.valid.eq(found.valid & self.o_hit.ready), collector.i.payload.row.eq(found.payload.row),
-            collector.i.payload.hit.eq(found.payload.hit), found.ready.eq(self.o_hit.ready & collector.i.ready),
-            collector.i_read.valid.eq(self.i_sums.valid & ~read_out.busy),
-            collector.i_read.payload.eq(self.i_sums.payload),
-            self.i_sums.ready.eq(collector.i_read.ready & ~read_out.busy)]
+            collector.i.payload.hit.eq(found.payload.hit), found.ready.eq(self.o_hit.ready & collector.i.ready)]
         wiring.connect(m, collector.o, wiring.flipped(self.o_sum))
+        if self._section_sums:
+            # The sums of a section are read when its last hit has been added.
+            ends = Signal()
+            with m.If(found.valid & found.ready & found.payload.last):
+                m.d.sync += ends.eq(1)
+            with m.Elif(collector.i_read.ready):
+                m.d.sync += ends.eq(0)
+            m.d.comb += collector.i_read.valid.eq(ends)
+        else:
+            m.d.comb += [
+                collector.i_read.valid.eq(self.i_sums.valid & ~read_out.busy),
+                collector.i_read.payload.eq(self.i_sums.payload),
+                self.i_sums.ready.eq(collector.i_read.ready & ~read_out.busy)]
 
         issued = generator.o.valid & generator.o.payload.is_ray
         events = {"cycles": ~drained, "patches": leaves, "visited": generator.visited, "issued": issued,

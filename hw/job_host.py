@@ -1,0 +1,175 @@
+"""The host's side of a queue: descriptors into their ring, completion records out of theirs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from golden.config import Config
+from golden.errors import InputError
+from golden.jobs.completion import COMPLETION, parse_completions
+from golden.jobs.job import Job
+from hw.host import POLL, EngineError, EngineTimeoutError, Port
+from hw.memsys.cache_policy import CachePolicy
+from hw.registers.error_code import ErrorCode
+from hw.registers.job_registers import JOB_REGISTERS, MAGIC, VERSION, job_register
+from hw.registers.register import WORD_BYTES, addresses
+
+__all__ = ["JobHost"]
+
+_WORD = 1 << 32
+
+
+class JobHost:
+    """A driver of one machine with a queue.
+
+    Parameters
+    ----------
+    port
+        The connection to it.
+    config
+        Its configuration.
+    """
+
+    def __init__(self, port: Port, config: Config):
+        self._port, self._config, self._addresses = port, config, addresses(JOB_REGISTERS)
+        self._submitted = self._collected = 0
+
+    async def read(self, name: str) -> int:
+        """A register."""
+        first = self._addresses[name]
+        words = [await self._port.read(first + WORD_BYTES * k) for k in range(job_register(name).words)]
+        return sum(word << 32 * k for k, word in enumerate(words))
+
+    async def write(self, name: str, value: int) -> None:
+        """Write a register."""
+        for k in range(job_register(name).words):
+            await self._port.write(self._addresses[name] + WORD_BYTES * k, value >> 32 * k & _WORD - 1)
+
+    async def status(self) -> dict[str, int]:
+        """The fields of the register ``status``."""
+        return job_register("status").unpack(await self.read("status"))
+
+    async def identify(self) -> None:
+        """Make sure that this is the machine of the configuration.
+
+        Raises
+        ------
+        InputError
+            It is none, or another one.
+        """
+        for name, expected in (("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.nodes)):
+            found = await self.read(name)
+            if found != expected:
+                raise InputError(f"host: The machine's {name} must be {expected:#x}, not {found:#x}")
+
+    async def begin(self, job: Job, *, window: tuple[int, int] | None = None,
+                    policy: CachePolicy | None = None) -> None:
+        """Write a job's tables, and give the machine its rings. Nothing may be in flight.
+
+        Parameters
+        ----------
+        job
+            The job.
+        window
+            First byte that the machine may read and write, and the byte after the last one. Default: the job's.
+        policy
+            Of the caches. Default: the configuration's.
+        """
+        for address, data in job.tables().items():
+            await self._port.write_memory(address, data)
+        self._submitted = self._collected = await self.read("taken")
+        entries = COMPLETION.dtype.itemsize << job.ring_bits
+        await self._port.write_memory(job.completions, bytes(entries))
+        base, limit = window or (job.base, job.end)
+        policy = policy or CachePolicy[self._config.memsys.cache_policy.upper()]
+        for name, value in (("ring", job.ring), ("completions", job.completions), ("ring_bits", job.ring_bits),
+                            ("read_base", base), ("read_limit", limit), ("write_base", base), ("write_limit", limit),
+                            ("policy", policy.value)):
+            await self.write(name, value)
+
+    async def submit(self, job: Job, descriptors: Sequence[np.void]) -> None:
+        """Put descriptors into the ring, and ring the doorbell. There must be room for them, see `room`."""
+        for descriptor in descriptors:
+            await self._port.write_memory(job.entry(self._submitted), descriptor.tobytes())
+            self._submitted += 1
+        await self.write("doorbell", self._submitted % _WORD)
+
+    def room(self, job: Job) -> int:
+        """Descriptors that can be submitted now."""
+        return (1 << job.ring_bits) - (self._submitted - self._collected)
+
+    async def collect(self, job: Job) -> np.ndarray:
+        """The completion records that have come since the last call, in their order."""
+        # A record whose first word is in memory may not be there as a whole: the register counts whole ones.
+        first, size = self._collected, COMPLETION.dtype.itemsize
+        self._collected += (await self.read("completed") - first) % _WORD
+        ring = parse_completions(await self._port.read_memory(job.completions, size << job.ring_bits))
+        return ring[[number % len(ring) for number in range(first, self._collected)]]
+
+    async def run(self, job: Job, descriptors: np.ndarray | None = None, *, timeout: int = 1 << 26) -> np.ndarray:
+        """Have a job done that `begin` has prepared, and return its completion records in their order.
+
+        Parameters
+        ----------
+        job
+            The job.
+        descriptors
+            Descriptors instead of the job's.
+        timeout
+            Cycles without a completion record after which the machine has failed.
+
+        Raises
+        ------
+        EngineError
+            The queue has halted. The records of what was in flight are in the ring, see `collect`.
+        EngineTimeoutError
+            It takes longer.
+        """
+        waiting = list(job.descriptors if descriptors is None else descriptors)
+        count, records, idle = len(waiting), [], 0
+        while len(records) < count:
+            room = self.room(job)
+            if waiting and room:
+                await self.submit(job, waiting[:room])
+                waiting = waiting[room:]
+            found = await self.collect(job)
+            records += list(found)
+            idle = 0 if len(found) else idle + POLL
+            if idle >= timeout:
+                raise EngineTimeoutError(f"the machine has completed {len(records)} of {count} descriptors, and none "
+                                         f"for {idle} cycles")
+            status = await self.status()
+            if status["halted"] and not status["busy"]:
+                raise await self._error()
+            await self._port.wait(POLL)
+        return np.array(records, dtype=COMPLETION.dtype)
+
+    async def _error(self) -> EngineError:
+        return EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
+                           await self.read("error_address"))
+
+    async def command(self, name: str) -> None:
+        """One of the register ``command``."""
+        await self.write("command", job_register("command").pack(**{name: 1}))
+
+    async def resume(self, image: int, *, timeout: int = 1 << 20) -> None:
+        """Clear the error of a halted queue, load all regions of the image at ``image``, and let the queue go on.
+
+        Raises
+        ------
+        EngineError
+            The load has failed.
+        EngineTimeoutError
+            It takes longer.
+        """
+        await self.write("image", image)
+        await self.command("clear")
+        await self.command("resume")
+        waited = 0
+        while (status := await self.status())["halted"]:
+            if status["failed"]:
+                raise await self._error()
+            if waited >= timeout:
+                raise EngineTimeoutError(f"the queue is halted after {waited} cycles still")
+            await self._port.wait(POLL)
+            waited += POLL

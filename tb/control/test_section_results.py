@@ -1,0 +1,122 @@
+"""The results of each section are read out, written and reported once, with what was known when its cast ended."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from golden.jobs.completion import COMPLETION, parse_completions
+from hw.control.section_results import COUNTS, SectionResults
+from hw.memsys.fault import Fault
+from hw.memsys.result_formats import HitFormat
+from hw.registers.error_code import ErrorCode
+
+CONFIG = PRESETS["tiny"]
+# Cycles after which a run has failed.
+LIMIT = 3000
+
+
+def run(sections, *, seed=1, slow=5):
+    """What is commanded and reported; a cast may begin while the results of the one before are written."""
+    dut, draw = SectionResults(config=CONFIG), random.Random(seed)
+    commands, records, log = [], [], []
+
+    async def bench(ctx):
+        state, begun, words, pause, ended, done, cleared = "idle", -1, [], 0, False, None, False
+        for cycle in range(LIMIT):
+            if len(records) == len(sections):
+                break
+            ctx.set(dut.cycle, cycle)
+            begins = state == "idle" and begun + 1 < len(sections) and draw.random() < 0.5
+            ctx.set(dut.begins, int(begins))
+            if begins:
+                begun, state, ended = begun + 1, "cast", False
+                one = sections[begun]
+                section = {"first_column": begun, "end_column": begun + 5, "first_row": 0, "end_row": 2}
+                ctx.set(dut.results, {"hit_format": one["hit_format"], "sums": one["sums"], "hits": 64 * begun,
+                                      "sums_address": 640 + 64 * begun, "columns": 9, "section": section})
+                log.append([cycle])
+            ends = state == "cast" and not begins and (ended or draw.random() < 0.3)
+            ctx.set(dut.i.valid, int(ends))
+            if ends and not ended:
+                ended, one = True, sections[begun]
+                ctx.set(dut.cycles, one["cycles"])
+                ctx.set(dut.fault, {"code": one["fault"], "number": 77 if one["fault"] is not ErrorCode.NONE else 0})
+                ctx.set(dut.counts, {name: one["cycles"] + k for k, name in enumerate(COUNTS)})
+            ctx.set(dut.o_read_out.ready, int(draw.random() < 0.5))
+            ctx.set(dut.o_command.ready, int(draw.random() < 0.5))
+            ctx.set(dut.o.ready, int(draw.random() < 0.6))
+            pause = max(0, pause - 1)
+            ctx.set(dut.i_done.valid, int(done is not None and pause == 0))
+            if done is not None:
+                ctx.set(dut.i_done.payload, done)
+            read_out = ctx.get(dut.o_read_out.valid) and ctx.get(dut.o_read_out.ready)
+            if read_out:
+                assert ctx.get(dut.i.ready), "the cast is over when its read-out begins"
+                assert ctx.get(dut.o_read_out.payload) == 0, "the present frustum is read out"
+                assert ctx.get(dut.clear), "the fault has been kept"
+                state, cleared = "idle", True
+            else:
+                assert not ctx.get(dut.clear), "a fault is cleared when it has been kept"
+            if ctx.get(dut.o_command.valid) and ctx.get(dut.o_command.ready):
+                one = dut.o_command.payload
+                commands.append((HitFormat(ctx.get(one.hit_format.as_value())), ctx.get(one.sums), ctx.get(one.hits),
+                                 ctx.get(one.section.first_column)))
+                given = sections[len(commands) - 1]
+                done, pause = {"code": given["written"], "address": 5, "sums": 3}, 1 + draw.randrange(slow)
+            if ctx.get(dut.i_done.valid) and ctx.get(dut.i_done.ready):
+                log[len(records)].append(cycle)
+                done = None
+            if ctx.get(dut.o.valid) and ctx.get(dut.o.ready):
+                words.append(ctx.get(dut.o.payload))
+                if len(words) == 8:
+                    records.append(b"".join(word.to_bytes(8, "little") for word in words))
+                    words = []
+            if ctx.get(dut.idle):
+                in_flight = (state == "cast" and not begins, len(words), done)
+                assert in_flight == (False, 0, None), "nothing is in flight but what begins"
+            await ctx.tick()
+        else:
+            raise AssertionError(f"{len(records)} of {len(sections)} sections were reported in {LIMIT} cycles")
+        assert cleared
+        await ctx.tick()
+        assert ctx.get(dut.idle)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    return commands, parse_completions(b"".join(records)), log
+
+
+def drawn(seed):
+    draw = random.Random(seed)
+    return [{"hit_format": draw.choice([*HitFormat]).value, "sums": draw.randrange(2),
+             "cycles": draw.randrange(1 << 31),
+             "fault": draw.choice([ErrorCode.NONE, ErrorCode.NONE, ErrorCode.PATH_BUS]),
+             "written": draw.choice([Fault.NONE, Fault.NONE, Fault.WRITE_REPLY])} for _ in range(15)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_each_section_is_written_and_reported_once(seed):
+    sections = drawn(seed)
+    commands, records, log = run(sections, seed=seed)
+    assert len(records) == len(commands) == len(sections)
+    for number, (one, command, record) in enumerate(zip(sections, commands, records, strict=True)):
+        good = one["fault"] is ErrorCode.NONE
+        written = (HitFormat(one["hit_format"]), one["sums"]) if good else (HitFormat.NONE, 0)
+        assert command == (*written, 64 * number, number), "of a cast with a fault nothing is written"
+        code = one["fault"] if not good else ErrorCode(one["written"].value)
+        assert (int(record["error"]), int(record["address"])) == (
+            code.value, 77 if not good else 5 if code is not ErrorCode.NONE else 0), "the cast's fault comes first"
+        assert record["sums"] == (3 if good and one["sums"] else 0)
+        assert [int(record["begin"]), int(record["end"])] == log[number]
+        assert int(record["cycles"]) == one["cycles"]
+        assert [int(record[name]) for name in COUNTS] == [one["cycles"] + k for k in range(len(COUNTS))]
+        assert {int(record[name]) for name in ("tag", "cluster", "lap")} == {0}, "others fill these in"
+
+
+def test_all_fields_of_a_record_are_known():
+    assert {*COMPLETION.dtype.names} == {"tag", "error", "cluster", "lap", "address", "sums", "cycles", "begin", "end",
+                                         *COUNTS}
