@@ -93,8 +93,8 @@ UNITS = {
         "SystemBusInterface": {}, "PatchStore": {"frames": 512},
     },
     "control": {
-        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "LoadControl": {},
-        "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {}, "DescriptorFetch": {},
+        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "SectionResults": {},
+        "LoadControl": {}, "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {}, "DescriptorFetch": {},
         "DescriptorCheck": {}, "JobDispatch": {}, "JobControl": {}, "CompletionWriter": {}, "FrustumSlot": {},
         "NearCellBanks": {},
     },

@@ -99,7 +99,7 @@ class MachineCaster(FixedFrusta):
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
     def _samples_in(self, geometry):
-        """The samples of the last request, once; none if another geometry's coordinates have been asked for since."""
+        """The samples of the last request, once; none if another geometry's coordinates have been requested since."""
         coordinates, samples = self._samples
         if coordinates is not geometry.coordinates:
             return []

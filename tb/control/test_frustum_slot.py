@@ -31,7 +31,7 @@ class Slot:
     Members
     -------
     wants
-        Cycles in which one more section was wanted.
+        Cycles in which one more section was requested.
     near
         Near cells that left.
     sections

@@ -117,21 +117,21 @@ def dispatch():
 
 def outcomes(found):
     """Of each descriptor what became of it, with the words that a cluster got."""
-    words, told = [], []
+    words, reported = [], []
     for _, event, value in found:
         if event == "word":
             words.append(value)
         else:
-            told.append((event, value, words))
+            reported.append((event, value, words))
             words = []
-    return told
+    return reported
 
 
 def check(ones, found, *, loaded=True):
     """Each descriptor is sent, refused or loaded as golden's rules say."""
-    told = outcomes(found)
-    assert len(told) == len(ones)
-    for number, (one, (event, value, words)) in enumerate(zip(ones, told, strict=True)):
+    reported = outcomes(found)
+    assert len(reported) == len(ones)
+    for number, (one, (event, value, words)) in enumerate(zip(ones, reported, strict=True)):
         refusal = check_descriptor(one, CONFIG)
         assert value["tag"] == one["tag"]
         if words:
@@ -152,7 +152,7 @@ def check(ones, found, *, loaded=True):
         else:
             assert event == "sent"
             assert value["cluster"] == words[0]["cluster"]
-    return told
+    return reported
 
 
 WHOLE = {"first_column": 0, "first_row": 0}
@@ -211,8 +211,8 @@ def test_nothing_is_cast_before_a_load(dispatch):
     draw = random.Random(7)
     changes = ({}, {"sums": 3}, {"kind": 1}, {"kind": 1, "hits": 1})
     ones = [changed(descriptor(CONFIG, draw), **change) for change in changes]
-    told = check(ones, dispatch.run(ones, loaded=False), loaded=False)
-    assert not any(words for *_, words in told)
+    reported = check(ones, dispatch.run(ones, loaded=False), loaded=False)
+    assert not any(words for *_, words in reported)
 
 
 def test_one_section_for_each_want(dispatch):
@@ -221,8 +221,8 @@ def test_one_section_for_each_want(dispatch):
     ones = [descriptor(CONFIG, draw) for _ in range(4)]
     ones.insert(1, changed(ones[0], last_shell=0))
     found = dispatch.run(ones, wants=lambda cycle: {5: [1], 300: [1], 600: [0], 601: [2]}.get(cycle, []))
-    told = check(ones, found)
-    assert [(event, words[0]["cluster"]) for event, _, words in told] == [
+    reported = check(ones, found)
+    assert [(event, words[0]["cluster"]) for event, _, words in reported] == [
         ("sent", 1), ("refused", 1), ("sent", 1), ("sent", 0), ("sent", 2)]
     firsts = [cycle for cycle, event, value in found if event == "word" and value["index"] == 0]
     assert firsts[0] < 10
@@ -251,19 +251,19 @@ def test_a_pinned_section_waits_for_its_cluster(dispatch):
 def test_a_descriptor_that_could_not_be_read_ends_the_dispatch(dispatch, index):
     draw = random.Random(index)
     ones = [descriptor(CONFIG, draw) for _ in range(3)]
-    told = outcomes(dispatch.run(ones, errors=[(1, index)], cycles=400))
-    assert [event for event, *_ in told] == ["sent", "failed"]
-    assert all(word["void"] == word["last"] for word in told[1][2])
-    assert bool(told[1][2]) == (index > 0)
+    reported = outcomes(dispatch.run(ones, errors=[(1, index)], cycles=400))
+    assert [event for event, *_ in reported] == ["sent", "failed"]
+    assert all(word["void"] == word["last"] for word in reported[1][2])
+    assert bool(reported[1][2]) == (index > 0)
 
 
 def test_near_cells_that_could_not_be_read(dispatch):
     draw = random.Random(9)
     ones = [descriptor(CONFIG, draw, near_count=5) for _ in range(3)]
-    told = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX)]))
-    assert [event for event, *_ in told] == ["sent", "refused", "sent"]
-    assert (told[1][1]["code"], told[1][1]["number"]) == (ErrorCode.READ_REPLY.value, ones[1]["near_cells"])
-    assert told[1][2][-1]["void"]
+    reported = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX)]))
+    assert [event for event, *_ in reported] == ["sent", "refused", "sent"]
+    assert (reported[1][1]["code"], reported[1][1]["number"]) == (ErrorCode.READ_REPLY.value, ones[1]["near_cells"])
+    assert reported[1][2][-1]["void"]
 
 
 @pytest.mark.parametrize("near", [0, 1, 28])

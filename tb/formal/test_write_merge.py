@@ -28,26 +28,26 @@ def whose_data(m, bench, dut):
     for one in (*dut.i_request, *dut.i_data, dut.i_written):
         add_rules(m, one, Assume)
     # Requests that are accepted and not all of whose beats are.
-    m.submodules.asked = asked = Queue(StructLayout({"source": range(COUNT), "length": 1}), depth=DEPTH + 2)
+    m.submodules.requested = requested = Queue(StructLayout({"source": range(COUNT), "length": 1}), depth=DEPTH + 2)
     granted, taken = Signal(COUNT), Signal(COUNT)
-    request, head, beat = Signal(dut.o_request.payload.shape()), asked.o.payload, Signal()
+    request, head, beat = Signal(dut.o_request.payload.shape()), requested.o.payload, Signal()
     # Other bits of the data are treated alike.
     beats = Signal(2)
     for k in range(COUNT):
         m.d.comb += [granted[k].eq(transfers(dut.i_request[k])), taken[k].eq(transfers(dut.i_data[k]))]
         with m.If(granted[k]):
             given = dut.i_request[k].payload
-            m.d.comb += [asked.i.payload.source.eq(k), asked.i.payload.length.eq(given.length),
+            m.d.comb += [requested.i.payload.source.eq(k), requested.i.payload.length.eq(given.length),
                          request.tag.eq(k), request.address.eq(given.address), request.length.eq(given.length)]
         with m.If(taken[k]):
-            m.d.comb += [beats.eq(dut.i_data[k].payload.data), Assert(asked.o.valid, "asked"),
+            m.d.comb += [beats.eq(dut.i_data[k].payload.data), Assert(requested.o.valid, "requested"),
                          Assert(head.source == k, "source")]
     m.d.comb += [
         Assert((granted & (granted - 1)) == 0, "one request"), Assert((taken & (taken - 1)) == 0, "one beat"),
-        asked.i.valid.eq(granted.any()), asked.o.ready.eq(taken.any() & (beat == head.length)),
-        Cover(asked.o.ready & (head.source == 2) & head.length, "the last source's second beat")]
+        requested.i.valid.eq(granted.any()), requested.o.ready.eq(taken.any() & (beat == head.length)),
+        Cover(requested.o.ready & (head.source == 2) & head.length, "the last source's second beat")]
     with m.If(granted.any()):
-        m.d.comb += Assert(asked.i.ready, "capacity")
+        m.d.comb += Assert(requested.i.ready, "capacity")
     with m.If(taken.any()):
         m.d.sync += beat.eq((beat == 0) & head.length)
     mark = bench.free(1, "mark")
@@ -103,7 +103,7 @@ test_data = declare(
     lambda **fault: make(whose_data, **fault), cycles=10, engine=ENGINE,
     controls={
         "another source": Control("source", right="granted.payload.source == k", wrong="granted.payload.source != k"),
-        "a beat too few": Control("asked", right="left.eq(left - 1)", wrong="left.eq(left)"),
+        "a beat too few": Control("requested", right="left.eq(left - 1)", wrong="left.eq(left)"),
         "two grants": Control("one request", right="grant.eq(rule.grant)", wrong="grant.eq(rule.eligible)"),
         "another length": Control("order", {"o_request__payload": lambda dut: dut.o_request.payload.as_value() ^ (
             1 << dut.o_request.payload.shape()["length"].offset)}),

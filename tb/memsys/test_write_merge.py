@@ -23,13 +23,13 @@ CONFIG = PRESETS["tiny"]
 
 def requests_of(random, source, count=10, longest=6):
     """Requests of a source and their beats; the data tell whose they are."""
-    asked, beats = [], []
+    requested, beats = [], []
     for number in range(count):
         length = random.choice((0, 0, 1, random.randrange(longest)))
-        asked.append({"address": 4096 * (COUNT * number + source), "length": length})
+        requested.append({"address": 4096 * (COUNT * number + source), "length": length})
         beats += [{"data": source << 60 | number << 32 | beat, "strobe": random.randrange(256)}
                   for beat in range(length + 1)]
-    return asked, beats
+    return requested, beats
 
 
 class TestWriteMerge(Bench):
@@ -45,7 +45,7 @@ class TestWriteMerge(Bench):
 
     def drawn(self, config, seed):
         given = [requests_of(Random(10 * seed + k), k) for k in range(COUNT)]
-        return Vectors(inputs={f"i_request__{k}": asked for k, (asked, _) in enumerate(given)}
+        return Vectors(inputs={f"i_request__{k}": requested for k, (requested, _) in enumerate(given)}
                        | {f"i_data__{k}": beats for k, (_, beats) in enumerate(given)}
                        | {"i_written": [{"tag": number % COUNT, "error": number % 2} for number in range(20)]},
                        expected={}, about=given)
@@ -55,13 +55,13 @@ class TestWriteMerge(Bench):
             len(came[f"o_written__{k}"]) for k in range(COUNT)) == len(given.inputs["i_written"])
 
     def check(self, given, came):
-        asked, data = self.values("o_request", came), deque(self.values("o_data", came))
+        requested, data = self.values("o_request", came), deque(self.values("o_data", came))
         beats = [deque(beats) for _, beats in given.about]
         for k in range(COUNT):
-            assert [{**item, "tag": k} for item in given.about[k][0]] == [one for one in asked if one["tag"] == k]
+            assert [{**item, "tag": k} for item in given.about[k][0]] == [one for one in requested if one["tag"] == k]
             assert [one["error"] for one in self.values(f"o_written__{k}", came)] == [
                 one["error"] for one in given.inputs["i_written"] if one["tag"] == k]
-        for request in asked:
+        for request in requested:
             for _ in range(request["length"] + 1):
                 assert data.popleft() == beats[request["tag"]].popleft()
         assert not data
@@ -76,7 +76,7 @@ BENCH = ScheduleBench(WriteMerge(config=CONFIG, count=COUNT), idle_limit=60)
 
 def run(sources, *, stalls=None, memory=None, delay=(0, 9)):
     """What comes out, the requests and beats being without gaps."""
-    items = {f"i_request__{k}": [(0, item) for item in asked] for k, (asked, _) in enumerate(sources)}
+    items = {f"i_request__{k}": [(0, item) for item in requested] for k, (requested, _) in enumerate(sources)}
     items |= {f"i_data__{k}": [(0, item) for item in beats] for k, (_, beats) in enumerate(sources)}
     memory = memory or WriteMemory(64)
     return BENCH.run(Schedule(items=items, stalls=stalls or {}),

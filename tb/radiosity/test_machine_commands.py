@@ -244,12 +244,12 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
 def test_cells_are_chosen_for_each_request(monkeypatch):
     """From four of its frusta, when the first of them is cast."""
     hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
-    config, cells, asked, tables = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25], [], []
+    config, cells, requested, tables = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25], [], []
 
     def choose(records, _, given):
         assert given is config
-        asked.append([record.origin.tolist() for record in records])
-        return SimpleNamespace(cell=cells[len(asked) - 1])
+        requested.append([record.origin.tolist() for record in records])
+        return SimpleNamespace(cell=cells[len(requested) - 1])
 
     def cast(image, **_):
         tables.append(len(image["cells"]))
@@ -262,12 +262,12 @@ def test_cells_are_chosen_for_each_request(monkeypatch):
     for request in range(2):
         points = middle + np.arange(count)[:, None] * 1e-3
         found = caster.hemispheres(hemisphere, points, frames, np.full(count, -1))
-        assert len(asked) == request
+        assert len(requested) == request
         for number in range(3):
             one = np.array([number])
             found(one, np.zeros(1, dtype=np.int64), Rays(origin=points[one], direction=frames[one, 2]))
-    assert [len(origins) for origins in asked] == [4, 4]
-    assert len(set(map(tuple, asked[0]))) == 4
+    assert [len(origins) for origins in requested] == [4, 4]
+    assert len(set(map(tuple, requested[0]))) == 4
     assert caster.cells == {0.5: 3, 0.25: 3}
     assert len(set(tables[:3])) == len(set(tables[3:])) == 1
     assert tables[0] < tables[3]

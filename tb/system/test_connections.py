@@ -146,7 +146,7 @@ def test_a_command_keeps_the_window_with_which_it_begins(blocks, command, kind):
     assert found[1 - number][1:] == (0, 0)
 
 
-def test_a_stop_ends_what_memory_has_been_asked_for_and_nothing_else(blocks):
+def test_a_stop_ends_what_memory_has_accepted_and_nothing_else(blocks):
     """Whatever the blocks in reset show: replies are taken and given to nobody, outstanding beats write no byte."""
     dut, units = blocks
 
