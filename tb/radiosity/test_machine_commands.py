@@ -244,7 +244,8 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
 def test_cells_are_chosen_for_each_request(monkeypatch):
     """From four of its frusta, when the first of them is cast."""
     hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
-    config, cells, requested, tables = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25], [], []
+    config, cells = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25]
+    requested, tables = [], []
 
     def choose(records, _, given):
         assert given is config
