@@ -100,7 +100,6 @@ class JobHost:
 
     async def collect(self, job: Job) -> np.ndarray:
         """The completion records that have come since the last call, in their order."""
-        # A record whose first word is in memory may not be there as a whole: the register counts whole ones.
         first, size = self._collected, COMPLETION.dtype.itemsize
         self._collected += (await self.read("completed") - first) % _WORD
         ring = parse_completions(await self._port.read_memory(job.completions, size << job.ring_bits))

@@ -9,11 +9,7 @@ __all__ = ["COMPLETION", "has_arrived", "lap", "parse_completions"]
 
 _LAP_BITS = 16
 COMPLETION = Region("completion", "job", "entry of the ring", "What became of a descriptor. It is written when all "
-                    "writes of results have been answered.", (
-    Field("tag", "u4", "that of the descriptor"),
-    Field("error", "u1", "error code, 0: none"),
-    Field("cluster", "u1", "the cluster that has cast it, 0xff: none"),
-    Field("lap", "u2", "completions before this one, divided by the entries of the ring, plus 1, modulo 2^16"),
+                    "writes of results have been answered; its last word comes last.", (
     Field("address", "u8", "the address or number concerned by the error"),
     Field("sums", "u4", "words of sums written"),
     Field("cycles", "u4", "cycles of the cast"),
@@ -27,6 +23,10 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
     Field("remote", "u4", "patches from other clusters"),
     Field("hits", "u4", "patches from the cluster's cache"),
     Field("misses", "u4", "patches from main memory"),
+    Field("tag", "u4", "that of the descriptor"),
+    Field("error", "u1", "error code, 0: none"),
+    Field("cluster", "u1", "the cluster that has cast it, 0xff: none"),
+    Field("lap", "u2", "completions before this one, divided by the entries of the ring, plus 1, modulo 2^16"),
 ))
 
 

@@ -23,8 +23,9 @@ class CompletionWriter(wiring.Component):
     """Collects the 8 words of a record from a cluster, or makes one of a `JobFormats.record`, and writes it.
 
     Records are written in the order in which they were collected, those of clusters in turn. A record is held until its
-    write has been answered: ``completed`` advances then. The first word has the descriptor's tag, which the table of
-    sections in flight gives by the cluster, the cluster, and the lap of the ring.
+    write has been answered: ``completed`` advances then. The last word has the descriptor's tag, which the table of
+    sections in flight gives by the cluster, the cluster, and the lap of the ring: a host that sees the lap in memory
+    sees the whole record.
 
     During a reset of the units a record that is being collected is dropped, and writes that are not answered are
     forgotten; their records are written again after it. After a write that memory refuses nothing is written until a
@@ -38,7 +39,7 @@ class CompletionWriter(wiring.Component):
     Members
     -------
     i : In, ``nodes`` streams of 64 bits
-        Words of the clusters' records, 8 each in their order. Of the first one only the error counts.
+        Words of the clusters' records, 8 each in their order. Of the last one only the error counts.
     i_record : In, stream of `JobFormats.record`
         Records that no cluster writes; accepted when they have been collected.
     source : Out(JobFormats.cluster)
@@ -151,8 +152,8 @@ class CompletionWriter(wiring.Component):
         with m.If(ends):
             m.d.sync += collected.eq(collected + 1)
 
-        # The first word of a cluster, and all words of other records.
-        own, first, given = Array(Signal(WORD_BITS, name=f"own_{k}") for k in range(COMPLETION_WORDS)), Signal(
+        # The last word of a cluster's record, and all words of other records.
+        own, last, given = Array(Signal(WORD_BITS, name=f"own_{k}") for k in range(COMPLETION_WORDS)), Signal(
             WORD_BITS), Signal(WORD_BITS)
         lap = Signal(LAP_BITS)
 
@@ -162,15 +163,15 @@ class CompletionWriter(wiring.Component):
 
         (_, error), = elements("error", record="completion")
         m.d.comb += [lap.eq((collected >> self.ring_bits) + 1), given.eq(Array(one.payload for one in self.i)[number])]
-        put(first, "tag", Mux(is_own, record.tag, self.tag))
-        put(first, "error", Mux(is_own, record.code, given[error]))
-        put(first, "cluster", Mux(is_own, record.cluster, number))
-        put(first, "lap", lap)
+        put(last, "tag", Mux(is_own, record.tag, self.tag))
+        put(last, "error", Mux(is_own, record.code, given[error]))
+        put(last, "cluster", Mux(is_own, record.cluster, number))
+        put(last, "lap", lap)
         for name in "number", "begin", "end":
             field = {"number": "address"}.get(name, name)
             (offset, _), = elements(field, record="completion")
             put(own[offset], field, record[name])
-        m.d.comb += word.eq(Mux(index == 0, first, Mux(is_own, own[index], given)))
+        m.d.comb += word.eq(Mux(index == COMPLETION_WORDS - 1, last, Mux(is_own, own[index], given)))
         lane_bits = self._lanes.bit_length() - 1
         entry = collected[:RECORDS.bit_length() - 1]
         for lane, memory in enumerate(self._memories):

@@ -117,16 +117,17 @@ class PatchStore(wiring.Component):
         # Frames that lose their tag.
         forgets = stream.Signature(range(self._frames)).create()
         m.d.sync += self.lost.eq(0)
-        begun = self._add_start(m, generations, presence, taken)
+        looks = Signal()
+        begun = self._add_start(m, generations, presence, looks | taken.any())
         looked_up, fetched = self._add_lookup(m, entries=entries, taken=taken, tags=tags, generations=generations,
-                                              presence=presence, forgets=forgets, begun=begun)
+                                              presence=presence, forgets=forgets, begun=begun, looks=looks)
         filled, passed = self._add_fills(m, entries=entries, fetching=fetching, vertices=vertices, presence=presence)
         read = self._add_answers(m, entries=entries, vertices=vertices, presence=presence, forgets=forgets)
         m.d.comb += frees.eq(passed | read)
         m.d.sync += [taken.eq((taken | looked_up) & ~frees), fetching.eq((fetching | fetched) & ~filled)]
         return m
 
-    def _add_start(self, m, generations, presence, taken):
+    def _add_start(self, m, generations, presence, in_flight):
         """Tags and presence bits begin together; returns whether they have."""
         begun = Signal()
         waits = {name: Signal(name=f"{name}_waits") for name in ("tags", "presence")}
@@ -136,13 +137,13 @@ class PatchStore(wiring.Component):
             with m.If(start.ready):
                 m.d.sync += waits[name].eq(0)
         m.d.comb += self.i_start.ready.eq(starts & ~waits["tags"] & ~waits["presence"])
-        with m.If(self.i_start.valid & ~starts & ~taken.any()):
+        with m.If(self.i_start.valid & ~starts & ~in_flight):
             m.d.sync += [starts.eq(1), *(wait.eq(1) for wait in waits.values())]
         with m.If(self.i_start.ready):
             m.d.sync += [starts.eq(0), begun.eq(1)]
         return begun
 
-    def _add_lookup(self, m, *, entries, taken, tags, generations, presence, forgets, begun):
+    def _add_lookup(self, m, *, entries, taken, tags, generations, presence, forgets, begun, looks):
         """From a request to its entry, its fetch and its read; returns the entry that it takes, and the same if it is
         fetched, one-hot.
         """
@@ -167,9 +168,10 @@ class PatchStore(wiring.Component):
             write.data.patch.eq(request.patch),
             write.data.generation.eq(Mux(acts, generations.generation, 0)),
             write.en.eq(generations.sweeps | (forgets.valid & forgets.ready) | (acts & ~matches & keeps))]
+        m.d.comb += looks.eq(1)
         with m.FSM():
             with m.State("Wait"):
-                m.d.comb += [self.i.ready.eq(begun & ~taken.all() & ~self.i_start.valid & ~forgets.valid),
+                m.d.comb += [looks.eq(0), self.i.ready.eq(begun & ~taken.all() & ~self.i_start.valid & ~forgets.valid),
                              forgets.ready.eq(~generations.sweeps)]
                 m.d.sync += request.eq(self.i.payload)
                 with m.If(self.i.valid & self.i.ready):

@@ -24,7 +24,7 @@ those of a command are 0.
 1. Put an image into main memory ([the memory map](memory-map.md)) and write its address and the windows.
 2. `regions`, and `command.load`. What has been loaded stays, so a phase or a frustum needs its own regions only: a
    phase `residence`, `clusters`, `subshells` and `patches`, of which each cluster reads its own; a frustum those
-   whose life is one.
+   whose life is one, and `columns`, `rows`, `grid_rows` and `grid_columns` if its rays are others or its shells more.
 3. `command.cast`.
 4. `total`, `results`, `command.write`: the hits of each ray and the sums of each patch are in the image.
 

@@ -213,7 +213,7 @@ class Machine:
             section[:] = ["write", draw.randint(*self._given[5])]
         elif state == "write" and not left:
             section[0] = "done"
-            words.extend([draw.getrandbits(8) << 48, *(draw.getrandbits(64) for _ in range(7))])
+            words.extend([*(draw.getrandbits(64) for _ in range(7)), draw.getrandbits(8) << 48])
 
     def _beats(self, request, memory, bad, cycle):
         """The answer of memory to a read, from a cycle on; descriptors that are bad are so once."""

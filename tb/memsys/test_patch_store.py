@@ -167,7 +167,7 @@ def drawn(count, seed, *, most):
 @pytest.mark.parametrize("most", [6, 20, 200])
 @pytest.mark.parametrize(("gap", "stall"), [(0, 0.0), (0, 0.6), (12, 0.3)])
 def test_each_request_gets_its_patch_once(most, gap, stall):
-    patches = drawn(150, most, most=most)
+    patches = drawn(60, most, most=most)
     run = Run(patches, seed=most, gap=gap, stall=stall)
     assert Counter(run.answers) == Counter(patches)
     assert run.counts == (len(patches) - len(run.fetched), len(run.fetched))
@@ -175,11 +175,11 @@ def test_each_request_gets_its_patch_once(most, gap, stall):
 
 
 def test_one_request_after_the_other_meets_a_direct_mapped_memory():
-    patches = drawn(200, 7, most=24)
-    run, store = Run(patches, gap=None, restarts=(60, 61, 140)), GoldenStore(FRAMES)
+    patches = drawn(60, 7, most=24)
+    run, store = Run(patches, gap=None, restarts=(20, 21, 40)), GoldenStore(FRAMES)
     expected = []
     for number, patch in enumerate(patches):
-        if number in (60, 61, 140):
+        if number in (20, 21, 40):
             store = GoldenStore(FRAMES)
         expected += [] if store.request(patch) else [patch]
     assert run.fetched == expected
@@ -203,7 +203,7 @@ def test_a_frame_in_use_is_not_renewed():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_lost_fetch_ends_all_who_wait_and_is_fetched_again(seed):
-    patches = [2, 2, 2 + FRAMES, 2, *drawn(60, seed, most=14)]
+    patches = [2, 2, 2 + FRAMES, 2, *drawn(30, seed, most=14)]
     lost = {0, 1, *random.Random(seed).sample(range(2, 12), 4)}
     run = Run(patches, seed=seed, lost=lost, stall=0.2)
     assert Counter(run.answers) - Counter(patches) == Counter()
@@ -216,7 +216,7 @@ def test_a_lost_fetch_ends_all_who_wait_and_is_fetched_again(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_reset_forgets_all_that_is_in_flight(seed):
-    patches = drawn(60, seed, most=14)
+    patches = drawn(40, seed, most=14)
     run = Run(patches, seed=seed, resets=random.Random(seed).sample(range(20, 250), 3), stall=0.2)
     assert len(run.answers) == len(patches)
     assert set(run.answers) <= set(patches)

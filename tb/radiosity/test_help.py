@@ -119,8 +119,8 @@ def test_a_demo_without_verilator_does_not_begin(tmp_path, monkeypatch):
 
 def test_a_simulator_without_verilator_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
-    monkeypatch.setattr("hw.simulator.machine_library.top_verilog", lambda config: "top")
-    monkeypatch.setattr("hw.simulator.machine_library.cluster_verilog", lambda config: "cluster")
+    monkeypatch.setattr("hw.simulator.machine_library.top_verilog", lambda config, **given: "top")
+    monkeypatch.setattr("hw.simulator.machine_library.cluster_verilog", lambda config, **given: "cluster")
     monkeypatch.setattr("hw.simulator.machine_verilog._path", lambda name, config: tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     result = CliRunner().invoke(radiosity.cli.main, ["cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell",

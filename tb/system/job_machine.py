@@ -24,7 +24,9 @@ __all__ = ["CLUSTERS", "CONFIGS", "JobMachine"]
 
 # Resident sets, lists and caches are too small for the scene.
 CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters in (1, 2)}
-CLUSTERS = [pytest.param(clusters, marks=pytest.mark.xdist_group(f"queue {clusters}")) for clusters in CONFIGS]
+# A commit's tests compile the machine of two clusters alone.
+CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"queue {clusters}"),
+                                          *([pytest.mark.nightly] if clusters == 1 else [])]) for clusters in CONFIGS]
 
 
 def _image(request: PhaseRequest, config: Config) -> bytes:

@@ -30,8 +30,9 @@ def builds(tmp_path, monkeypatch):
 
     (tmp_path / "machine.cpp").write_text("int driver;")
     monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path / "build"))
-    for name, value in (("top_verilog", lambda config: "top"), ("cluster_verilog", lambda config: "cluster"),
-                        ("export_beside", lambda config: nullcontext()), ("_Build", Build),
+    for name, value in (("top_verilog", lambda config, **given: "top"),
+                        ("cluster_verilog", lambda config, **given: "cluster"),
+                        ("export_beside", lambda config, **given: nullcontext()), ("_Build", Build),
                         ("HARNESS", tmp_path / "machine.cpp")):
         monkeypatch.setattr(module, name, value)
     return found
@@ -53,7 +54,7 @@ def test_another_machine_is_built(builds, monkeypatch, tmp_path, change):
     elif change == "_MAKE":
         monkeypatch.setattr(module, change, (*module._MAKE, "OPT_FAST=-O2"))
     else:
-        monkeypatch.setattr(module, change, lambda *_: "another")
+        monkeypatch.setattr(module, change, lambda *_, **given: "another")
     second = machine_library(CONFIG, **options)
     assert (first.read_text(), second.read_text()) == ("1", "2")
     assert machine_library(CONFIG, **options) == second
@@ -62,7 +63,7 @@ def test_another_machine_is_built(builds, monkeypatch, tmp_path, change):
 
 def test_intermediate_files_do_not_drive_others_out(builds, tmp_path, monkeypatch):
     first = machine_library(CONFIG)
-    monkeypatch.setattr(module, "top_verilog", lambda config: "another")
+    monkeypatch.setattr(module, "top_verilog", lambda config, **given: "another")
     second = machine_library(CONFIG)
     assert first.exists()
     assert {path.name for path in second.parent.iterdir()} == {"machine.so"}
@@ -103,11 +104,11 @@ def test_a_build_leaves_library_and_log(monkeypatch, tmp_path, clusters):
 
     monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
     monkeypatch.setattr(module._Build, "_start", start)
-    monkeypatch.setattr(module, "export_beside", lambda config: nullcontext())
-    monkeypatch.setattr(module, "cluster_verilog", lambda config: "cluster")
+    monkeypatch.setattr(module, "export_beside", lambda config, **given: nullcontext())
+    monkeypatch.setattr(module, "cluster_verilog", lambda config, **given: "cluster")
     config = CONFIG.replace({"noc.columns": clusters})
     for top in "one", "another":
-        monkeypatch.setattr(module, "top_verilog", lambda config, top=top: top)
+        monkeypatch.setattr(module, "top_verilog", lambda config, top=top, **given: top)
         library = machine_library(config)
         assert {path.name for path in library.parent.iterdir()} == {"machine.so", "build.log"}
         assert library.read_text() == "part.so"

@@ -19,9 +19,9 @@ OTHER = CONFIG.replace({"numbers.vertex_bits": 12, "numbers.scene_bits": 20, "nu
                         "icu.cordic_guard": 2, "icu.cordic_stages": 12})
 # What is no block: a type of result, and radii that are known when the tables are made.
 NO_BLOCKS = {"icu.window", "ctu.margins"}
-# Caches are tried with the strings of requests that scenes make.
+# Caches and stores are tried with the strings of requests that scenes make, or with drawn ones.
 CACHES = {"memsys.cache", "memsys.cache_policy", "memsys.lfu_placement", "memsys.set_placement",
-          "memsys.reference_strings"}
+          "memsys.reference_strings", "memsys.patch_store"}
 
 
 def modules(*packages):
