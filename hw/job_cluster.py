@@ -65,7 +65,7 @@ def _members(config):
     return {
         "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
         "loads": Out(1), "scene": In(path.scene), "i_job": In(stream.Signature(job.word, always_ready=True)),
-        "wants": Out(1), "begins": Out(1), "idle": Out(1), "cycle": In(32), "o_end": Out(stream.Signature(WORD_BITS)),
+        "wants": Out(1), "begins": Out(1), "cycle": In(32), "o_end": Out(stream.Signature(WORD_BITS)),
         "o_write": Out(stream.Signature(memory.request(0))), "o_write_data": Out(stream.Signature(memory.write_data)),
         "i_written": In(stream.Signature(memory.written(0), always_ready=True)),
         "o_request": Out(stream.Signature(path.remote_request)),
@@ -115,8 +115,6 @@ class JobCluster(wiring.Component):
         The cluster requests one more section, for one cycle each.
     begins : Out(1)
         A section begins to be cast.
-    idle : Out(1)
-        No section is in flight.
     cycle : In(32)
         The engine's cycle counter.
     o_end : Out, stream of 64 bits
@@ -178,7 +176,7 @@ class JobCluster(wiring.Component):
         self._add_results(m, control, results)
         m.d.comb += [
             results.begins.eq(control.begins), results.results.eq(slot.o.payload.results),
-            self.begins.eq(control.begins), self.idle.eq(results.idle & ~control.busy & ~slot.o.valid)]
+            self.begins.eq(control.begins)]
         self._add_ends(m, control, results)
         return ResetInserter(self.reset)(m)
 

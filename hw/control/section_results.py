@@ -55,8 +55,6 @@ class SectionResults(wiring.Component):
         Its ``o_done``.
     o : Out, stream of 64 bits
         What became of the section: the words of its completion record, without tag, cluster and lap.
-    idle : Out(1)
-        No cast and no result is in flight.
 
     Timing
     ------
@@ -75,15 +73,14 @@ class SectionResults(wiring.Component):
             "cycles": In(32),
             "fault": In(control.fault), "clear": Out(1), "counts": In(StructLayout(dict.fromkeys(COUNTS, 32))),
             "o_read_out": Out(stream.Signature(1)), "o_command": Out(stream.Signature(result.section_command)),
-            "i_done": In(stream.Signature(result.section_done)), "o": Out(stream.Signature(WORD_BITS)),
-            "idle": Out(1)})
+            "i_done": In(stream.Signature(result.section_done)), "o": Out(stream.Signature(WORD_BITS)),})
 
     def elaborate(self, platform):
         m = Module()
         present, begin, results = Signal.like(self.results), Signal(32), Signal.like(self.results)
-        end, casts, index = Signal(self._end), Signal(), Signal(range(COMPLETION_WORDS))
+        end, index = Signal(self._end), Signal(range(COMPLETION_WORDS))
         with m.If(self.begins):
-            m.d.sync += [present.eq(self.results), begin.eq(self.cycle), casts.eq(1)]
+            m.d.sync += [present.eq(self.results), begin.eq(self.cycle)]
         m.d.comb += [self.o_command.payload[name].eq(results[name]) for name, _ in results.shape()]
         words = [Signal(WORD_BITS, name=f"word_{k}") for k in range(COMPLETION_WORDS)]
         for name, _ in self._end:
@@ -92,12 +89,11 @@ class SectionResults(wiring.Component):
         m.d.comb += self.o.payload.eq(Array(words)[index])
         with m.FSM():
             with m.State("Wait"):
-                m.d.comb += [self.o_read_out.valid.eq(self.i.valid), self.i.ready.eq(self.o_read_out.ready),
-                             self.idle.eq(~casts)]
+                m.d.comb += [self.o_read_out.valid.eq(self.i.valid), self.i.ready.eq(self.o_read_out.ready)]
                 with m.If(self.i.valid & self.i.ready):
                     m.d.comb += self.clear.eq(1)
                     m.d.sync += [
-                        casts.eq(0), results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
+                        results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
                         *(end[name].eq(self.counts[name]) for name in COUNTS), end.error.eq(self.fault.code),
                         end.address.eq(self.fault.number)]
                     with m.If(self.fault.code != ErrorCode.NONE):

@@ -204,8 +204,8 @@ class PatchStore(wiring.Component):
         """Vertices of a fetched patch into its frame, or on to ``o_passed``; returns the entry whose fetch ends, and
         the same if it is passed on or lost, one-hot.
         """
-        filled = StructLayout({"frame": range(self._frames), "head": self._head})
-        m.submodules.fills = fills = Queue(filled, depth=self._requests)
+        fill = StructLayout({"frame": range(self._frames), "head": self._head})
+        m.submodules.fills = fills = Queue(fill, depth=self._requests)
         write = vertices.write_port()
         # A vertex waits a cycle for the entry of its patch.
         vertex, there, is_lost = Signal.like(self.i_fill.payload, reset_less=True), Signal(), Signal()

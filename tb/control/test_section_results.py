@@ -11,6 +11,7 @@ from hw.control.section_results import COUNTS, SectionResults
 from hw.memsys.fault import Fault
 from hw.memsys.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
+from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
 # Cycles after which a run has failed.
@@ -24,6 +25,7 @@ def run(sections, *, seed=1, slow=5):
 
     async def bench(ctx):
         state, begun, words, pause, ended, done, cleared = "idle", -1, [], 0, False, None, False
+        offered, event = dict.fromkeys(("o_command", "o"), 0), None
         for cycle in range(LIMIT):
             if len(records) == len(sections):
                 break
@@ -73,15 +75,17 @@ def run(sections, *, seed=1, slow=5):
                 if len(words) == 8:
                     records.append(b"".join(word.to_bytes(8, "little") for word in words))
                     words = []
-            if ctx.get(dut.idle):
-                in_flight = (state == "cast" and not begins, len(words), done)
-                assert in_flight == (False, 0, None), "nothing is in flight but what begins"
+            offers = {name: ctx.get(getattr(dut, name).valid) for name in ("o_command", "o")}
+            for name, offer in offers.items():
+                if offer and not offered[name]:
+                    assert cycle - event == documented_latency(SectionResults, CONFIG), f"{name} comes in time"
+            offered = offers
+            if read_out or (ctx.get(dut.i_done.valid) and ctx.get(dut.i_done.ready)):
+                event = cycle
             await ctx.tick()
         else:
             raise AssertionError(f"{len(records)} of {len(sections)} sections were reported in {LIMIT} cycles")
         assert cleared
-        await ctx.tick()
-        assert ctx.get(dut.idle)
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)

@@ -1,4 +1,4 @@
-"""Machines with a queue, of one and of two clusters, which a commit's tests share: each is compiled once."""
+"""Machines with a queue, of two clusters for a commit's tests, of one for the nightly; each is compiled once."""
 
 from dataclasses import replace
 
