@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Block memory at a manager that others wrote: cocotbext-axi's."""
 
 import random

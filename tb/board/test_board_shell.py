@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The whole shell, seen through its serial line."""
 
 import dataclasses

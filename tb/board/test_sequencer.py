@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A host in hardware, at a machine that only has registers."""
 
 import random

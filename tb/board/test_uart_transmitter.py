@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Bytes on a serial line."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The board's files, of a shell with next to nothing in it; the command."""
 
 import json

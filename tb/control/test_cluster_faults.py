@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 from amaranth.sim import Simulator
 from hypothesis import example, given
 from hypothesis import strategies as st

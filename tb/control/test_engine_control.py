@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The engine's control beside its golden model, cycle by cycle: every command in every state, faults, the watchdog."""
 
 import itertools

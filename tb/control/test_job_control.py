@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The control of jobs beside its golden model, cycle by cycle, and what holds of every queue."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The queue from the ring to the completion records, with clusters, loads and a memory that take their time."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Loads, casts and results, step by step, with units that take their time."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The small parts: sums of clusters, cells of shell 1."""
 
 import random

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """The ray generator requests golden's grid rays, subshell by subshell and shell by shell, in their order."""
 
 from itertools import pairwise

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 import cocotb
 import pytest
 from cocotb.triggers import ClockCycles

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The back end of cell traversal against golden's records: barrier order, free running, throughput."""
 
 from collections import Counter

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """The arcs of each row hold golden's columns of the sector."""
 
 from itertools import pairwise

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """Pieces of rows: when they come, and what of them is kept. What they are is tested with the ray generator."""
 
 from itertools import pairwise

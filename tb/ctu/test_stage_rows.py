@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """Stages come in golden's order, each with the rows of its grid that lie in sector and window."""
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """A list as it is in the table, then the last subshell; what cannot be right ends it with an error."""
 
 from itertools import pairwise

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 """The windows of subshells are golden's, with few multipliers."""
 
 from functools import partial

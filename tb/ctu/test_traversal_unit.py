@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The whole unit, from a subshell list to cells and hits, free running."""
 
 import cocotb

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Commands that pages show are run, and the figures that they quote are compared with what the commands print."""
 
 import ast

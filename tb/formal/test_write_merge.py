@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Requests of several sources at one port: the data of each follow its request, the answers too, and none waits for
 ever.
 """

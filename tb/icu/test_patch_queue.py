@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from itertools import cycle, islice, pairwise
 
 from amaranth.hdl import Module

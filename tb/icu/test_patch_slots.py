@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 import random
 from itertools import pairwise
 

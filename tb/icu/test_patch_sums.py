@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Sums of sections; those of `golden.jobs` predict every item."""
 
 from collections import Counter

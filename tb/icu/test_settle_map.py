@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from functools import cache
 from itertools import pairwise
 

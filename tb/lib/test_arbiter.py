@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from collections import defaultdict
 
 import pytest

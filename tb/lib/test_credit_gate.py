@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from random import Random
 
 import pytest

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Requests of whole groups of beats; answers, and beats that are dropped."""
 
 from itertools import pairwise

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The system bus interface with the real port behind it, at a memory that others wrote: golden's hits access by access,
 whatever waits and whatever memory cannot read.
 """

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The port of main memory after faults of the bus: all of memory is compared, and the next request follows at once."""
 
 import random

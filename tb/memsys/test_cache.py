@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 import random
 import re
 

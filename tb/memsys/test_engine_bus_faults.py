@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Whole frusta on the whole machine after faults of the bus, stops, resets and windows rewritten while used.
 
 Each fault is drawn by the seed and its number, both printed: ``SEED=1 FAULTS=17,21 pytest ...`` repeats two of them.

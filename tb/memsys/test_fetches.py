@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """What the caches fetch: lists in parts and patches, from a memory that is late; malformed tables and errors."""
 
 import random

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 import re
 from itertools import pairwise
 

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Regions of an image: as long as they may be, one record fewer, and one more."""
 
 import pytest

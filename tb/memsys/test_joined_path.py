@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Memory systems of two and four clusters joined by the real network, bus, caches and memory port, at a memory that
 others wrote: every patch that golden needs comes once per frustum and cluster, whatever waits.
 """

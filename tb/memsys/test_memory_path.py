@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Whole frusta of scenes from cells to vertices: every cell opened once, every patch in them given once, from wherever
 it is; whatever waits, whatever comes first; and what is malformed ends in a fault.
 """

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Each request gets its patch once; one fetch serves all who wait for it; a lost fetch holds nobody up."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The merge of vertices, the bus and its interface, and the readers' share of a port, each alone."""
 
 import re

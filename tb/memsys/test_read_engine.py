@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The read engine's time-out; its bursts are tested at the port, `tb/memsys/test_main_memory_port.py`."""
 
 from amaranth.sim import Simulator

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Beats of sections of any alignment; `tb.memsys.test_result_writer` compares the memory that they make."""
 
 from itertools import pairwise

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The record after the last sum: the total less all sums, whatever the total is."""
 
 import pytest

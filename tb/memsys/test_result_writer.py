@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """What memory holds after the results of some sections; `tb.memsys.test_results_at_memory` has the port too."""
 
 from collections import Counter

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Results of two clusters in main memory: writers, their merge, and the port."""
 
 from itertools import pairwise

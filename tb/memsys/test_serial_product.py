@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A product, bit by bit."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Its arguments. tb/formal/test_work_count.py proves its behaviour."""
 
 import pytest

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from pathlib import Path
 
 import cocotb

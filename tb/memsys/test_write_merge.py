@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Sources that share a port: whose request, whose data, whose answer. `tb.formal.test_write_merge` has proofs."""
 
 from collections import deque

@@ -1,5 +1,3 @@
-# amaranth: UnusedElaboratable=no
-
 from itertools import product
 
 import numpy as np

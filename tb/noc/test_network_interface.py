@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The interface alone, against golden's packets; what is corrupted on the way is reported."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Protocol: requests wait for replies, replies wait for nothing."""
 
 import pytest

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from amaranth.hdl import Fragment
 from click.testing import CliRunner
 
 from golden.config import PRESETS
@@ -156,9 +157,21 @@ def test_bad_requests_are_one_line(arguments, said):
 def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
     """Ports of a core are those of a component that is never elaborated."""
     monkeypatch.setitem(TOPS, "ctu", dataclasses.replace(TOPS["ctu"], text=lambda config, name: ""))
+    gc.collect()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         core_files("ctu", config=PRESETS["tiny"], preset="tiny")
+        gc.collect()
+    assert not caught
+
+
+@pytest.mark.parametrize("preset", ["tiny", "thesis"])
+def test_every_part_of_an_engine_is_elaborated(preset):
+    """No component is made and then forgotten."""
+    gc.collect()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        Fragment.get(TOPS["engine"].make(PRESETS[preset]), None)
         gc.collect()
     assert not caught
 

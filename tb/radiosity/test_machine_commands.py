@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The commands as a user gives them."""
 
 import csv

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Which counter's value is reported."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Registers under overlapping reads and writes, each transfer in the cycle that the rules predict."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A fixed set of frusta takes the cycles that it took: neither more nor fewer."""
 
 import json

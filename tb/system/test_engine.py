@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Whole frusta on the whole machine, driven by the host: hits and sums are brute force's."""
 
 import random

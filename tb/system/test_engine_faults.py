@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Faults of images, commands and memory on small machines; after each the next frustum is right."""
 
 import random

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Whole frusta on small machines of one and two clusters: every byte that they write, and what they count."""
 
 from itertools import combinations, product

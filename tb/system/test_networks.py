@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Whole frusta on many clusters: the same hits and sums in all networks, with all caches, however slow memory is."""
 
 import pytest

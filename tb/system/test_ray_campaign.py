@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Ten million drawn rays on engines of one, two and four clusters: every field of every hit, and every sum."""
 
 import os

@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """A machine with its host: what is loaded again, what is counted."""
 
 from types import SimpleNamespace

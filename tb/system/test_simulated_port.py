@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """The compiled machine: the same results as in a simulator that runs Python in each cycle, many times as fast."""
 
 import json

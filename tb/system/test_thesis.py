@@ -1,4 +1,3 @@
-# amaranth: UnusedElaboratable=no
 """Preset `thesis`, the machine as the thesis describes it: hits and sums of its scenes are the golden model's."""
 
 import pytest
