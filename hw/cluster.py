@@ -1,16 +1,18 @@
-"""Cluster: cell traversal, memory system and intersection of one section."""
+"""Cluster: a cluster that casts one section after the other, and writes its own results."""
 
 from amaranth.hdl import Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import ArrayLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.control.cast_control import CastControl
 from hw.control.cluster_faults import ClusterFaults
 from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
-from hw.control.near_cells import NearCells
+from hw.control.frustum_slot import FrustumSlot
+from hw.control.job_formats import WORD_BITS, JobFormats
+from hw.control.near_cell_banks import NearCellBanks
+from hw.control.section_cast import SectionCast
+from hw.control.section_results import COUNTS, SectionResults
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import COUNTERS as TRAVERSAL_COUNTERS
 from hw.ctu.subshell_table import SubshellTable
@@ -22,10 +24,11 @@ from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.arbiter import Arbiter
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.memory_system import COUNTERS as MEMORY_COUNTERS
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_formats import PathFormats
-from hw.memsys.result_formats import ResultFormats
+from hw.memsys.result_writer import ResultWriter
 from hw.memsys.table_load import TableLoad
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
@@ -34,10 +37,14 @@ __all__ = ["COUNTERS", "UNIT_COUNTERS", "Cluster", "ClusterSignature"]
 
 UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
 # All counters of a cluster by name, with what each one counts.
-COUNTERS = {"cycles": "cycles of the frustum"} | {
+COUNTERS = {"cycles": "cycles of the section"} | {
     f"{unit}_{name}": about for unit, counters in UNIT_COUNTERS.items() for name, about in counters.items()}
+
+# The counters of a completion record, by the names of `COUNTERS`.
+_COUNTED = {"tested": "intersection_tested", "visited": "intersection_visited", "steps": "traversal_steps",
+            **{name: f"memory_{name}" for name in COUNTS[3:]}}
 # Streams between the ports and a unit.
-_MEMORY, _INTERSECTION = ("o_request", "i_reply", "o_bus", "i_bus"), ("i_read_out", "o_hit", "i_sums", "o_sum")
+_MEMORY = ("o_request", "i_reply", "o_bus", "i_bus")
 
 
 class ClusterSignature(wiring.Signature):
@@ -60,29 +67,34 @@ class ClusterSignature(wiring.Signature):
 
 
 def _members(config):
-    formats, path, control, result = (kind(config) for kind in (IcuFormats, PathFormats, ControlFormats, ResultFormats))
+    formats, path, control, job, memory = (
+        kind(config) for kind in (IcuFormats, PathFormats, ControlFormats, JobFormats, MemoryFormats))
     return {
         "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
-        "loads": Out(1), "scene": In(path.scene), "i_cast": In(stream.Signature(0)), "busy": Out(1),
-        "cycles": Out(32), "sections": Out(ArrayLayout(formats.section, 2)), "i_read_out": In(stream.Signature(1)),
-        "o_hit": Out(stream.Signature(result.hit)), "i_sums": In(stream.Signature(config.icu.patch_bits + 1)),
-        "o_sum": Out(stream.Signature(result.sum)), "o_request": Out(stream.Signature(path.remote_request)),
+        "loads": Out(1), "scene": In(path.scene), "i_job": In(stream.Signature(job.word, always_ready=True)),
+        "wants": Out(1), "begins": Out(1), "cycle": In(32), "o_end": Out(stream.Signature(WORD_BITS)),
+        "o_write": Out(stream.Signature(memory.request(0))), "o_write_data": Out(stream.Signature(memory.write_data)),
+        "i_written": In(stream.Signature(memory.written(0), always_ready=True)),
+        "o_request": Out(stream.Signature(path.remote_request)),
         "i_reply": In(stream.Signature(formats.patch_vertex)), "i_remote": In(stream.Signature(path.remote_request)),
         "o_remote": Out(stream.Signature(path.remote_reply)), "o_bus": Out(stream.Signature(path.request)),
         "i_bus": In(stream.Signature(path.bus_reply, always_ready=True)),
-        "fault": Out(control.fault), "clear": In(1), "counter": In(COUNTER_BITS), "count": Out(32)}
+        "fault": Out(control.fault), "counter": In(COUNTER_BITS), "count": Out(32)}
 
 
 class Cluster(wiring.Component):
-    """Casts its section of a frustum with the tables that have been loaded.
+    """Casts sections of frusta one after the other: the next one comes while one is cast and another one's results are
+    written.
 
     ::
 
-        i_word -+- FrustumLoad - tables, numbers                                           o_request, o_bus
-                '- TableLoad -.                                                                   |
-        TraversalUnit - cells - MemorySystem - vertices - IntersectionUnit -+- o_hit        MemorySystem
-              |    '- patches of subshells -'                    |          '- o_sum
-              '------------- settle map -------------------------'
+        i_job - FrustumSlot - SectionCast - SectionResults - o_end
+                                                   |
+        i_word -+- FrustumLoad - tables       ResultWriter - o_write
+                '- TableLoad -.                    |
+        TraversalUnit - MemorySystem - IntersectionUnit
+              |                               |
+              '------- settle map ------------'
 
     Patches whose windows are subshells are in the cluster's own memory; traversal requests them like other clusters do.
     Without lists of subshells (``ctu.subshell_bits`` of 0) nothing is built for them.
@@ -104,22 +116,22 @@ class Cluster(wiring.Component):
         A word has not been stored yet.
     scene : In(PathFormats.scene)
         Numbers of the scene. Stable after the load.
-    i_cast : In, stream without payload
-        Casts, see `CastControl`.
-    busy : Out(1)
-        A cast is in progress.
-    cycles : Out(32)
-        Its cycles.
-    sections : Out(ArrayLayout(Formats.section, 2))
-        Of the present frustum, and of the one before.
-    i_read_out : In, stream of ``earlier``
-        See `IntersectionUnit`.
-    o_hit : Out, stream of `ResultFormats.hit`
-        Hits of the section.
-    i_sums : In, stream of the last patch id
-        See `IntersectionUnit`.
-    o_sum : Out, stream of `ResultFormats.sum`
-        Sums of the patches.
+    i_job : In, stream of `JobFormats.word`
+        Words of sections for all clusters. Always ready.
+    wants : Out(1)
+        The cluster requests one more section, for one cycle each.
+    begins : Out(1)
+        A section begins to be cast.
+    cycle : In(32)
+        The engine's cycle counter.
+    o_end : Out, stream of 64 bits
+        Of each section the words of its completion record, see `SectionResults`.
+    o_write : Out, stream of `MemoryFormats.request`
+        `WriteMerge`'s ``i_request``.
+    o_write_data : Out, stream of `MemoryFormats.write_data`
+        Its ``i_data``.
+    i_written : In, stream of `MemoryFormats.written`
+        Its ``o_written``. Always ready.
     o_request : Out, stream of `PathFormats.remote_request`
         Patches of other clusters, see `MemorySystem`.
     i_reply : In, stream of `Formats.patch_vertex`
@@ -133,9 +145,7 @@ class Cluster(wiring.Component):
     i_bus : In, stream of `PathFormats.bus_reply`
         Replies. Always ready.
     fault : Out(ControlFormats.fault)
-        The first fault, until it is cleared.
-    clear : In(1)
-        Clears it.
+        The first fault of the present section.
     counter : In(COUNTER_BITS)
         The number of one of `COUNTERS`.
     count : Out(32)
@@ -150,7 +160,8 @@ class Cluster(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config, self._formats = config, CtuFormats(config)
-        self._memory, self._intersection = MemorySystem(config=config), IntersectionUnit(config=config)
+        self._memory = MemorySystem(config=config)
+        self._intersection = IntersectionUnit(config=config)
         self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
         super().__init__(ClusterSignature(config=config))
 
@@ -159,16 +170,21 @@ class Cluster(wiring.Component):
         memory, intersection, traversal = self._memory, self._intersection, self._traversal
         m.submodules.memory, m.submodules.intersection, m.submodules.traversal = memory, intersection, traversal
         m.submodules.load = load = FrustumLoad(config=self._config)
-        m.submodules.control = control = CastControl(config=self._config)
-        for unit, names in (memory, _MEMORY), (intersection, _INTERSECTION):
-            for name in names:
-                wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(unit, name))
-        m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number), memory.clear.eq(self.clear)]
+        m.submodules.slot = slot = FrustumSlot(config=self._config)
+        m.submodules.control = control = SectionCast(config=self._config)
+        m.submodules.results = results = SectionResults(config=self._config)
+        for name in _MEMORY:
+            wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(memory, name))
+        m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number)]
         self._add_load(m, load)
-        self._add_begin(m, load, control)
+        self._add_begin(m, load, slot, control)
         self._add_cast(m, control)
         self._add_subshells(m, load)
-        self._add_ends(m, control)
+        self._add_results(m, control, results)
+        m.d.comb += [
+            results.begins.eq(control.begins), results.results.eq(slot.o.payload.results),
+            self.begins.eq(control.begins)]
+        self._add_ends(m, control, results)
         return ResetInserter(self.reset)(m)
 
     def _add_load(self, m, load):
@@ -194,34 +210,35 @@ class Cluster(wiring.Component):
             m.d.comb += [traversal.i_slack.valid.eq(table.valid & ours.ready),
                          traversal.i_slack.payload.eq(table.payload)]
 
-    def _add_begin(self, m, load, control):
-        """The frustum and the near cells."""
-        memory, intersection, traversal, numbers = self._memory, self._intersection, self._traversal, load.numbers
+    def _add_begin(self, m, load, slot, control):
+        """The section, its frustum and the near cells."""
+        memory, intersection, traversal = self._memory, self._intersection, self._traversal
+        word, given, numbers = slot.i, slot.o.payload, slot.o.payload.numbers
+        m.d.comb += [
+            word.valid.eq(self.i_job.valid & (self.i_job.payload.cluster == self.number)),
+            word.payload.eq(self.i_job.payload), slot.free.eq(control.wants), self.wants.eq(slot.wants),
+            control.i.valid.eq(slot.o.valid), control.i.payload.eq(given.section), slot.o.ready.eq(control.i.ready)]
         frustum = Signal(self._formats.frustum)
         m.d.comb += [
             *(frustum[name].eq(numbers[name]) for name in frustum.shape().members if name in numbers.shape().members),
-            frustum.section.eq(load.section), frustum.tiles_across.eq(control.tiles_across),
-            control.section.eq(load.section)]
-        wiring.connect(m, wiring.flipped(self.i_cast), control.i)
-        m.d.comb += [self.busy.eq(control.busy), self.cycles.eq(control.cycles)]
+            frustum.section.eq(given.section), frustum.tiles_across.eq(control.tiles_across)]
         wiring.connect(m, control.o_memory, memory.i_start)
-        m.submodules.near = near = NearCells(config=self._config)
-        wiring.connect(m, load.o_near, near.i_load)
+        m.submodules.near = near = NearCellBanks(config=self._config)
+        wiring.connect(m, slot.o_near, near.i_load)
         wiring.connect(m, near.o, traversal.i_near)
         traversal_frustum = traversal.i_frustum.payload
         m.d.comb += [
             intersection.i_frustum.valid.eq(control.o_intersection.valid), intersection.i_frustum.payload.eq(frustum),
             control.o_intersection.ready.eq(intersection.i_frustum.ready),
-            near.i.valid.eq(control.o_near.valid), near.i.payload.eq(load.near_cells),
-            control.o_near.ready.eq(near.i.ready),
+            near.i.valid.eq(control.o_near.valid), near.i.payload.bank.eq(given.bank),
+            near.i.payload["count"].eq(given.near_cells), control.o_near.ready.eq(near.i.ready),
             traversal.i_frustum.valid.eq(control.o_traversal.valid),
             control.o_traversal.ready.eq(traversal.i_frustum.ready), traversal_frustum.traversal.frustum.eq(frustum),
-            *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "grid_origin", "cells")),
-            traversal_frustum.last_shell.eq(load.last_shell), traversal_frustum.subshells.first.eq(0),
+            *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "grid_origin")),
+            traversal_frustum.traversal.cells.eq(load.numbers.cells),
+            traversal_frustum.last_shell.eq(given.last_shell), traversal_frustum.subshells.first.eq(0),
             traversal_frustum.subshells["count"].eq(load.subshells),
             traversal_frustum.subshells.patches.eq(self.scene.patches)]
-        with m.If(intersection.i_frustum.valid & intersection.i_frustum.ready):
-            m.d.sync += [self.sections[0].eq(load.section), self.sections[1].eq(self.sections[0])]
 
     def _add_cast(self, m, control):
         """Cells, patches, the settle map."""
@@ -279,17 +296,34 @@ class Cluster(wiring.Component):
             answer.ready.eq(Mux(is_mine, vertices.i.ready, self.o_remote.ready))]
         wiring.connect(m, vertices.o, traversal.i_vertex)
 
-    def _add_ends(self, m, control):
-        """The first fault; counters."""
+    def _add_results(self, m, control, results):
+        """Hits and sums of a section to main memory."""
+        intersection = self._intersection
+        m.submodules.writer = writer = ResultWriter(config=self._config)
+        wiring.connect(m, control.o_results, results.i)
+        wiring.connect(m, results.o_read_out, intersection.i_read_out)
+        wiring.connect(m, results.o_command, writer.i)
+        wiring.connect(m, writer.o_done, results.i_done)
+        wiring.connect(m, intersection.o_hit, writer.i_hit)
+        wiring.connect(m, intersection.o_sum, writer.i_sum)
+        wiring.connect(m, writer.o_request, wiring.flipped(self.o_write))
+        wiring.connect(m, writer.o_data, wiring.flipped(self.o_write_data))
+        wiring.connect(m, wiring.flipped(self.i_written), writer.i_written)
+        wiring.connect(m, results.o, wiring.flipped(self.o_end))
+
+    def _add_ends(self, m, control, results):
+        """The first fault of a section; counters."""
         memory, traversal = self._memory, self._traversal
         m.submodules.faults = faults = ClusterFaults(config=self._config)
         m.d.comb += [
-            faults.wrong.eq(control.wrong), faults.memory.eq(memory.fault), faults.final.eq(control.final),
-            faults.error.eq(traversal.error), faults.clear.eq(self.clear), self.fault.eq(faults.fault)]
+            faults.memory.eq(memory.fault), faults.final.eq(control.final), faults.error.eq(traversal.error),
+            faults.clear.eq(results.clear), memory.clear.eq(results.clear), self.fault.eq(faults.fault),
+            results.fault.eq(faults.fault), results.cycle.eq(self.cycle), results.cycles.eq(control.cycles)]
         groups = (1, *map(len, UNIT_COUNTERS.values()))
         m.submodules.choice = choice = CounterChoice(groups=groups, number_bits=COUNTER_BITS)
         units = {"intersection": self._intersection, "traversal": traversal, "memory": memory}
         counts = {"cycles": control.cycles} | {
             f"{unit}_{name}": units[unit].counters[name] for unit, names in UNIT_COUNTERS.items() for name in names}
-        m.d.comb += [choice.counter.eq(self.counter), self.count.eq(choice.count),
+        m.d.comb += [*(results.counts[name].eq(counts[counter]) for name, counter in _COUNTED.items()),
+                     choice.counter.eq(self.counter), self.count.eq(choice.count),
                      *(choice.counts[number].eq(counts[name]) for number, name in enumerate(COUNTERS))]

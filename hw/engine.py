@@ -1,19 +1,19 @@
-"""Engine: clusters, their networks and bus, registers, and the port of main memory."""
+"""Engine: clusters that cast a queue of sections, their networks and bus, registers, and the memory port."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from amaranth.hdl import Array, Module, Mux, ResetInserter, Signal
+from amaranth.hdl import Array, Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.cluster import Cluster, ClusterSignature
-from hw.control.control_formats import ControlFormats
-from hw.control.engine_control import EngineControl
+from hw.control.completion_writer import CompletionWriter
+from hw.control.descriptor_fetch import DescriptorFetch
+from hw.control.job_control import JobControl
+from hw.control.job_dispatch import JobDispatch
 from hw.control.load_control import LoadControl
-from hw.control.result_control import ResultControl
-from hw.control.sum_merge import SumMerge
 from hw.lib.arbiter import Arbiter
 from hw.lib.black_box import BlackBox
 from hw.lib.fork import Fork
@@ -26,7 +26,7 @@ from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.preload_dma import PreloadDma
 from hw.memsys.system_bus_interface import READERS, SystemBusInterface
-from hw.memsys.write_dma import WriteDma
+from hw.memsys.write_merge import WriteMerge
 from hw.noc.patch_network import PatchNetwork
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.counter_choice import CounterChoice
@@ -37,8 +37,11 @@ __all__ = ["CLUSTER", "Engine"]
 
 # The module of a cluster where clusters are black boxes.
 CLUSTER = "radiosity_cluster"
-# Of reads of main memory; the last one is the preload DMA's.
-TAGS = READERS + 1
+# Tags of reads of main memory: the caches', the preload DMA's, and the descriptor fetch's.
+PRELOAD, FETCH = READERS, READERS + 1
+# Registers that are outputs of a unit and inputs of the registers, or the other way round, under the same name.
+_TO_CONTROL = ("ring", "completions", "ring_bits", "doorbell", "image", "watchdog")
+_OF_CONTROL = ("status", "taken", "cycles")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,12 +49,14 @@ class _Blocks:
     """The blocks of an engine; ``add`` adds one more that a stop resets."""
 
     registers: Registers
-    control: EngineControl
+    control: JobControl
     port: MainMemoryPort
+    completions: CompletionWriter
+    fetch: DescriptorFetch
+    dispatch: JobDispatch
     preload: PreloadDma
-    write: WriteDma
     load: LoadControl
-    result: ResultControl
+    writes: WriteMerge
     bus: LocalBus
     interface: SystemBusInterface
     clusters: list[Cluster | BlackBox]
@@ -59,21 +64,23 @@ class _Blocks:
 
 
 class Engine(wiring.Component):
-    """The machine: casts frusta of scenes in main memory.
+    """The machine: casts the sections of a ring of descriptors in main memory.
 
     ::
 
-        host - Registers - EngineControl - LoadControl, ResultControl
-        axi - MainMemoryPort -+- PreloadDma - words - Cluster ...  - PatchNetwork
-                              |- WriteDma - hits, SumMerge - ...
-                              '- SystemBusInterface - LocalBus - ...
+        host - Registers - JobControl - LoadControl
+        axi - MainMemoryPort -+- DescriptorFetch - JobDispatch - words - Cluster ... - PatchNetwork
+                              |- PreloadDma - words - ...                   |    |
+                              |- SystemBusInterface - LocalBus -------------'    |
+                              '- WriteMerge -+- results of each cluster ---------|
+                                             '- CompletionWriter ----------------'
 
     Parameters
     ----------
     config
         The configuration; a cluster for each node of ``noc``.
     black_boxes
-        Clusters are instances of a separately built module (`hw.package.tops`).
+        Clusters are instances of a separately built module.
     policies
         Policies of the caches that are built; all by default.
 
@@ -84,82 +91,97 @@ class Engine(wiring.Component):
         `hw.cluster.COUNTERS` as words, 2^``COUNTER_BITS`` for each cluster.
     axi : Out, `AxiSignature`
         Main memory.
+    interrupt : Out(1)
+        A completion record has been written, or the queue has halted, and the host wants to know.
 
     Timing
     ------
     See the units.
 
-    Golden counterpart: `golden.cast.shelling.Shelling`, `golden.memory_map`. Source: Shen 1993, chapter 5.
+    Golden counterpart: `golden.jobs.job.run_job`. Source: Shen 1993, chapter 5.
     """
 
     def __init__(self, *, config: Config, black_boxes: bool = False,
                  policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
         self._config, self._black_boxes, self._policies = config, black_boxes, policies
         super().__init__({"host": In(AxiLiteSignature(address_bits=ADDRESS_BITS)),
-                          "axi": Out(AxiSignature(config=config))})
+                          "axi": Out(AxiSignature(config=config)), "interrupt": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
         config, nodes = self._config, self._config.noc.nodes
         m.submodules.registers = registers = Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)
-        m.submodules.control = control = EngineControl(config=config)
-        m.submodules.port = port = MainMemoryPort(config=config, tag=range(TAGS))
+        m.submodules.control = control = JobControl(config=config)
+        tags = range(max(FETCH + 1, nodes + 1))
+        m.submodules.port = port = MainMemoryPort(config=config, tag=tags)
+        m.submodules.completions = completions = CompletionWriter(config=config)
 
         def add(name, component):
             m.submodules[name] = ResetInserter(control.stops)(component)
             return component
 
         blocks = _Blocks(
-            registers=registers, control=control, port=port, add=add, preload=add("preload", PreloadDma(config=config)),
-            write=add("write", WriteDma(config=config)), load=add("load", LoadControl(config=config)),
-            result=add("result", ResultControl(config=config)), bus=add("bus", LocalBus(config=config, clusters=nodes)),
+            registers=registers, control=control, port=port, completions=completions, add=add,
+            fetch=add("fetch", DescriptorFetch(config=config)), dispatch=add("dispatch", JobDispatch(config=config)),
+            preload=add("preload", PreloadDma(config=config)), load=add("load", LoadControl(config=config)),
+            writes=add("writes", WriteMerge(config=config, count=nodes + 1)),
+            bus=add("bus", LocalBus(config=config, clusters=nodes)),
             interface=add("interface", SystemBusInterface(config=config, policies=self._policies)),
             clusters=[BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
                       else Cluster(config=config) for _ in range(nodes)])
         for number, cluster in enumerate(blocks.clusters):
             m.submodules[f"cluster_{number}"] = cluster
-            m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops)]
-        self._add_reads(m, blocks)
+            m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops), cluster.cycle.eq(control.cycles)]
+        self._add_reads(m, blocks, tags)
         self._add_writes(m, blocks)
         self._add_load(m, blocks)
+        self._add_queue(m, blocks)
         self._add_cast(m, blocks)
-        self._add_results(m, blocks)
         self._add_registers(m, blocks)
         self._add_counters(m, blocks)
         return m
 
-    def _add_reads(self, m, blocks):
-        """Reads of the caches and of the preload DMA; during a stop replies are discarded."""
-        port, preload, interface, stops = blocks.port, blocks.preload, blocks.interface, blocks.control.stops
-        reads = blocks.add("reads", Arbiter(MemoryFormats(self._config).request(range(TAGS)), count=2))
-        for request, tag, merged in ((interface.o_request, interface.o_request.payload.tag, reads.i[0]),
-                                     (preload.o_request, READERS, reads.i[1])):
-            m.d.comb += [
-                merged.valid.eq(request.valid), request.ready.eq(merged.ready), merged.payload.tag.eq(tag),
-                *(merged.payload[name].eq(request.payload[name]) for name in ("address", "length"))]
+    def _add_reads(self, m, blocks, tags):
+        """Reads of the caches, the preload DMA and the descriptor fetch; during a stop replies are discarded."""
+        port, stops = blocks.port, blocks.control.stops
+        readers = ((blocks.interface, None), (blocks.preload, PRELOAD), (blocks.fetch, FETCH))
+        reads = blocks.add("reads", Arbiter(MemoryFormats(self._config).request(tags), count=len(readers)))
+        beat = port.o_read
         m.d.comb += [port.i_read.valid.eq(reads.o.valid & ~stops), reads.o.ready.eq(port.i_read.ready),
-                     port.i_read.payload.eq(reads.o.payload.item)]
-        beat, is_preload = port.o_read, Signal()
-        m.d.comb += [is_preload.eq(beat.payload.tag == READERS),
-                     beat.ready.eq(Mux(is_preload, preload.i_reply.ready, interface.i_reply.ready) | stops),
-                     interface.i_reply.payload.tag.eq(beat.payload.tag)]
-        for reply, mine in (preload.i_reply, is_preload), (interface.i_reply, ~is_preload):
-            m.d.comb += [reply.valid.eq(beat.valid & mine & ~stops),
-                         *(reply.payload[name].eq(beat.payload[name]) for name in ("data", "last", "error"))]
+                     port.i_read.payload.eq(reads.o.payload.item), beat.ready.eq(stops)]
+        for (reader, tag), merged in zip(readers, reads.i, strict=True):
+            request, reply, mine = reader.o_request, reader.i_reply, Signal()
+            m.d.comb += [
+                merged.valid.eq(request.valid), request.ready.eq(merged.ready),
+                merged.payload.tag.eq(request.payload.tag if tag is None else tag),
+                *(merged.payload[name].eq(request.payload[name]) for name in ("address", "length")),
+                mine.eq(beat.payload.tag < READERS if tag is None else beat.payload.tag == tag),
+                reply.valid.eq(beat.valid & mine & ~stops),
+                *(reply.payload[name].eq(beat.payload[name]) for name in ("data", "last", "error"))]
+            if tag is None:
+                m.d.comb += reply.payload.tag.eq(beat.payload.tag)
+            with m.If(mine & reply.ready):
+                m.d.comb += beat.ready.eq(1)
         wiring.connect(m, port.axi, wiring.flipped(self.axi))
 
     def _add_writes(self, m, blocks):
-        """Writes of the write DMA; during a stop outstanding beats are sent without any byte enabled."""
-        port, write, stops = blocks.port, blocks.write, blocks.control.stops
+        """Results and completion records; during a stop outstanding beats are sent without any byte enabled."""
+        port, writes, completions, stops = blocks.port, blocks.writes, blocks.completions, blocks.control.stops
         m.d.comb += [
-            port.i_write.valid.eq(write.o_request.valid & ~stops), write.o_request.ready.eq(port.i_write.ready),
-            *(port.i_write.payload[name].eq(write.o_request.payload[name]) for name in ("address", "length")),
-            port.i_write_data.valid.eq(write.o_data.valid | stops), write.o_data.ready.eq(port.i_write_data.ready),
-            port.i_write_data.payload.data.eq(write.o_data.payload.data),
-            port.i_write_data.payload.strobe.eq(Mux(stops, 0, write.o_data.payload.strobe)),
-            write.i_written.valid.eq(port.o_written.valid & ~stops),
-            port.o_written.ready.eq(write.i_written.ready | stops),
-            write.i_written.payload.error.eq(port.o_written.payload.error)]
+            port.i_write.valid.eq(writes.o_request.valid & ~stops), writes.o_request.ready.eq(port.i_write.ready),
+            *(port.i_write.payload[name].eq(writes.o_request.payload[name]) for name in ("address", "length", "tag")),
+            port.i_write_data.valid.eq(writes.o_data.valid | stops), writes.o_data.ready.eq(port.i_write_data.ready),
+            port.i_write_data.payload.data.eq(writes.o_data.payload.data),
+            port.i_write_data.payload.strobe.eq(Mux(stops, 0, writes.o_data.payload.strobe)),
+            writes.i_written.valid.eq(port.o_written.valid & ~stops),
+            port.o_written.ready.eq(writes.i_written.ready | stops),
+            *(writes.i_written.payload[name].eq(port.o_written.payload[name]) for name in ("tag", "error"))]
+        sources = [(cluster.o_write, cluster.o_write_data, cluster.i_written) for cluster in blocks.clusters]
+        sources.append((completions.o_request, completions.o_data, completions.i_written))
+        for number, (request, data, written) in enumerate(sources):
+            wiring.connect(m, request, writes.i_request[number])
+            wiring.connect(m, data, writes.i_data[number])
+            wiring.connect(m, writes.o_written[number], written)
 
     def _add_load(self, m, blocks):
         """Words to the clusters; numbers and addresses of the scene."""
@@ -174,15 +196,17 @@ class Engine(wiring.Component):
         wiring.connect(m, held.o, words.i)
         # Registered: the clusters are far away. Until all have stored it a word keeps one of the terms at 1.
         was_held, was_loading = Signal(), Signal()
-        m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(sum(cluster.loads for cluster in clusters).any())]
+        m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(Cat(cluster.loads for cluster in clusters).any())]
+        given, begins = control.o_load.payload, Signal()
         m.d.comb += [
-            load.stored.eq(~(held.o.valid | was_held | was_loading)),
-            load.i.valid.eq(control.loading), load.i.payload.image.eq(registers.image),
-            load.i.payload.regions.eq(registers.regions), control.loads.eq(load.busy)]
+            load.stored.eq(~(held.o.valid | was_held | was_loading)), load.i.valid.eq(control.o_load.valid),
+            control.o_load.ready.eq(load.i.ready), begins.eq(load.i.valid & load.i.ready),
+            *(load.i.payload[name].eq(given[name]) for name, _ in given.shape()),
+            control.load_over.valid.eq(load.o_over.valid), control.load_over.payload.eq(load.o_over.payload)]
         scene, takes = interface.scene, Signal()
         tables = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
-        with m.If(control.loading):
-            m.d.sync += takes.eq(registers.regions[RegionNumber.CELLS.value])
+        with m.If(begins):
+            m.d.sync += takes.eq(given.regions[RegionNumber.CELLS.value])
         kept_scene, kept_bases = Signal.like(scene), Signal.like(interface.bases)
         # Known after the header, and stable until the next load of cells.
         with m.If(load.busy & takes):
@@ -190,7 +214,7 @@ class Engine(wiring.Component):
                 *(kept_scene[name].eq(table["count"]) for name, table in tables.items()),
                 *(kept_bases[name].eq(table.address) for name, table in tables.items())]
         m.d.comb += [scene.eq(kept_scene), interface.bases.eq(kept_bases)]
-        # The caches are emptied after each load of cells; there is no request before.
+        # The caches are emptied after each load of cells; a request waits for it.
         empties = Signal()
         with m.If(load.o_over.valid & takes):
             m.d.sync += empties.eq(1)
@@ -202,9 +226,35 @@ class Engine(wiring.Component):
             wiring.connect(m, word, cluster.i_word)
             m.d.comb += cluster.scene.eq(kept_scene)
 
+    def _add_queue(self, m, blocks):
+        """Descriptors to the clusters, and their completion records."""
+        control, fetch, dispatch, completions = blocks.control, blocks.fetch, blocks.dispatch, blocks.completions
+        clusters = blocks.clusters
+        m.d.comb += [
+            fetch.ring.eq(control.kept.ring), fetch.ring_bits.eq(control.kept.ring_bits),
+            fetch.doorbell.eq(blocks.registers.doorbell), fetch.taken.eq(control.taken),
+            fetch.enable.eq(control.enable), dispatch.enable.eq(control.enable), dispatch.loaded.eq(control.loaded),
+            dispatch.wants.eq(Cat(cluster.wants for cluster in clusters)),
+            control.begins.eq(Cat(cluster.begins for cluster in clusters)),
+            control.unread.eq(dispatch.failed), control.dispatches.eq(dispatch.busy)]
+        wiring.connect(m, fetch.o, dispatch.i)
+        wiring.connect(m, dispatch.o_sent, control.i_sent)
+        wiring.connect(m, dispatch.o_load, control.i_load)
+        wiring.connect(m, dispatch.o_refused, control.i_refused)
+        for number, cluster in enumerate(clusters):
+            m.d.comb += [cluster.i_job.valid.eq(dispatch.o.valid), cluster.i_job.payload.eq(dispatch.o.payload)]
+            wiring.connect(m, cluster.o_end, completions.i[number])
+        wiring.connect(m, control.o_record, completions.i_record)
+        wiring.connect(m, completions.o_collected, control.i_collected)
+        m.d.comb += [
+            control.source.eq(completions.source), completions.tag.eq(control.tag),
+            completions.completions.eq(control.kept.completions), completions.ring_bits.eq(control.kept.ring_bits),
+            completions.stops.eq(control.stops), completions.retry.eq(control.retry),
+            control.completed.eq(completions.completed), control.empty.eq(completions.empty),
+            control.unwritten.eq(completions.failed), control.address.eq(completions.address)]
+
     def _add_cast(self, m, blocks):
         """Clusters, bus and network."""
-        registers, control = blocks.registers, blocks.control
         bus, interface, clusters = blocks.bus, blocks.interface, blocks.clusters
         wiring.connect(m, bus.o_request, interface.i_request)
         for kind in range(2):
@@ -212,7 +262,6 @@ class Engine(wiring.Component):
         for number, cluster in enumerate(clusters):
             wiring.connect(m, cluster.o_bus, bus.i_request[number])
             wiring.connect(m, bus.o_reply[number], cluster.i_bus)
-            m.d.comb += [cluster.i_cast.valid.eq(control.casting), cluster.clear.eq(control.clear)]
         if len(clusters) == 1:
             # There is no other cluster.
             return
@@ -222,83 +271,29 @@ class Engine(wiring.Component):
             wiring.connect(m, network.o_reply[number], cluster.i_reply)
             wiring.connect(m, network.o_request[number], cluster.i_remote)
             wiring.connect(m, cluster.o_remote, network.i_reply[number])
-            m.d.comb += control.networks[number].eq(network.fault[number])
-        m.d.comb += [registers.flits.eq(network.flits), registers.flit_stalls.eq(network.stalls)]
-
-    def _add_results(self, m, blocks):
-        """Hits of one cluster after the other; sums of all."""
-        registers, control, preload = blocks.registers, blocks.control, blocks.preload
-        write, result, clusters = blocks.write, blocks.result, blocks.clusters
-        formats = ControlFormats(self._config)
-        present, before = Signal(formats.results), Signal(formats.results)
-        with m.If(control.casting):
-            m.d.sync += [before.eq(present), present.columns.eq(preload.columns), present.hits.eq(preload.hits),
-                         present.sums.eq(preload.sums)]
-        earlier = result.i.payload.earlier
-        given, is_earlier = registers.results, Signal()
-        m.d.comb += [
-            control.earlier.eq(given[2]), result.i.valid.eq(control.writing), result.i.payload.hits.eq(given[0]),
-            result.i.payload.sums.eq(given[1]), earlier.eq(given[2]), control.writes.eq(result.busy),
-            result.total.eq(registers.total), result.results.eq(Mux(is_earlier, before, present))]
-        with m.If(control.writing):
-            m.d.sync += is_earlier.eq(earlier)
-        hits = blocks.add("hits", SkidBuffer(write.i_hit.payload.shape()))
-        requests = blocks.add("sum_requests", Fork(result.o_sums.payload.shape(), count=len(clusters)))
-        sums = blocks.add("sums", SumMerge(config=self._config, count=len(clusters)))
-        wiring.connect(m, result.o_sums, requests.i)
-        wiring.connect(m, sums.o, write.i_sum)
-        for number, cluster in enumerate(clusters):
-            wiring.connect(m, requests.o[number], cluster.i_sums)
-            wiring.connect(m, cluster.o_sum, sums.i[number])
-            m.d.comb += [result.sections[number].eq(Mux(is_earlier, cluster.sections[1], cluster.sections[0])),
-                         cluster.i_read_out.payload.eq(result.o_read_out.payload)]
-            with m.If(result.cluster == number):
-                m.d.comb += [
-                    cluster.i_read_out.valid.eq(result.o_read_out.valid),
-                    result.o_read_out.ready.eq(cluster.i_read_out.ready),
-                    hits.i.valid.eq(cluster.o_hit.valid), hits.i.payload.eq(cluster.o_hit.payload),
-                    cluster.o_hit.ready.eq(hits.i.ready)]
-        hit = hits.o
-        m.d.comb += [
-            write.i_hit.valid.eq(hit.valid & ~result.drops), write.i_hit.payload.eq(hit.payload),
-            hit.ready.eq(write.i_hit.ready | result.drops), result.i_hit.valid.eq(hit.valid & hit.ready),
-            result.i_hit.payload.eq(hit.payload.last)]
-        command = write.i.payload
-        m.d.comb += [
-            write.i.valid.eq(result.o_command.valid), result.o_command.ready.eq(write.i.ready),
-            *(command[name].eq(result.o_command.payload[name]) for name in command.shape().members)]
-        wiring.connect(m, write.o_done, result.i_done)
+            m.d.comb += blocks.control.networks[number].eq(network.fault[number])
+        m.d.comb += [blocks.registers.flits.eq(network.flits), blocks.registers.flit_stalls.eq(network.stalls)]
 
     def _add_registers(self, m, blocks):
         """Commands and numbers of the host, and what it reads."""
-        registers, control, port = blocks.registers, blocks.control, blocks.port
-        load, result, interface, clusters = blocks.load, blocks.result, blocks.interface, blocks.clusters
+        registers, control, port, interface = blocks.registers, blocks.control, blocks.port, blocks.interface
         wiring.connect(m, wiring.flipped(self.host), registers.host)
+        for ours, theirs in (registers.command, control.i_command), (registers.interrupt, control.i_interrupt):
+            m.d.comb += [theirs.valid.eq(ours.valid), theirs.payload.eq(ours.payload)]
         m.d.comb += [
-            control.i_command.valid.eq(registers.command.valid),
-            control.i_command.payload.eq(registers.command.payload),
-            control.regions.eq(registers.regions), control.watchdog.eq(registers.watchdog),
+            *(getattr(control, name).eq(getattr(registers, name)) for name in _TO_CONTROL),
+            *(getattr(registers, name).eq(getattr(control, name)) for name in _OF_CONTROL),
             control.memory_busy.eq(port.busy), control.memory_fault.eq(port.fault), port.clear.eq(control.clear),
-            control.load_over.valid.eq(load.o_over.valid), control.load_over.payload.eq(load.o_over.payload),
-            control.write_over.valid.eq(result.o_over.valid), control.write_over.payload.eq(result.o_over.payload),
-            control.casts.eq(sum(cluster.busy for cluster in clusters).any()),
-            *(control.clusters[number].eq(cluster.fault) for number, cluster in enumerate(clusters))]
-        # A command keeps its windows: the host writes them in several words, and at any time.
-        for name, begins in ("read", control.loading | control.casting), ("write", control.writing):
-            window = getattr(port, f"{name}_window")
-            with m.If(begins):
-                m.d.sync += [getattr(window, side).eq(getattr(registers, f"{name}_{side}"))
-                             for side in ("base", "limit")]
-        m.d.comb += [
-            registers.magic.eq(MAGIC), registers.version.eq(VERSION), registers.clusters.eq(len(clusters)),
-            registers.status.eq(control.status), registers.error.eq(control.error.code),
+            *(control.clusters[number].eq(cluster.fault) for number, cluster in enumerate(blocks.clusters)),
+            registers.magic.eq(MAGIC), registers.version.eq(VERSION), registers.clusters.eq(len(blocks.clusters)),
+            registers.completed.eq(blocks.completions.completed), registers.error.eq(control.error.code),
             registers.error_cluster.eq(control.error.cluster), registers.error_address.eq(control.error.number),
+            registers.interrupt_value.eq(control.interrupt_value), self.interrupt.eq(control.interrupt),
             *(getattr(registers, f"{kind}_{what}").eq(getattr(interface, f"{kind}_{what}"))
               for kind in ("cell", "patch") for what in ("hits", "misses"))]
-        with m.If(control.casting):
-            m.d.sync += registers.cycles.eq(0)
-        with m.Elif(control.casts):
-            m.d.sync += registers.cycles.eq(registers.cycles + 1)
+        with m.If(control.takes):
+            m.d.sync += [getattr(getattr(port, f"{name}_window"), side).eq(getattr(registers, f"{name}_{side}"))
+                         for name in ("read", "write") for side in ("base", "limit")]
 
     def _add_counters(self, m, blocks):
         """Counters: all clusters look up the number, one of them replies."""

@@ -4,9 +4,9 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from golden.control.engine_control import ALL_REGIONS, RESETS, Fault
+from golden.jobs.load_regions import LOADED_REGIONS
 
-__all__ = ["ABORTED", "COMMANDS", "NO_CLUSTER", "STATES", "STATUS", "Inputs", "JobControl", "Load", "Outputs", "Record",
+__all__ = ["ABORTED", "COMMANDS", "NO_CLUSTER", "RESETS", "STATES", "STATUS", "Fault", "Inputs", "JobControl", "Load", "Outputs", "Record",
            "Registers"]
 
 # Commands from bit 0 of the register on, and the bits of the register ``status``.
@@ -23,8 +23,24 @@ STATES = {
 ABORTED = "ABORTED"
 # Of a record that no cluster has caused.
 NO_CLUSTER = 0xFF
+# Errors that leave units in an undefined state.
+RESETS = {"PATH_TIMEOUT", "NETWORK_CHECK", "NETWORK_ORDER", "NETWORK_ADDRESS", "WATCHDOG"}
 _MODULUS = 1 << 32
 _DESCRIPTOR_BYTES = 192
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What the register ``error`` shows: code, cluster, and address or number."""
+
+    code: str = "NONE"
+    cluster: int = 0
+    number: int = 0
+
+    def __bool__(self):
+        return self.code != "NONE"
+
+
 _NONE = Fault()
 
 
@@ -46,7 +62,7 @@ class Load:
 
     tag: int = 0
     image: int = 0
-    regions: int = ALL_REGIONS
+    regions: int = LOADED_REGIONS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -432,7 +448,7 @@ class JobControl:
             if given.record_taken and outputs.record and self._cluster == self._nodes:
                 self._load = None
         elif self._state != "stop" and given.load_over is not None:
-            complete = load.given.regions & ALL_REGIONS == ALL_REGIONS
+            complete = load.given.regions & LOADED_REGIONS == LOADED_REGIONS
             self._loaded = not given.load_over and (self._loaded or complete)
             load.phase, load.fault, load.end = "over", self._refined(given), self._cycle
             if load.is_resume:

@@ -19,10 +19,11 @@ from golden.jobs.descriptor import (
     frustum_descriptor,
     load_descriptor,
 )
+from golden.jobs.load_regions import region_bits
 from golden.jobs.order import longest_first_at_the_end, proximity_order
-from golden.jobs.phase_image import PhaseImage, phase_image, region_bits
 from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
 from golden.jobs.tile_sections import tile_sections
+from golden.memory_map import MemoryImage, phase_image
 from golden.memory_map.image_layout import aligned
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
@@ -90,7 +91,7 @@ class JobPhase:
     """
 
     request: PhaseRequest
-    image: PhaseImage
+    image: MemoryImage
     address: int
     hits: tuple[int, ...]
     near_cells: tuple[int, ...]

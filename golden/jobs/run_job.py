@@ -11,7 +11,7 @@ from golden.cast.shelling import Shelling
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import Kind, check_descriptor, section_of
 from golden.jobs.job import Job, Read
-from golden.jobs.phase_image import LOADED_REGIONS, region_bits
+from golden.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.jobs.result_formats import HitFormat, ResultCommand, pack_sums, result_bytes, section_rays, section_sums
 
 __all__ = ["JobResults", "run_job"]

@@ -8,11 +8,12 @@ Integers are little-endian; signed ones are two's complement.
 """
 
 from golden.memory_map.beats import BEATS, COORDINATE_BITS, pack_beats, unpack_beats
-from golden.memory_map.builder import machine_image
+from golden.memory_map.builder import phase_image
 from golden.memory_map.image import MemoryImage, from_bytes
 from golden.memory_map.layout import (
     ALIGNMENT,
     ENTRY,
+    EVERY_CLUSTER,
     GRID_RAY_BITS,
     GRID_SHAPE_BITS,
     GRID_SIDE_BITS,
@@ -26,6 +27,6 @@ from golden.memory_map.layout import (
     Region,
 )
 
-__all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS",
-           "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage", "Region",
-           "from_bytes", "machine_image", "pack_beats", "unpack_beats"]
+__all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "EVERY_CLUSTER", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
+           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage", "Region",
+           "from_bytes", "pack_beats", "phase_image", "unpack_beats"]

@@ -1,64 +1,77 @@
-"""The memory image of a scene, a phase and a frustum."""
+"""The memory image of a scene and a phase."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from golden.config import Config
-from golden.ctu.near_cells import near_cells
 from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
 from golden.memory_map.check import check_image
 from golden.memory_map.image import MemoryImage
 from golden.memory_map.image_layout import IMAGE_LAYOUT
-from golden.memory_map.layout import NONE, REGIONS
-from golden.memory_map.records import frustum_fields
+from golden.memory_map.layout import EVERY_CLUSTER, NONE, REGIONS
 from golden.memory_map.tables import grid_tables, list_tables, ray_tables, scene_tables
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
+from golden.schedule.subshells import SubshellList
 
-__all__ = ["machine_image"]
+__all__ = ["phase_image"]
+
+# What the tables of a phase follow from.
+_SHARED = ("is_screen", "columns", "rows", "column_bits", "row_bits", "z_scale", "half_angles", "column_table",
+           "row_table")
 
 
-def machine_image(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, plan: Schedule, *,
-                  weights: np.ndarray | None = None) -> MemoryImage:
-    """The memory image for one frustum of a phase: all that the machine reads, and empty records for its results.
+def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table: CellTable, config: Config, *,
+                weights: np.ndarray | None = None, plan: Schedule | None = None) -> MemoryImage:
+    """The image of a phase: grid rays for as many shells as its farthest frustum needs.
 
     Parameters
     ----------
-    record
-        The frustum. It need not be the one that the phase was scheduled for, but has the same number of rays.
+    records
+        The frusta of the phase: other origins and axes, but the same rays.
     geometry, table
         Patches and cells of the scene.
     config
         The machine's configuration.
-    plan
-        The schedule of the phase.
     weights
         ``rows`` int64, form factor of one ray of each row in units of 2^-W (`Hemisphere.polar_weights`); 0 by default.
+    plan
+        The schedule whose resident sets and subshell lists the clusters hold. Default: every cluster holds all patches
+        if they fit (``memsys.own_patches``), and none otherwise; there are no subshells.
 
     Raises
     ------
     InputError
-        The schedule is for another number of rays, or the scene has more cells or grid rays than an image can hold.
+        The frusta have other rays, or the scene has more cells or grid rays than an image can hold.
     """
-    if (record.columns, record.rows) != (plan.partition.columns, plan.partition.rows):
-        raise InputError(f"memory image: Frustum must have the schedule's {plan.partition.columns} x "
-                         f"{plan.partition.rows} rays, not {record.columns} x {record.rows}")
-    unit, records, patches = CellTraversalUnit(record, table), IMAGE_LAYOUT.records, len(geometry)
-    cells = near_cells(record, table, record.slopes)
-    cluster, address = plan.sets.residence(patches)
-    borders = plan.partition.levels[-1]
+    _check_rays(records)
+    farthest = max((CellTraversalUnit(record, table) for record in records), key=lambda unit: unit.last_shell)
+    patches, clusters = len(geometry), config.noc.nodes
+    if plan is None:
+        fits = patches <= config.memsys.own_patches
+        none = np.zeros(0, dtype=np.int64)
+        cluster, address = (EVERY_CLUSTER, np.arange(patches)) if fits else (NONE, NONE)
+        lists = ((np.arange(patches) if fits else none, *[none] * (clusters - 1)),
+                 (SubshellList(none, none, none, none),) * clusters)
+        processor = np.arange(clusters)
+    else:
+        cluster, address = plan.sets.residence(patches)
+        lists, processor = (plan.sets.patches, plan.subshells), plan.processor
     regions = {
-        **scene_tables(IMAGE_LAYOUT, geometry, table),
-        **list_tables(IMAGE_LAYOUT, plan.sets.patches, plan.subshells, first_column=borders[:, 0],
-                      end_column=borders[:, 1], first_row=borders[:, 2], end_row=borders[:, 3],
-                      processor=plan.processor),
-        "residence": records("residence", patches, cluster=cluster, address=address),
-        "frustum": records("frustum", 1, half_angles=record.half_angles, **frustum_fields(record, table)),
-        **ray_tables(IMAGE_LAYOUT, record, config, weights), **grid_tables(IMAGE_LAYOUT, unit, config),
-        "near_cells": records("near_cells", len(cells), cell=cells),
-        "hits": records("hits", len(record), patch=NONE), "sums": records("sums", patches + 1)}
+        **scene_tables(IMAGE_LAYOUT, geometry, table), **list_tables(IMAGE_LAYOUT, *lists, processor=processor),
+        "residence": IMAGE_LAYOUT.records("residence", patches, cluster=cluster, address=address),
+        **ray_tables(IMAGE_LAYOUT, records[0], config, weights), **grid_tables(IMAGE_LAYOUT, farthest, config)}
     image = MemoryImage({region.name: regions[region.name] for region in REGIONS})
     check_image(image)
     return image
+
+
+def _check_rays(records):
+    first, *others = records
+    for number, record in enumerate(others, start=1):
+        if not all(np.array_equal(getattr(record, name), getattr(first, name)) for name in _SHARED):
+            raise InputError(f"memory image: Frusta of a phase must have the same rays; frustum {number} has others")

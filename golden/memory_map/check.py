@@ -7,16 +7,16 @@ import numpy as np
 from golden.errors import InputError
 from golden.memory_map.layout import EVERY_CLUSTER, GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
 
-__all__ = ["check_image", "check_phase"]
+__all__ = ["check_image"]
 
 
-def check_phase(image: Mapping[str, np.ndarray]):
+def check_image(image: Mapping[str, np.ndarray]):
     """Every pointer lies within its table, and every number fits the bits that the machine has for it.
 
     Parameters
     ----------
     image
-        An array of records per region of `golden.memory_map.layout.PHASE_REGIONS`.
+        An array of records per region of `golden.memory_map.layout.REGIONS`.
 
     Raises
     ------
@@ -34,36 +34,8 @@ def check_phase(image: Mapping[str, np.ndarray]):
              "residence.address of a copy in every cluster must be its index among the residents of cluster 0")
 
 
-def check_image(image: Mapping[str, np.ndarray]):
-    """Every pointer lies within its table, and every number fits the bits that the machine has for it.
-
-    Parameters
-    ----------
-    image
-        An array of records per region, for example a `golden.memory_map.MemoryImage`.
-
-    Raises
-    ------
-    InputError
-        A table breaks a rule; the message names both.
-    """
-    _require(len(image["frustum"]) == 1, "frustum must be one record")
-    _check_tables(image)
-    (frustum,) = image["frustum"]
-    columns, rows = int(frustum["columns"]), int(frustum["rows"])
-    _require((image["near_cells"]["cell"] < len(image["cells"])).all(),
-             f"near_cells.cell must be below {len(image['cells'])}")
-    clusters = image["clusters"]
-    for axis, end in ("column", columns), ("row", rows):
-        first, last = clusters[f"first_{axis}"], clusters[f"end_{axis}"]
-        _require(((first < last) & (last <= end)).all(), f"clusters: sections must lie within the {axis}s")
-    for region, count in (("columns", columns), ("rows", rows), ("hits", columns * rows),
-                          ("sums", len(image["patches"]) + 1)):
-        _require(len(image[region]) == count, f"{region} must be {count} records, not {len(image[region])}")
-
-
 def _check_tables(image):
-    """The tables that images of all versions have."""
+    """Pointers and numbers, without the copies that every cluster has."""
     patches, cells, clusters, shells = (len(image["patches"]), len(image["cells"]), image["clusters"], image["shells"])
     _require(len(image["cell_grid"]) == 1, "cell_grid must be one record")
     (grid,) = image["cell_grid"]

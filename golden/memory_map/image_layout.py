@@ -11,15 +11,13 @@ from golden.memory_map.layout import (
     ENTRY,
     HEADER,
     MAGIC,
-    PHASE_REGIONS,
-    PHASE_VERSION,
     REGIONS,
     VERSION,
     Region,
 )
 from golden.memory_map.records import make_records
 
-__all__ = ["IMAGE_LAYOUT", "PHASE_LAYOUT", "ImageLayout", "aligned"]
+__all__ = ["IMAGE_LAYOUT", "ImageLayout", "aligned"]
 
 _OWNER = "memory image"
 
@@ -107,4 +105,3 @@ def aligned(size: int) -> int:
 
 
 IMAGE_LAYOUT = ImageLayout(VERSION, REGIONS)
-PHASE_LAYOUT = ImageLayout(PHASE_VERSION, PHASE_REGIONS)

@@ -1,17 +1,14 @@
 """The layout of a memory image: header, region table, and the fields of each region's records."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 __all__ = ["ALIGNMENT", "ENTRY", "EVERY_CLUSTER", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
-           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "PHASE_REGIONS", "PHASE_VERSION", "REGIONS", "VERSION",
-           "WEIGHT_BITS", "Field", "Region", "header"]
+           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
-VERSION = 2
-# Of the image of a phase.
-PHASE_VERSION = 3
+VERSION = 3
 # Every region begins at a multiple of this, so that no record of up to 64 bytes crosses a 4 KiB border.
 ALIGNMENT = 64
 # An empty entry of a table of patch or cluster numbers; a patch of which each cluster has a copy.
@@ -44,8 +41,7 @@ class Region:
     name, about
         Name and meaning of the region.
     life
-        Lifetime: ``scene``, ``phase``, ``frustum`` or ``job``; ``rays``: the same in all frusta with the same rays and
-        cells, but that a frustum with more shells has more grid rays; or ``result``: written by the machine.
+        Lifetime: ``scene``, ``phase`` or ``job``.
     record
         Meaning of one record.
     fields
@@ -65,16 +61,11 @@ class Region:
                          for field in self.fields])
 
 
-def header(version: int) -> Region:
-    """The header of an image of a version."""
-    return Region("header", "scene", "image", "Magic number, version and size.", (
-        Field("magic", "u4", f"{MAGIC:#x}"),
-        Field("version", "u4", f"{version}"),
-        Field("size", "u8", "bytes of the whole image"),
-    ))
-
-
-HEADER = header(VERSION)
+HEADER = Region("header", "scene", "image", "Magic number, version and size.", (
+    Field("magic", "u4", f"{MAGIC:#x}"),
+    Field("version", "u4", f"{VERSION}"),
+    Field("size", "u8", "bytes of the whole image"),
+))
 ENTRY = Region("region table", "scene", "region, in the order of the sections below", "Follows the header.", (
     Field("offset", "u8", "first byte, from the start of the image; a multiple of 64"),
     Field("count", "u8", "records"),
@@ -95,7 +86,7 @@ FRUSTUM_FIELDS = (
     Field("longest_direction", "u4", "upper bound of the directions' lengths, unsigned 1.16; screen: 0"),
 )
 # The image of a phase: what all its frusta share.
-PHASE_REGIONS = (
+REGIONS = (
     Region("cell_grid", "scene", "scene", "The grid of cells, in scene (G) coordinates of 2^-24.", (
         Field("lower", "i4", "lower corner", 3),
         Field("cell", "u4", "side of a cell"),
@@ -176,61 +167,5 @@ PHASE_REGIONS = (
         Field("table", "i4", "cos and sin of the azimuth; screen: scaled slope, and 0", 2),
         Field("position", "i4", "position among the columns of rays, 1/256 column"),
         Field("reserved", "u4", "0"),
-    )),
-)
-_PHASE = {region.name: region for region in PHASE_REGIONS}
-# The image of a scene, a phase and a frustum.
-REGIONS = (
-    _PHASE["cell_grid"],
-    _PHASE["cells"],
-    _PHASE["patch_lists"],
-    Region("patches", "scene", "patch id", "Patch geometry: five beats of 72 bits, 48 of 64 bytes. The low 64 bits of "
-           "beat 0 are id and surface, those of beats 1 to 4 (one vertex each: x in bits 0-23, y in 24-47, z in 48-71) "
-           "are vertex; byte k of top is bits 64-71 of beat k.", (
-        Field("id", "u4", "patch id"),
-        Field("surface", "i4", "the surface that the patch was split from; rays that leave this surface never hit it"),
-        Field("top", "u1", "the highest byte of each beat, that of beat 0 is 0; then 3 bytes 0", 8),
-        Field("vertex", "u8", "low 64 bits of each vertex; a triangle repeats its last one", 4),
-        Field("reserved", "u8", "0", 2),
-    )),
-    _PHASE["residence"],
-    Region("clusters", "phase", "cluster", "Section, sector and preloaded tables. Rays of the section: "
-           "first_column <= column < end_column, and likewise rows.", (
-        Field("first_column", "u4", "section"),
-        Field("end_column", "u4", "section"),
-        Field("first_row", "u4", "section"),
-        Field("end_row", "u4", "section"),
-        Field("processor", "u4", "the processor that serves as this cluster"),
-        Field("first_subshell", "u4", "first record in subshells"),
-        Field("subshells", "u4", "records"),
-        Field("first_resident", "u4", "first record in residents"),
-        Field("residents", "u4", "records"),
-        Field("reserved", "u4", "0", 7),
-    )),
-    _PHASE["subshells"],
-    _PHASE["residents"],
-    Region("frustum", "frustum", "frustum", "The bundle of rays. Matrix entries are signed 1.16.", (
-        *FRUSTUM_FIELDS[:-2],
-        Field("half_angles", "f8", "slopes of a screen at x = 1 and y = 1, for the host; 1 for a hemisphere", 2),
-        *FRUSTUM_FIELDS[-2:],
-    )),
-    replace(_PHASE["columns"], life="rays"),
-    replace(_PHASE["rows"], life="rays"),
-    Region("near_cells", "frustum", "cell", "The cells of shell 1, opened without grid rays.", (
-        Field("cell", "u4", "cell number, ascending"),
-    )),
-    replace(_PHASE["shells"], life="frustum"),
-    replace(_PHASE["grid_rows"], life="rays"),
-    replace(_PHASE["grid_columns"], life="rays"),
-    Region("hits", "result", "ray (row x columns + column)", "The nearest hit of each ray.", (
-        Field("inverse", "u4", "stored inverse distance, 0: no hit"),
-        Field("patch", "i4", "patch id, -1: no hit"),
-        Field("u", "u2", "position on the patch"),
-        Field("v", "u2", "position on the patch"),
-        Field("reserved", "u4", "0"),
-    )),
-    Region("sums", "result", "patch id, and one more for the rays that hit nothing",
-           "The collector's sums.", (
-        Field("sum", "u8", "weights of the rays that hit it, in units of 2^-W"),
     )),
 )

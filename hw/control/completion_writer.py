@@ -9,7 +9,7 @@ from golden.config import Config
 from hw.control.job_formats import COMPLETION_WORDS, WORD_BITS, JobFormats, elements
 from hw.lib.round_robin import RoundRobin
 from hw.memsys.memory_formats import MemoryFormats
-from hw.registers.job_registers import RING_BITS
+from hw.registers.engine_registers import RING_BITS
 
 __all__ = ["CompletionWriter"]
 

@@ -13,7 +13,7 @@ from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.word_reader import WordReader
-from hw.registers.job_registers import RING_BITS
+from hw.registers.engine_registers import RING_BITS
 
 __all__ = ["DescriptorFetch"]
 

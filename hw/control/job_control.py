@@ -14,8 +14,8 @@ from hw.lib.validate import check_instance
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
 from hw.noc.network_fault import NetworkFault
+from hw.registers.engine_registers import RING_BITS, register
 from hw.registers.error_code import NETWORK, ErrorCode
-from hw.registers.job_registers import RING_BITS, job_register
 
 __all__ = ["JobControl"]
 
@@ -140,7 +140,7 @@ class JobControl(wiring.Component):
             return In(stream.Signature(layout, always_ready=True))
 
         super().__init__({
-            "i_command": event(job_register("command").width), "i_interrupt": event(job_register("interrupt").width),
+            "i_command": event(register("command").width), "i_interrupt": event(register("interrupt").width),
             **{name: In(64) for name in ("ring", "completions", "image")}, "ring_bits": In(RING_BITS),
             "doorbell": In(_COUNT_BITS), "watchdog": In(_COUNT_BITS),
             "kept": Out(StructLayout({"ring": address, "completions": address, "ring_bits": RING_BITS})),
@@ -153,15 +153,15 @@ class JobControl(wiring.Component):
             "unwritten": In(1), "address": In(address), "retry": Out(1), "memory_busy": In(1),
             "memory_fault": In(memory.fault), "clusters": In(ArrayLayout(control.fault, nodes)),
             "networks": In(ArrayLayout(NetworkFault, nodes)), "taken": Out(_COUNT_BITS),
-            "status": Out(job_register("status").width), "error": Out(control.error), "cycles": Out(_COUNT_BITS),
-            "interrupt_value": Out(job_register("interrupt").width), "interrupt": Out(1)})
+            "status": Out(register("status").width), "error": Out(control.error), "cycles": Out(_COUNT_BITS),
+            "interrupt_value": Out(register("interrupt").width), "interrupt": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
         self._state = {name: Signal(name=f"is_{name}", init=name == "run") for name in (
             "run", "drain", "stop", "abort", "halted")}
         self._live, self._resets = Signal(), Signal()
-        self._commands = {field.name: Signal(name=f"command_{field.name}") for field in job_register("command").fields}
+        self._commands = {field.name: Signal(name=f"command_{field.name}") for field in register("command").fields}
         self._resuming, self._is_halted = Signal(), Signal()
         command, before = self.i_command, 0
         for k, bit in enumerate(self._commands.values()):
@@ -418,7 +418,7 @@ class JobControl(wiring.Component):
             "busy": ~free | state["stop"] | self._resuming | (self._live & ~even), "loading": self._reads,
             "halted": self._is_halted, "stops": state["stop"], "loaded": self.loaded,
             "failed": self.error.code != ErrorCode.NONE}
-        for k, field in enumerate(job_register("status").fields):
+        for k, field in enumerate(register("status").fields):
             m.d.comb += self.status[k].eq(values[field.name])
         enable, pending = self.interrupt_value
         completed, was_halted = Signal.like(self.completed), Signal()

@@ -6,7 +6,6 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.icu.collector import Collector
 from hw.icu.ic_ray_generator import IcRayGenerator
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.intersection_pipeline import IntersectionPipeline
@@ -44,7 +43,7 @@ class IntersectionUnit(wiring.Component):
                                  SettleMap <------ RayMemory -'
                                      |                |
                                   o_settle         ReadOut -+- o_hit
-                                                            '- Collector - o_sum
+                                                            '- PatchSums - o_sum
 
     To cast a frustum, write its tables, send its numbers and its patches, and count the done tokens: the cast is over
     when each patch has its token. The next frustum may be cast while this one is read out.
@@ -72,7 +71,7 @@ class IntersectionUnit(wiring.Component):
         1 reads out the frustum before the present one, when there was one; 0 the present one, when no patch is in
         flight.
     o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
-        The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the collector.
+        The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the sums.
     i_sums : In, stream of a number of patches
         See `Collector`; accepted while nothing is read out. Not with ``section_sums``.
     o_sum : Out, stream of `IcuFormats.patch_sum` or `IcuFormats.section_sum`
@@ -93,9 +92,9 @@ class IntersectionUnit(wiring.Component):
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
     """
 
-    def __init__(self, *, config: Config, section_sums: bool = False):
-        self._config, self._formats, self._section_sums = config, IcuFormats(config), section_sums
-        self._collector = (PatchSums if section_sums else Collector)(config=config)
+    def __init__(self, *, config: Config):
+        self._config, self._formats = config, IcuFormats(config)
+        self._sums = PatchSums(config=config)
         formats = self._formats
         self._setup = PatchSetup(config=config)
         self._memory = RayMemory(config=config, tag=0)
@@ -108,8 +107,7 @@ class IntersectionUnit(wiring.Component):
             "i_read_out": In(stream.Signature(1)),
             "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                         "hit": formats.hit, "last": 1}))),
-            **({} if section_sums else {"i_sums": In(stream.Signature(config.icu.patch_bits + 1))}),
-            "o_sum": self._collector.signature.members["o"],
+            "o_sum": self._sums.signature.members["o"],
             "i_settle": In(stream.Signature(formats.tile)), "o_settle": Out(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
 
@@ -121,7 +119,7 @@ class IntersectionUnit(wiring.Component):
         m.submodules.generator = generator = IcRayGenerator(config=self._config)
         m.submodules.settle = settle = SettleMap(config=self._config, tag=formats.tile_step)
         m.submodules.read_out = read_out = ReadOut(config=self._config)
-        m.submodules.collector = collector = self._collector
+        m.submodules.sums = sums = self._sums
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
         m.submodules.gate = gate = VertexGate(config=self._config)
 
@@ -164,7 +162,7 @@ class IntersectionUnit(wiring.Component):
         # Tables.
         table = self.i_table
         m.d.comb += table.ready.eq(drained & ~(read_out.busy & (table.payload.kind == TableKind.WEIGHT)))
-        for block in (setup, pipeline, collector):
+        for block in (setup, pipeline, sums):
             m.d.comb += [block.i_table.valid.eq(table.valid & table.ready), block.i_table.payload.eq(table.payload)]
 
         # Setup and rays.
@@ -209,7 +207,7 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
         m.d.sync += [outstanding.eq(outstanding + enters - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
 
-        # Read-out and collector.
+        # Read-out and sums.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
         bank = memory.active ^ self.i_read_out.payload
@@ -222,23 +220,17 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, memory.o_read, read_out.i_hit)
         found = read_out.o
         m.d.comb += [
-            self.o_hit.valid.eq(found.valid & collector.i.ready), self.o_hit.payload.eq(found.payload),
-            collector.i.valid.eq(found.valid & self.o_hit.ready), collector.i.payload.row.eq(found.payload.row),
-            collector.i.payload.hit.eq(found.payload.hit), found.ready.eq(self.o_hit.ready & collector.i.ready)]
-        wiring.connect(m, collector.o, wiring.flipped(self.o_sum))
-        if self._section_sums:
-            # The sums of a section are read when its last hit has been added.
-            ends = Signal()
-            with m.If(found.valid & found.ready & found.payload.last):
-                m.d.sync += ends.eq(1)
-            with m.Elif(collector.i_read.ready):
-                m.d.sync += ends.eq(0)
-            m.d.comb += collector.i_read.valid.eq(ends)
-        else:
-            m.d.comb += [
-                collector.i_read.valid.eq(self.i_sums.valid & ~read_out.busy),
-                collector.i_read.payload.eq(self.i_sums.payload),
-                self.i_sums.ready.eq(collector.i_read.ready & ~read_out.busy)]
+            self.o_hit.valid.eq(found.valid & sums.i.ready), self.o_hit.payload.eq(found.payload),
+            sums.i.valid.eq(found.valid & self.o_hit.ready), sums.i.payload.row.eq(found.payload.row),
+            sums.i.payload.hit.eq(found.payload.hit), found.ready.eq(self.o_hit.ready & sums.i.ready)]
+        wiring.connect(m, sums.o, wiring.flipped(self.o_sum))
+        # The sums of a section are read when its last hit has been added.
+        ends = Signal()
+        with m.If(found.valid & found.ready & found.payload.last):
+            m.d.sync += ends.eq(1)
+        with m.Elif(sums.i_read.ready):
+            m.d.sync += ends.eq(0)
+        m.d.comb += sums.i_read.valid.eq(ends)
 
         issued = generator.o.valid & generator.o.payload.is_ray
         events = {"cycles": ~drained, "patches": leaves, "visited": generator.visited, "issued": issued,

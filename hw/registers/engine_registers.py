@@ -1,17 +1,19 @@
-"""The engine's registers."""
+"""The engine's registers, version 2: a queue of descriptors."""
 
-from golden.memory_map import REGIONS
-from hw.icu.icu_formats import WEIGHT_SUM_BITS
 from hw.registers.error_code import CODE_BITS
 from hw.registers.register import Access, Field, Register
 
-__all__ = ["ADDRESS_BITS", "COUNTERS_BASE", "COUNTER_BITS", "ENGINE_REGISTERS", "MAGIC", "VERSION", "register"]
+__all__ = ["ADDRESS_BITS", "COUNTERS_BASE", "COUNTER_BITS", "ENGINE_REGISTERS", "MAGIC", "RING_BITS", "VERSION",
+           "register"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
-VERSION = 1
+VERSION = 2
 # Bits of the address of a byte, and of the number of a counter of a cluster. Counters are in the upper half.
 ADDRESS_BITS, COUNTER_BITS = 15, 6
 COUNTERS_BASE = 1 << ADDRESS_BITS - 1
+# Of the number of bits of a ring's numbers.
+RING_BITS = 5
+_TAKEN = "Taken over while nothing is in flight and `taken` equals `doorbell`, or the queue is halted."
 
 
 def _flag(name, about):
@@ -22,47 +24,50 @@ ENGINE_REGISTERS = (
     Register(name="magic", access=Access.READ, about=f"{MAGIC:#x}."),
     Register(name="version", access=Access.READ, about=f"Of the registers: {VERSION}."),
     Register(name="clusters", access=Access.READ, about="Number of clusters."),
-    Register(name="command", access=Access.COMMAND, width=5, about="Commands. Of several the lowest bit counts.",
+    Register(name="command", access=Access.COMMAND, width=3, about="Commands. Of several the lowest bit counts.",
              fields=(
-        _flag("stop", "resets all units; what was loaded is lost"),
+        _flag("stop", "resets all units, aborts what is in flight and halts the queue; what was loaded is lost"),
         _flag("clear", "clears the error"),
-        _flag("load", "reads `regions` of the image at `image`"),
-        _flag("cast", "casts the frustum that was loaded last"),
-        _flag("write", "writes `results` to the image"))),
-    Register(name="status", access=Access.READ, width=8, about="State of the machine.", fields=(
-        _flag("loads", "tables are being read"),
-        _flag("casts", "a frustum is being cast"),
-        _flag("writes", "results are being written"),
+        _flag("resume", "of a halted queue: loads all regions of the image at `image`, then the queue goes on"))),
+    Register(name="status", access=Access.READ, width=6, about="State of the machine.", fields=(
+        _flag("busy", "a descriptor is in flight, or waits in a queue that is not halted"),
+        _flag("loading", "tables are being read"),
+        _flag("halted", "no descriptor is taken until `command.resume`"),
         _flag("stops", "units are in reset until main memory has answered"),
         _flag("loaded", "all regions have been loaded, without an error since"),
-        _flag("failed", "`error` is not 0"),
-        _flag("present", "a frustum has been started"),
-        _flag("earlier", "and one before it"))),
-    Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error, see below."),
+        _flag("failed", "`error` is not 0"))),
+    Register(name="ring", access=Access.WRITE, width=64, about=f"Address of the descriptors' ring, a multiple of 64. "
+             f"{_TAKEN}"),
+    Register(name="completions", access=Access.WRITE, width=64, about="Address of the completion records' ring, a "
+             "multiple of 64. Taken over with `ring`."),
+    Register(name="ring_bits", access=Access.WRITE, width=RING_BITS, about="The rings have 2^b entries each. Taken "
+             "over with `ring`."),
+    Register(name="doorbell", access=Access.WRITE, about="Descriptors ever submitted, modulo 2^32. At most a ring more "
+             "than `taken`, and than the completion records that the host has read."),
+    Register(name="taken", access=Access.READ, about="Descriptors ever taken, modulo 2^32: their entries may be "
+             "overwritten."),
+    Register(name="completed", access=Access.READ, about="Completion records ever written, modulo 2^32."),
+    Register(name="interrupt", access=Access.CONTROL, width=2, about="The pin `interrupt` is `enable` and `pending`.",
+             fields=(
+        _flag("enable", "written as it is"),
+        _flag("pending", "set when `completed` advances and when the queue halts; cleared by writing 1"))),
+    Register(name="image", access=Access.WRITE, width=64, about="Address of the image for `command.resume`, a multiple "
+             "of 64."),
+    Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error of the machine itself, see "
+             "below. Those of a descriptor are in its completion record."),
     Register(name="error_cluster", access=Access.READ, about="The cluster concerned, if any."),
     Register(name="error_address", access=Access.READ, width=64,
              about="The byte of memory, or the cell or patch concerned."),
-    Register(name="regions", access=Access.WRITE, width=len(REGIONS), about="Regions to read, a bit each in the order "
-             "of the memory map; not `residents`, of which the patches are read, and those that the machine writes."),
-    Register(name="image", access=Access.WRITE, width=64, about="Address of the image, a multiple of 64."),
     Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. This and the "
-             "next register are taken when a load or a cast begins."),
+             "next three registers are taken over with `ring`."),
     Register(name="read_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written. This and "
-             "the next register are taken when results begin to be written."),
+    Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
-    Register(name="total", access=Access.WRITE, width=WEIGHT_SUM_BITS, about="The sum of the weights of all rays "
-             "since the sums were last written. The record after the last patch is this less all sums, modulo "
-             f"2^{WEIGHT_SUM_BITS}."),
-    Register(name="results", access=Access.WRITE, width=3, about="Results to write.", fields=(
-        _flag("hits", "the hits"),
-        _flag("sums", "the sums of all frusta since they were last written; hits are read out in any case"),
-        _flag("earlier", "of the frustum before the present one, which may be cast meanwhile"))),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
              "when cells are loaded, which also empties them.", reset=1),
-    Register(name="watchdog", access=Access.WRITE, about="Cycles that `status` may show activity since the "
-             "last start; 0: no limit.", reset=1 << 26),
-    Register(name="cycles", access=Access.READ, about="Cycles of the present frustum, or the last one."),
+    Register(name="watchdog", access=Access.WRITE, about="Cycles that a load may take, and a section since it was "
+             "dispatched and the section of its cluster before it was completed; 0: no limit.", reset=1 << 26),
+    Register(name="cycles", access=Access.READ, about="Cycles since reset, modulo 2^32."),
     Register(name="flits", access=Access.READ, about="Flits that the network's routers have sent since reset."),
     Register(name="flit_stalls", access=Access.READ, about="Cycles in which flits stalled, over all router ports."),
     Register(name="cell_hits", access=Access.READ, about="Hits of the cell cache since it was emptied."),

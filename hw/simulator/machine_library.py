@@ -26,15 +26,13 @@ _STAGES = {"export Verilog": 7.0, "run Verilator": 14.0, "compile": 18.0}
 _LIBRARY, _LOG = "machine.so", "build.log"
 
 
-def machine_library(config: Config, *, jobs: bool = False, traced: bool = False, progress: bool = False) -> Path:
+def machine_library(config: Config, *, traced: bool = False, progress: bool = False) -> Path:
     """The library of an engine; compiled unless the same sources have been compiled before.
 
     Parameters
     ----------
     config
         The configuration.
-    jobs
-        The engine is that of a queue, `hw.job_engine.JobEngine`.
     traced
         The library can write waveforms, see `hw.simulator.traced_verilog.traced_verilog`, and is slower.
     progress
@@ -51,9 +49,9 @@ def machine_library(config: Config, *, jobs: bool = False, traced: bool = False,
     parent = build_folder() / "machines"
     parent.mkdir(parents=True, exist_ok=True)
     with StageProgress("build the simulator", _STAGES, shown=progress, record=build_folder() / "durations.json") as bar:
-        with bar.stage("export Verilog"), export_beside(config, jobs=jobs):
-            cluster = cluster_verilog(config, jobs=jobs)
-        top = top_verilog(config, jobs=jobs)
+        with bar.stage("export Verilog"), export_beside(config):
+            cluster = cluster_verilog(config)
+        top = top_verilog(config)
         if traced:
             top, cluster = traced_verilog(top), traced_verilog(cluster)
         folder = parent / content_key(top, cluster, HARNESS.read_text(), config.memory.beat_bytes, *_tools(flags))

@@ -15,8 +15,6 @@ from golden.noc.topology import TOPOLOGIES
 from hw.cluster import Cluster
 from hw.engine import CLUSTER, Engine
 from hw.export import verilog_of
-from hw.job_cluster import JobCluster
-from hw.job_engine import JobEngine
 from hw.simulator.build_folder import build_folder, content_key, keep_newest
 
 __all__ = ["cluster_verilog", "engine_verilog", "export_beside", "top_verilog"]
@@ -56,25 +54,19 @@ def _exported(name: str, config: Config, export: Callable[[Config], str]) -> str
     return text
 
 
-def top_verilog(config: Config, *, jobs: bool = False) -> str:
-    """The engine, with ``jobs`` that of a queue, without the module of its clusters, which is a black box in it."""
-    engine = JobEngine if jobs else Engine
-    return _exported(_top(jobs), config, lambda config: verilog_of(engine(config=config, black_boxes=True), "top"))
+def top_verilog(config: Config) -> str:
+    """The engine without the module of its clusters, which is a black box in it."""
+    return _exported("top", config, lambda config: verilog_of(Engine(config=config, black_boxes=True), "top"))
 
 
-def cluster_verilog(config: Config, *, jobs: bool = False) -> str:
+def cluster_verilog(config: Config) -> str:
     """The module of an engine's clusters. It depends on the number of nodes only: all topologies share it."""
-    cluster = JobCluster if jobs else Cluster
-    return _exported("job_cluster" if jobs else "cluster", config.replace({"noc.topology": TOPOLOGIES[0]}),
-                     lambda config: verilog_of(cluster(config=config), CLUSTER))
-
-
-def _top(jobs):
-    return "job_top" if jobs else "top"
+    return _exported("cluster", config.replace({"noc.topology": TOPOLOGIES[0]}),
+                     lambda config: verilog_of(Cluster(config=config), CLUSTER))
 
 
 @contextmanager
-def export_beside(config: Config, *, jobs: bool = False) -> Iterator[None]:
+def export_beside(config: Config) -> Iterator[None]:
     """Export `top_verilog` in another process while the block exports `cluster_verilog`, unless it is there.
 
     Raises
@@ -82,13 +74,13 @@ def export_beside(config: Config, *, jobs: bool = False) -> Iterator[None]:
     RuntimeError
         The other process fails; its message is on stderr.
     """
-    if _path(_top(jobs), config).exists():
+    if _path("top", config).exists():
         yield
         return
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(_ROOT), os.environ.get("PYTHONPATH", "")])}
     with subprocess.Popen([sys.executable, "-W", "ignore", "-m", __name__], stdin=subprocess.PIPE,
                           env=environment) as other:
-        other.stdin.write(pickle.dumps((config, jobs)))
+        other.stdin.write(pickle.dumps(config))
         other.stdin.close()
         yield
     if other.returncode:
@@ -101,5 +93,4 @@ def engine_verilog(config: Config) -> str:
 
 
 if __name__ == "__main__":
-    CONFIG, JOBS = pickle.loads(sys.stdin.buffer.read())
-    top_verilog(CONFIG, jobs=JOBS)
+    top_verilog(pickle.loads(sys.stdin.buffer.read()))

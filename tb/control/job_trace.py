@@ -9,7 +9,7 @@ from amaranth.hdl import Cat, Module, Signal, Value
 from amaranth.sim import Simulator
 
 from golden.config import Config
-from golden.control.engine_control import ALL_REGIONS, Fault
+from golden.jobs.load_regions import LOADED_REGIONS
 from golden.control.job_control import STATUS, Inputs, JobControl, Load, Outputs, Record, Registers
 from hw.control import job_control as hardware
 from hw.registers.error_code import NETWORK, ErrorCode
@@ -173,7 +173,7 @@ class Environment:
                 self._phase = "unread"
             elif kind == "load":
                 self._phase = "load"
-                self._offered = Load(tag=self._tag, image=0x2000 + 64 * self._next, regions=ALL_REGIONS)
+                self._offered = Load(tag=self._tag, image=0x2000 + 64 * self._next, regions=LOADED_REGIONS)
             else:
                 self._phase, self._left = "sending", draw.randint(1, 6)
         elif self._phase == "sending":

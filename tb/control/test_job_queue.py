@@ -17,7 +17,7 @@ from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_control import JobControl
 from hw.control.job_dispatch import JobDispatch
 from hw.registers.error_code import ErrorCode
-from hw.registers.job_registers import job_register
+from hw.registers.engine_registers import register
 from tb.control.job_descriptors import byte_at, changed, descriptor
 from tb.lib.payload import unpack
 
@@ -158,7 +158,7 @@ class Machine:
             (_, _, stopped, status, completed, reading, request, took, loading, writing, place, sending, data,
              *rest) = await ctx.tick().sample(*ports)
             full, offered, accepted = rest[:nodes], rest[nodes:2 * nodes], rest[2 * nodes:]
-            status = job_register("status").unpack(status)
+            status = register("status").unpack(status)
             load = None if over or load is None else load - 1
             halted = halted + 1 if status["halted"] and not status["stops"] else 0
             self.halts += halted == 1

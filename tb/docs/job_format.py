@@ -2,7 +2,7 @@
 
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import DESCRIPTOR, RULES, Kind
-from golden.memory_map.layout import PHASE_REGIONS
+from golden.memory_map.layout import REGIONS
 from tb.docs.memory_layout import record_table
 
 __all__ = ["job_tables"]
@@ -17,7 +17,7 @@ def job_tables() -> str:
     regions = ["### regions of the image of a phase", "", "| bit | region | life | one record per |",
                "|---|---|---|---|"]
     regions += [f"| {bit} | `{region.name}` | {region.life} | {region.record} |"
-                for bit, region in enumerate(PHASE_REGIONS)]
-    own = [record_table(region, has_life=True) for region in PHASE_REGIONS if region.name in ("patches", "clusters")]
+                for bit, region in enumerate(REGIONS)]
+    own = [record_table(region, has_life=True) for region in REGIONS if region.name in ("patches", "clusters")]
     return "\n".join([record_table(DESCRIPTOR), "\n".join(rules) + "\n", record_table(COMPLETION),
                       "\n".join(regions) + "\n", *own])

@@ -23,7 +23,7 @@ TESTED_IN = {
     "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
     "hw/ctu/traversal_start.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
-    "hw/job_cluster.py": ("tb/system/test_job_engine.py", "JobEngine"),
+    "hw/cluster.py": ("tb/system/test_job_engine.py", "Engine"),
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
     "hw/lib/longest_waiting.py": ("tb/formal/test_arbiter.py", "LONGEST_WAITING"),
     "hw/lib/round_robin.py": ("tb/formal/test_arbiter.py", ""),

@@ -14,7 +14,7 @@ from golden.memory_map import MemoryImage, machine_image
 from golden.memory_map.layout import EVERY_CLUSTER, NONE
 from golden.schedule.phase import machine_schedule
 from hw.control.load_control import ALL
-from hw.job_host import JobHost
+from hw.host import Host
 from hw.simulator.machine_library import machine_library
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
@@ -64,7 +64,7 @@ class JobMachine:
             end += len(self._images[phase.address][1])
         self.job = replace(job, descriptors=self.placed(job.descriptors), end=end)
         self.port = SimulatedPort(self.config, size=end, library=machine_library(self.config, jobs=True), **memory)
-        self.host = JobHost(self.port, self.config)
+        self.host = Host(self.port, self.config)
         complete(self.host.identify())
         self._before = bytearray(b"\xa5" * end)
         complete(self.port.write_memory(0, bytes(self._before)))

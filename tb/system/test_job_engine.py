@@ -1,4 +1,4 @@
-"""Jobs on the exported `JobEngine`: all of main memory, and a completion record for each descriptor."""
+"""Jobs on the exported `Engine`: all of main memory, and a completion record for each descriptor."""
 
 import functools
 

@@ -10,7 +10,8 @@ from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.jobs.descriptor import ANY_CLUSTER, Kind, check_descriptor, section_of
 from golden.jobs.job import plan_job
-from golden.jobs.phase_image import LOADED_REGIONS, PhaseImage, region_bits
+from golden.jobs.load_regions import LOADED_REGIONS, region_bits
+from golden.memory_map import MemoryImage
 from golden.jobs.result_formats import HitFormat
 from golden.schedule.phase import schedule
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
@@ -95,7 +96,7 @@ def test_nothing_in_memory_overlaps_and_addresses_are_aligned():
 def test_tables_in_memory_are_images_and_cells_of_shell_1():
     memory = memory_with(job(), job().tables())
     for phase in job().phases:
-        assert PhaseImage.from_bytes(bytes(memory[phase.address:phase.address + phase.image.size])).to_bytes() \
+        assert from_bytes(bytes(memory[phase.address:phase.address + phase.image.size])).to_bytes() \
             == phase.image.to_bytes()
     for descriptor, one in zip(job().descriptors, job().sections, strict=True):
         if one is not None:

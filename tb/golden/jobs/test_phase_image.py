@@ -9,9 +9,10 @@ from golden.config import PRESETS
 from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
-from golden.jobs.phase_image import LOADED_REGIONS, PHASE, SCENE, PhaseImage, phase_image, region_bits
+from golden.jobs.load_regions import LOADED_REGIONS, PHASE, SCENE, region_bits
+from golden.memory_map import MemoryImage, phase_image
 from golden.memory_map import ALIGNMENT, HEADER, MAGIC, machine_image
-from golden.memory_map.layout import PHASE_REGIONS, header
+from golden.memory_map.layout import REGIONS, header
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.golden.schedule.scenes import CONFIG, case
@@ -76,10 +77,10 @@ def test_patches_have_a_kind_where_the_byte_was_0(scene, phase):
 def test_bytes_and_back_are_the_same_bytes(phase):
     image = phase[2]
     data = image.to_bytes()
-    back = PhaseImage.from_bytes(data)
+    back = from_bytes(data)
     assert back.to_bytes() == data
     assert data[:8] == MAGIC.to_bytes(4, "little") + bytes([3, 0, 0, 0])
-    assert all(np.array_equal(back[region.name], image[region.name]) for region in PHASE_REGIONS)
+    assert all(np.array_equal(back[region.name], image[region.name]) for region in REGIONS)
     assert all(offset % ALIGNMENT == 0 for offset in image.offsets.values())
     assert image.size == len(data)
 
@@ -107,7 +108,7 @@ def test_a_scene_larger_than_the_memory_of_a_cluster_stays_in_main_memory(scene,
 def test_a_schedule_gives_each_cluster_its_own_residents_and_subshells(scene, hemispheres):
     table = scene.shelling.table
     plan = schedule(hemispheres[0], scene.geometry, table, CONFIG, clusters=4, ratio=16, capacity=20)
-    image = PhaseImage.from_bytes(
+    image = from_bytes(
         phase_image(hemispheres, scene.geometry, table, PRESETS["thesis"], plan=plan).to_bytes())
     assert any(len(listed) for listed in plan.subshells)
     cluster, address = plan.sets.residence(len(scene.geometry))
@@ -131,7 +132,7 @@ def broken(image, **changes):
     for target, value in changes.items():
         region, field = target.split("__")
         regions[region][field][1] = value
-    return PhaseImage(regions).to_bytes()
+    return MemoryImage(regions).to_bytes()
 
 
 @pytest.mark.parametrize(("change", "message"), [
@@ -146,23 +147,23 @@ def broken(image, **changes):
     ({"rows__weight": 1 << 42}, r"rows\.weight must be below")])
 def test_broken_tables_are_refused(phase, change, message):
     with pytest.raises(InputError, match=f"memory image: {message}"):
-        PhaseImage.from_bytes(broken(phase[2], **change))
+        from_bytes(broken(phase[2], **change))
 
 
 def test_an_image_of_a_frustum_is_none_of_a_phase(scene, phase):
     data = bytearray(phase[2].to_bytes())
     data[4] = 2
     with pytest.raises(InputError, match="Version must be 3, not 2"):
-        PhaseImage.from_bytes(bytes(data))
+        from_bytes(bytes(data))
     assert header(3).dtype == HEADER.dtype
 
 
 def test_bits_of_loads_are_in_the_order_of_the_regions():
-    assert [region.name for region in PHASE_REGIONS] == [
+    assert [region.name for region in REGIONS] == [
         "cell_grid", "cells", "patch_lists", "patches", "residence", "clusters", "subshells", "residents", "columns",
         "rows", "shells", "grid_rows", "grid_columns"]
     assert region_bits("patches", "grid_columns") == 1 << 3 | 1 << 12
     assert SCENE == 0b111
     assert PHASE == 0b1111101111000
     assert LOADED_REGIONS == 0x1FFF & ~(1 << 7)
-    assert {region.life for region in PHASE_REGIONS} == {"scene", "phase"}
+    assert {region.life for region in REGIONS} == {"scene", "phase"}

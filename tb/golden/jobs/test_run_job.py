@@ -9,7 +9,7 @@ from golden.cast.naive_fixed import NaiveFixed
 from golden.icu.collector import collect
 from golden.jobs.descriptor import DESCRIPTOR
 from golden.jobs.job import plan_job
-from golden.jobs.phase_image import LOADED_REGIONS
+from golden.jobs.load_regions import LOADED_REGIONS
 from golden.jobs.result_formats import HitFormat
 from golden.jobs.run_job import run_job
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
