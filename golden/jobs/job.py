@@ -1,7 +1,7 @@
 """A job: loads and sections of frusta in the order of the queue, and where everything is in main memory."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,16 +25,18 @@ from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, un
 from golden.jobs.tile_sections import tile_sections
 from golden.memory_map import MemoryImage, phase_image
 from golden.memory_map.image_layout import aligned
+from golden.memory_map.layout import REGIONS
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
 
-__all__ = ["Job", "JobPhase", "JobSection", "PhaseRequest", "Read", "plan_job"]
+__all__ = ["HeldTables", "Job", "JobPhase", "JobSection", "PhaseRequest", "Read", "plan_job"]
 
 # The field is of 5 bits; numbers of descriptors are of 32.
 _MOST_RING_BITS = 31
 # Tables of which those of fewer shells are the beginning.
 _GRID = ("shells", "grid_rows", "grid_columns")
+_SCENE = tuple(region.name for region in REGIONS if region.life == "scene")
 # Reads bytes of main memory: their address and number.
 Read = Callable[[int, int], bytes]
 
@@ -121,6 +123,23 @@ class JobSection:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class HeldTables:
+    """What a machine holds after a job.
+
+    Parameters
+    ----------
+    tables
+        The records loaded, by region.
+    begin, end
+        Main memory that it reads cells and patches from: begin <= address < end.
+    """
+
+    tables: Mapping[str, np.ndarray] = field(default_factory=dict)
+    begin: int = 0
+    end: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
     """Descriptors in the order of the queue, and what they need in main memory.
 
@@ -138,6 +157,8 @@ class Job:
         Addresses of the two rings, and the binary logarithm of their entries.
     base, end
         Main memory that the job uses: base <= address < end.
+    held
+        What the machine holds after the job.
     """
 
     config: Config
@@ -149,6 +170,7 @@ class Job:
     ring_bits: int
     base: int
     end: int
+    held: HeldTables
 
     def entry(self, number: int) -> int:
         """Address of the descriptor ``number``: that of the one 2^``ring_bits`` before, which must have been taken."""
@@ -196,10 +218,12 @@ class Job:
         return scatter_sums(parts, len(self.phases[phase].request.geometry))
 
 
-def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int = 6, base: int = 0) -> Job:
+def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int = 6, base: int = 0,
+             held: HeldTables | None = None) -> Job:
     """A job of the phases in their order.
 
-    Each phase begins with a load of what the phases before have not loaded, if there is any. Its frusta follow in an
+    Each phase begins with a load of what the machine does not hold, if there is any; of another scene all tables are
+    loaded, since cells and patches are read from one image. Its frusta follow in an
     order in which neighbours are near each other (`proximity_order`), and at its end the longest sections are first
     (`longest_first_at_the_end`).
 
@@ -213,6 +237,9 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
         Binary logarithm of the entries of the rings, 0 to 31.
     base
         First byte of main memory for the job, rounded up to a multiple of 64.
+    held
+        What the machine holds before the job, `Job.held` of the one before; the job leaves that part of main memory as
+        it is. Default: nothing.
 
     Raises
     ------
@@ -225,18 +252,18 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
         check_int(f"job: {name}", value)
         if value < 0 or (most is not None and value > most):
             raise InputError(f"job: {name} must be {'at least 0' if most is None else f'0 to {most}'}, not {value}")
-    memory = _Memory(base)
-    first = memory.end
+    held = held or HeldTables()
+    memory = _Memory(base, held)
     ring = memory.take(DESCRIPTOR.dtype.itemsize << ring_bits)
     completions = memory.take(COMPLETION.dtype.itemsize << ring_bits)
-    phases, sections, descriptors, held = [], [], [], {}
+    phases, sections, descriptors, first = [], [], [], min(ring, held.begin) if held.tables else ring
     for number, request in enumerate(requests):
         check_config(config, request.hit_format, sums=request.sums)
         phase = _phase(request, config, memory)
         phases.append(phase)
-        loaded = [name for name in phase.image.regions if not _holds(held, phase.image, name)]
+        loaded = _loaded(held.tables, phase.image)
         if loaded:
-            held |= {name: phase.image[name] for name in loaded}
+            held = _held_after(held, phase, loaded)
             sections.append(None)
             descriptors.append(load_descriptor(phase.address, _load_bits(loaded), tag=len(descriptors)))
         for one in _sections(request, number, config):
@@ -248,17 +275,19 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
             raise InputError(f"job: {refusal.reason}")
     return Job(config=config, phases=tuple(phases), descriptors=np.array(descriptors, dtype=DESCRIPTOR.dtype),
                sections=tuple(sections), ring=ring, completions=completions, ring_bits=ring_bits, base=first,
-               end=memory.end)
+               end=max(memory.end, held.end), held=held)
 
 
 class _Memory:
-    """Main memory, taken from the bottom up in multiples of 64 bytes."""
+    """Main memory, taken from the bottom up in multiples of 64 bytes, around what is held there."""
 
-    def __init__(self, base):
-        self.end = aligned(base)
+    def __init__(self, base, held):
+        self.end, self._held = aligned(base), held
 
     def take(self, size):
         """Address of so many bytes."""
+        if self.end < self._held.end and self.end + aligned(size) > self._held.begin:
+            self.end = aligned(self._held.end)
         address = self.end
         self.end += aligned(size)
         return address
@@ -272,6 +301,21 @@ def _phase(request, config, memory):
         request=request, image=image, address=memory.take(image.size),
         near_cells=tuple(memory.take(4 * len(near_cells(record, table, record.slopes))) for record in request.records),
         hits=tuple(memory.take(size * len(record)) if size else 0 for record in request.records))
+
+
+def _loaded(held, image):
+    """The regions of an image that have to be loaded; of the scene all or none."""
+    missing = [name for name in image.regions if not _holds(held, image, name)]
+    return [*image.regions] if {*missing} & {*_SCENE} else missing
+
+
+def _held_after(held, phase, loaded):
+    """What the machine holds after a load."""
+    tables = {**held.tables, **{name: phase.image[name] for name in loaded}}
+    begin, end = held.begin, held.end
+    if {*loaded} & {*_SCENE}:
+        begin, end = phase.address, phase.address + phase.image.size
+    return HeldTables(tables=tables, begin=begin, end=end)
 
 
 def _holds(held, image, name):

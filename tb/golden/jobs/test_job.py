@@ -11,7 +11,7 @@ from golden.errors import InputError
 from golden.jobs.descriptor import ANY_CLUSTER, Kind, check_descriptor, section_of
 from golden.jobs.job import plan_job
 from golden.jobs.load_regions import LOADED_REGIONS, region_bits
-from golden.memory_map import MemoryImage
+from golden.memory_map import from_bytes
 from golden.jobs.result_formats import HitFormat
 from golden.schedule.phase import schedule
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
@@ -68,6 +68,42 @@ def test_a_phase_of_the_same_tables_is_not_loaded_again():
     made = plan_job([replace(first, records=[one], cycles=None) for one in (close, far)], CONFIG)
     loads = [int(made.descriptors["regions"][number]) for number, one in enumerate(made.sections) if one is None]
     assert loads == [LOADED_REGIONS, region_bits("shells", "grid_rows", "grid_columns")]
+
+
+def test_what_the_machine_holds_is_not_loaded_again():
+    """Neither are its tables overwritten: it reads cells and patches of them."""
+    first, wider, _ = requests()
+    before = plan_job([first], CONFIG)
+    held = before.held
+    assert (held.begin, held.end) == (before.phases[0].address, before.phases[0].address + before.phases[0].image.size)
+    again = plan_job([first], CONFIG, held=held)
+    assert not [one for one in again.sections if one is None]
+    assert (again.held.begin, again.held.end) == (held.begin, held.end)
+    assert again.base <= held.begin < held.end <= again.end
+    for made in again, plan_job([first], CONFIG, held=held, base=held.begin), plan_job([wider], CONFIG, held=held):
+        extents = [(made.ring, 192 << made.ring_bits), (made.completions, 64 << made.ring_bits)]
+        extents += [(address, len(data)) for address, data in made.tables().items()]
+        extents += [(address, 8 * len(first.records[0])) for address in made.phases[0].hits if address]
+        assert all(address + size <= held.begin or address >= held.end for address, size in extents)
+    # Room that suffices before it is used.
+    assert plan_job([first], CONFIG, ring_bits=1, held=held).ring == 0
+    # Other rays are loaded alone, and the scene stays where it is.
+    rays = plan_job([wider], CONFIG, held=held)
+    assert rays.descriptors["regions"][0] & region_bits("cells", "patches") == 0
+    assert rays.descriptors["regions"][0] & region_bits("rows")
+    assert (rays.held.begin, rays.held.end) == (held.begin, held.end)
+
+
+def test_of_another_scene_everything_is_loaded():
+    """Even if its cells are the same: those and patches are read from one image."""
+    request = requests()[0]
+    held = plan_job([request], CONFIG).held
+    patches = held.tables["patches"].copy()
+    patches["vertex"][3] ^= 1
+    made = plan_job([request], CONFIG, held=replace(held, tables={**held.tables, "patches": patches}))
+    assert made.descriptors["regions"][0] == LOADED_REGIONS
+    assert made.held.begin == made.phases[0].address >= held.end
+    assert made.held.tables["patches"].tobytes() == held.tables["patches"].tobytes()
 
 
 def test_nothing_in_memory_overlaps_and_addresses_are_aligned():
