@@ -235,7 +235,7 @@ class Cluster(wiring.Component):
             traversal.i_frustum.valid.eq(control.o_traversal.valid),
             control.o_traversal.ready.eq(traversal.i_frustum.ready), traversal_frustum.traversal.frustum.eq(frustum),
             *(traversal_frustum.traversal[name].eq(numbers[name]) for name in ("to_global", "grid_origin")),
-            traversal_frustum.traversal.cells.eq(load.numbers.cells),
+            traversal_frustum.traversal.cells.eq(load.cells),
             traversal_frustum.last_shell.eq(given.last_shell), traversal_frustum.subshells.first.eq(0),
             traversal_frustum.subshells["count"].eq(load.subshells),
             traversal_frustum.subshells.patches.eq(self.scene.patches)]

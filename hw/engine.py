@@ -11,6 +11,7 @@ from golden.config import Config
 from hw.cluster import Cluster, ClusterSignature
 from hw.control.completion_writer import CompletionWriter
 from hw.control.descriptor_fetch import DescriptorFetch
+from hw.control.frustum_load import FIRST_SHELL
 from hw.control.job_control import JobControl
 from hw.control.job_dispatch import JobDispatch
 from hw.control.load_control import LoadControl
@@ -205,9 +206,13 @@ class Engine(wiring.Component):
             control.load_over.valid.eq(load.o_over.valid), control.load_over.payload.eq(load.o_over.payload)]
         scene, takes = interface.scene, Signal()
         tables = {"cells": preload.cells, "lists": preload.patch_lists, "patches": preload.patches}
+        takes_shells = Signal()
         with m.If(begins):
-            m.d.sync += takes.eq(given.regions[RegionNumber.CELLS.value])
+            m.d.sync += [takes.eq(given.regions[RegionNumber.CELLS.value]),
+                         takes_shells.eq(given.regions[RegionNumber.SHELLS.value])]
         kept_scene, kept_bases = Signal.like(scene), Signal.like(interface.bases)
+        with m.If(load.busy & takes_shells):
+            m.d.sync += blocks.dispatch.last_shell.eq(preload.shells["count"] + FIRST_SHELL - 1)
         # Known after the header, and stable until the next load of cells.
         with m.If(load.busy & takes):
             m.d.sync += [

@@ -6,11 +6,13 @@ from dataclasses import dataclass, field, replace
 
 from golden.jobs.load_regions import LOADED_REGIONS
 
-__all__ = ["ABORTED", "COMMANDS", "NO_CLUSTER", "RESETS", "STATES", "STATUS", "Fault", "Inputs", "JobControl", "Load", "Outputs", "Record",
-           "Registers"]
+__all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATES", "STATUS", "Fault", "Inputs", "JobControl",
+           "Load", "Outputs", "Record", "Registers"]
 
-# Commands from bit 0 of the register on, and the bits of the register ``status``.
+# Commands from bit 0 of the register on; the bit that says which tables a resume loads; the bits of the register
+# ``status``.
 COMMANDS = ("stop", "clear", "resume")
+COPIES = len(COMMANDS)
 STATUS = ("busy", "loading", "halted", "stops", "loaded", "failed")
 # By state: what it does, and what it waits for before the next state.
 STATES = {
@@ -58,11 +60,12 @@ class Registers:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """A load of a descriptor."""
+    """A load of a descriptor; with ``copies`` all clusters get the tables of cluster 0."""
 
     tag: int = 0
     image: int = 0
     regions: int = LOADED_REGIONS
+    copies: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,7 +249,7 @@ class JobControl:
         self._sections = [deque() for _ in range(nodes)]
         self._watches = [_Watch() for _ in range(nodes)]
         self._load: _Load | None = None
-        self._taken, self._loaded, self._resuming = 0, False, False
+        self._taken, self._loaded, self._resuming, self._copies = 0, False, False, False
         self._error, self._culprit = Fault(), None
         self._enabled = self._pending = False
         self._kept = Registers()
@@ -433,13 +436,13 @@ class JobControl:
         """A load is offered, read, and over; its record ends it."""
         load = self._load
         if outputs.retry:
-            self._resuming = True
+            self._resuming, self._copies = True, bool(given.command >> COPIES & 1)
         if load is None:
             if outputs.takes_load and given.load:
                 self._load = _Load(given.load, False, self._cycle)
                 self._taken = (self._taken + 1) % _MODULUS
             elif outputs.takes and self._resuming and not outputs.retry and state == self._state == "halted":
-                self._load = _Load(Load(image=given.registers.image), True, self._cycle)
+                self._load = _Load(Load(image=given.registers.image, copies=self._copies), True, self._cycle)
             return
         if load.phase == "over":
             if given.record_taken and outputs.record and (self._live or self._cluster == self._nodes):

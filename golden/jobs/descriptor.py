@@ -22,7 +22,7 @@ __all__ = ["ANY_CLUSTER", "DESCRIPTOR", "NEAR_ALIGNMENT", "RULES", "VERSION", "K
            "section_tiles"]
 
 VERSION = 1
-# Of the field `cluster`: the first one that is free.
+# Of the field `cluster`: the first one that is free; of a load, each cluster its own tables.
 ANY_CLUSTER = 0xFFFF
 # The address of the cells of shell 1 is a multiple of this; all other addresses are multiples of `ALIGNMENT`.
 NEAR_ALIGNMENT = 8
@@ -43,7 +43,8 @@ DESCRIPTOR = Region("descriptor", "job", "entry of the ring", "A section of a fr
     Field("hit_format", "u1", "0: no hits, 1: 16 bytes a ray, 2: 8 bytes, 3: patch ids of 4 bytes"),
     Field("sums", "u1", "1: sparse sums are written; 0: not"),
     Field("context", "u1", "0"),
-    Field("cluster", "u2", f"the cluster that must cast it; {ANY_CLUSTER:#x}: any"),
+    Field("cluster", "u2", f"section: the cluster that must cast it, {ANY_CLUSTER:#x}: any; load: {ANY_CLUSTER:#x}: "
+          "each cluster gets its own tables, 0: all clusters get those of cluster 0, which are read once"),
     Field("tag", "u4", "the host's; the completion record returns it"),
     Field("regions", "u4", "load: the regions of the image to read, bit k is region k; section: 0"),
     Field("hits", "u8", f"section: address of the hit of ray (0, 0) of the frustum; load: of the image; a multiple of "
@@ -90,7 +91,7 @@ def frustum_descriptor(record: FrustumRecord, table: CellTable, *, section: Sect
         "last_shell": CellTraversalUnit(record, table).last_shell, **frustum_fields(record, table)})[0]
 
 
-def load_descriptor(image: int, regions: int, *, tag: int = 0) -> np.void:
+def load_descriptor(image: int, regions: int, *, tag: int = 0, copies: bool = False) -> np.void:
     """The descriptor of a load.
 
     Parameters
@@ -101,14 +102,17 @@ def load_descriptor(image: int, regions: int, *, tag: int = 0) -> np.void:
         The regions to read, bit k is region k of the image.
     tag
         As the field.
+    copies
+        All clusters get the tables of cluster 0.
 
     Raises
     ------
     InputError
         A value is out of its field's range.
     """
-    return make_records(DESCRIPTOR, 1, _OWNER, {"version": VERSION, "kind": Kind.LOAD, "cluster": ANY_CLUSTER,
-                                               "tag": tag, "regions": regions, "hits": image})[0]
+    return make_records(DESCRIPTOR, 1, _OWNER, {
+        "version": VERSION, "kind": Kind.LOAD, "cluster": 0 if copies else ANY_CLUSTER, "tag": tag, "regions": regions,
+        "hits": image})[0]
 
 
 def parse_descriptors(data: bytes) -> np.ndarray:
@@ -206,6 +210,8 @@ RULES = (
     Rule("context", "context must be 0", lambda one, config: one["context"] == 0),
     Rule("cluster", f"cluster must be below the number of clusters, or {ANY_CLUSTER:#x}",
          lambda one, config: one["cluster"] < config.noc.nodes or one["cluster"] == ANY_CLUSTER),
+    Rule("cluster", f"cluster must be 0 or {ANY_CLUSTER:#x} of a load",
+         lambda one, config: one["cluster"] in (0, ANY_CLUSTER), (Kind.LOAD,)),
     Rule("hits", f"hits must be a multiple of {ALIGNMENT} below 2^memory.address_bits", _aligned("hits", ALIGNMENT)),
     Rule("sums_address", f"sums_address must be a multiple of {ALIGNMENT} below 2^memory.address_bits",
          _aligned("sums_address", ALIGNMENT), _FRUSTUM),

@@ -222,10 +222,10 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
              held: HeldTables | None = None) -> Job:
     """A job of the phases in their order.
 
-    Each phase begins with a load of what the machine does not hold, if there is any; of another scene all tables are
-    loaded, since cells and patches are read from one image. Its frusta follow in an
-    order in which neighbours are near each other (`proximity_order`), and at its end the longest sections are first
-    (`longest_first_at_the_end`).
+    Each phase begins with a load of what the machine does not hold, if there is any: once for all clusters if all of
+    them hold the same patches. Of another scene all tables are loaded, since cells and patches are read from one image.
+    Its frusta follow in an order in which neighbours are near each other (`proximity_order`), and at its end the longest
+    sections are first (`longest_first_at_the_end`).
 
     Parameters
     ----------
@@ -265,7 +265,8 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
         if loaded:
             held = _held_after(held, phase, loaded)
             sections.append(None)
-            descriptors.append(load_descriptor(phase.address, _load_bits(loaded), tag=len(descriptors)))
+            descriptors.append(load_descriptor(phase.address, _load_bits(loaded), tag=len(descriptors),
+                                               copies=phase.image.has_copies))
         for one in _sections(request, number, config):
             sections.append(one)
             descriptors.append(_descriptor(one, phase, memory, tag=len(descriptors)))

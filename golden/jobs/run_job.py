@@ -9,7 +9,7 @@ from golden.cast.fixed_hits import FixedHits
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling
 from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import Kind, check_descriptor, section_of
+from golden.jobs.descriptor import DESCRIPTOR, Kind, check_descriptor, section_of
 from golden.jobs.job import Job, Read
 from golden.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.jobs.result_formats import HitFormat, ResultCommand, pack_sums, result_bytes, section_rays, section_sums
@@ -100,7 +100,8 @@ class _Machine:
     def __init__(self, job, brute_force):
         self._job, self._brute_force = job, brute_force
         self._images = {phase.address: phase.image for phase in job.phases}
-        self._loaded, self._weights, self._hits, self._casters = 0, None, {}, {}
+        self._loaded, self._last_shell, self._weights = False, 0, None
+        self._hits, self._casters = {}, {}
 
     def execute(self, number, descriptor):
         """Bytes by address; the error, and the number concerned by it; words of sums."""
@@ -109,15 +110,19 @@ class _Machine:
             return {}, refusal.code, refusal.byte, 0
         if descriptor["kind"] == Kind.LOAD:
             return self._load(int(descriptor["hits"]), int(descriptor["regions"]))
-        if self._loaded != LOADED_REGIONS:
+        if not self._loaded:
             return {}, "NOT_LOADED", 0, 0
+        if descriptor["last_shell"] > self._last_shell:
+            return {}, "NOT_LOADED", DESCRIPTOR.dtype.fields["last_shell"][1], 0
         return self._cast(self._job.sections[number], descriptor)
 
     def _load(self, address, regions):
         if address not in self._images:
-            self._loaded = 0
+            self._loaded = False
             return {}, "IMAGE", address, 0
-        self._loaded |= regions & LOADED_REGIONS
+        self._loaded |= regions & LOADED_REGIONS == LOADED_REGIONS
+        if regions & region_bits("shells"):
+            self._last_shell = self._images[address].last_shell
         if regions & region_bits("rows"):
             self._weights = self._images[address]["rows"]["weight"].astype(np.int64)
         return {}, "NONE", 0, 0

@@ -28,5 +28,5 @@ from golden.memory_map.layout import (
 )
 
 __all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "EVERY_CLUSTER", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
-           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage", "Region",
-           "from_bytes", "pack_beats", "phase_image", "unpack_beats"]
+           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage",
+           "Region", "from_bytes", "pack_beats", "phase_image", "unpack_beats"]

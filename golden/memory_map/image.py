@@ -62,6 +62,11 @@ class MemoryImage:
         return self[region][int(record[first]):int(record[first]) + int(record[region])]
 
     @property
+    def has_copies(self) -> bool:
+        """Whether the tables of cluster 0 are those of every cluster: none has patches or lists of its own."""
+        return not len(self["subshells"]) and bool((self["residence"]["cluster"] < 0).all())
+
+    @property
     def last_shell(self) -> int:
         """The last shell that there are grid rays for."""
         return len(self["shells"]) + 1

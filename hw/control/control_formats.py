@@ -20,10 +20,8 @@ class ControlFormats:
         ``item``, a `MemoryFormats.table_word`, for all clusters or for one of them.
     fault, error
         An `ErrorCode`, and the address or number concerned; the same with the cluster.
-    results
-        The regions of a frustum's results, and its columns.
     numbers
-        A frustum (`CtuFormats.traversal_frustum`) without its section.
+        A frustum (`CtuFormats.traversal_frustum`) without its section, and without the cells of the scene.
     """
 
     def __init__(self, config: Config):
@@ -32,8 +30,7 @@ class ControlFormats:
         number = max(config.memory.address_bits, 24)
         self.fault = StructLayout({"code": ErrorCode, "number": number})
         self.error = StructLayout({"code": ErrorCode, "cluster": path.cluster, "number": number})
-        self.results = StructLayout({"hits": memory.table, "sums": memory.table, "columns": formats.count})
         frustum, traversal = formats.frustum, formats.traversal_frustum
         self.numbers = StructLayout({
             **{name: field.shape for name, field in frustum if name not in ("section", "tiles_across")},
-            **{name: field.shape for name, field in traversal if name != "frustum"}})
+            **{name: field.shape for name, field in traversal if name not in ("frustum", "cells")}})

@@ -69,6 +69,7 @@ class DescriptorCheck(wiring.Component):
             return (address[:multiple.bit_length() - 1] != 0) | address[width:].any()
 
         is_section, is_kind = (Signal(name=name) for name in ("is_section", "is_kind"))
+        is_load = field("kind")[1] == Kind.LOAD
         first, end = ([Signal(16, name=f"{bound}_{axis}") for axis in ("column", "row")] for bound in ("first", "end"))
         # By field: its word, and whether it breaks its rule; only in descriptors of sections or in all.
         rules = {}
@@ -76,7 +77,8 @@ class DescriptorCheck(wiring.Component):
                 ("version", lambda value: value != VERSION, True), ("kind", lambda value: value > Kind.LOAD, True),
                 ("hit_format", lambda value: value > LAST_HIT_FORMAT, False), ("sums", lambda value: value > 1, False),
                 ("context", lambda value: value != 0, True),
-                ("cluster", lambda value: (value >= nodes) & (value != ANY_CLUSTER), True),
+                ("cluster", lambda value: ((value >= nodes) | (is_load & (value != 0))) & (value != ANY_CLUSTER),
+                 True),
                 ("hits", lambda value: misaligned(value, ALIGNMENT), True),
                 ("sums_address", lambda value: misaligned(value, ALIGNMENT), False),
                 ("near_cells", lambda value: misaligned(value, NEAR_ALIGNMENT), False),

@@ -1,4 +1,4 @@
-"""Frustum load: words of a memory image to the tables and numbers of a frustum."""
+"""Frustum load: words of a memory image to the tables of the frusta of a phase."""
 
 from amaranth.hdl import Cat, Module, Signal
 from amaranth.lib import stream, wiring
@@ -6,21 +6,20 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.memsys.image_layout import RegionNumber, halves
 from hw.memsys.memory_formats import MemoryFormats
 
-__all__ = ["FrustumLoad"]
+__all__ = ["FIRST_SHELL", "FrustumLoad"]
 
 # The first shell that has a record.
 FIRST_SHELL = 2
 
 
 class FrustumLoad(wiring.Component):
-    """Routes words to the tables of a cluster's intersection unit and traversal unit, and stores the numbers of the
-    frustum.
+    """Routes words to the tables of a cluster's intersection unit and traversal unit, and stores what all frusta of the
+    scene share.
 
     Parameters
     ----------
@@ -35,18 +34,10 @@ class FrustumLoad(wiring.Component):
         Columns and rows of rays.
     o_grid : Out, stream of `CtuFormats.grid_table_write`
         Grid rays. Always ready.
-    o_near : Out, stream of ``address``, ``cell``
-        Cells of shell 1. Always ready.
     o_subshell : Out, stream of ``address``, ``patch``, ``shell``
         `hw.ctu.subshell_table.SubshellTable`'s ``i_load``.
-    numbers : Out(ControlFormats.numbers)
-        The frustum.
-    section : Out(Formats.section)
-        The cluster's section.
-    last_shell : Out(Formats.shell)
-        The last shell.
-    near_cells : Out(near_cell_bits + 1)
-        Cells of shell 1.
+    cells : Out(CtuFormats.traversal_frustum["cells"])
+        Cells of the scene along each axis.
     subshells : Out(32)
         Listed subshells.
 
@@ -60,18 +51,15 @@ class FrustumLoad(wiring.Component):
     latency = 0
 
     def __init__(self, *, config: Config):
-        self._config, self._formats, control = config, CtuFormats(config), ControlFormats(config)
-        formats = self._formats
-        near, subshells = config.ctu.near_cell_bits, config.ctu.subshell_bits
+        self._config, self._formats = config, CtuFormats(config)
+        formats, subshells = self._formats, config.ctu.subshell_bits
         super().__init__({
             "i": In(stream.Signature(MemoryFormats(config).table_word)),
             "o_table": Out(stream.Signature(IcuFormats(config).table_write)),
             "o_grid": Out(stream.Signature(formats.grid_table_write, always_ready=True)),
-            "o_near": Out(stream.Signature(StructLayout({"address": near, "cell": formats.cell}), always_ready=True)),
             "o_subshell": Out(stream.Signature(StructLayout({"address": subshells, "patch": 32, "shell": 32}),
                                                always_ready=True)),
-            "numbers": Out(control.numbers), "section": Out(formats.section), "last_shell": Out(formats.shell),
-            "near_cells": Out(near + 1), "subshells": Out(32)})
+            "cells": Out(formats.traversal_frustum["cells"].shape), "subshells": Out(32)})
 
     def elaborate(self, platform):
         m = Module()
@@ -122,8 +110,6 @@ class FrustumLoad(wiring.Component):
                 m.d.comb += [out.valid.eq(self.i.valid), out.payload.kind.eq(kind), out.payload.data.eq(record),
                              out.payload.index.eq(given.record + first)]
         m.d.comb += [
-            self.o_near.valid.eq(self.i.valid & (given.region == RegionNumber.NEAR_CELLS)),
-            self.o_near.payload.address.eq(given.record), self.o_near.payload.cell.eq(low),
             self.o_subshell.valid.eq(self.i.valid & (given.region == RegionNumber.SUBSHELLS)
                                      & (given.record >> self._config.ctu.subshell_bits == 0)),
             self.o_subshell.payload.address.eq(given.record), self.o_subshell.payload.patch.eq(low),
@@ -131,24 +117,10 @@ class FrustumLoad(wiring.Component):
 
     def _add_numbers(self, m):
         """Numbers, in registers."""
-        given, numbers = self.i.payload, self.numbers
-        targets = [("clusters", name, [self.section[name]]) for name in self.section.shape().members]
-        targets += [("clusters", "subshells", [self.subshells]), ("cell_grid", "shape", list(numbers.cells))]
-        for name in ("is_screen", "source", "columns", "rows", "column_bits", "row_bits", "longest_direction"):
-            targets.append(("frustum", name, [numbers[name]]))
-        for name in ("origin", "grid_origin"):
-            targets.append(("frustum", name, list(numbers[name])))
-        for name in ("matrix", "to_global"):
-            targets.append(("frustum", name, [entry for line in numbers[name] for entry in line]))
-        for region, field, elements in targets:
+        given = self.i.payload
+        for region, field, elements in (("clusters", "subshells", [self.subshells]),
+                                        ("cell_grid", "shape", list(self.cells))):
             for target, (word, is_high) in zip(elements, halves(region, field), strict=True):
                 half = given.data[32:] if is_high else given.data[:32]
                 with m.If(self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word)):
                     m.d.sync += target.eq(half)
-        # A frustum may have none of these tables.
-        with m.If(self.i.valid & (given.region == RegionNumber.FRUSTUM)):
-            m.d.sync += [self.last_shell.eq(FIRST_SHELL - 1), self.near_cells.eq(0)]
-        with m.If(self.i.valid & (given.region == RegionNumber.SHELLS)):
-            m.d.sync += self.last_shell.eq(given.record + FIRST_SHELL)
-        with m.If(self.i.valid & (given.region == RegionNumber.NEAR_CELLS)):
-            m.d.sync += self.near_cells.eq(given.record + 1)

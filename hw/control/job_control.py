@@ -7,6 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from golden.control.job_control import COMMANDS, COPIES
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import IN_FLIGHT, NO_CLUSTER, JobFormats
 from hw.control.load_control import ALL
@@ -36,7 +37,8 @@ class JobControl(wiring.Component):
     ``abort`` each descriptor that was in flight gets a completion record: the one that has caused the reset with its
     code, all others `ErrorCode.ABORTED`. A time-out or a fault of the network is that of the section which the cluster
     has begun last, the watchdog's that of its oldest section, or of the load. A ``resume`` loads all regions of the
-    image, once records are written and the registers of the ring and the windows have been taken over.
+    image, as the command's ``copies`` says, once records are written and the registers of the ring and the windows have
+    been taken over.
 
     The watchdog of a cluster counts the cycles since its oldest section was sent or the one before was collected, in
     steps of ``nodes``; that of a load its cycles. Of errors of one cycle the first of these is latched: watchdog,
@@ -79,7 +81,7 @@ class JobControl(wiring.Component):
         Its ``o_refused``.
     unread, dispatches : In(1)
         Its ``failed`` and ``busy``.
-    o_load : Out, stream of ``image``, ``regions``
+    o_load : Out, stream of `JobFormats.load`
         `LoadControl`'s ``i``.
     load_over : In, stream of `MemoryFormats.fault`
         Its ``o_over``. Always ready.
@@ -161,8 +163,8 @@ class JobControl(wiring.Component):
         self._state = {name: Signal(name=f"is_{name}", init=name == "run") for name in (
             "run", "drain", "stop", "abort", "halted")}
         self._live, self._resets = Signal(), Signal()
-        self._commands = {field.name: Signal(name=f"command_{field.name}") for field in register("command").fields}
-        self._resuming, self._is_halted = Signal(), Signal()
+        self._commands = {name: Signal(name=f"command_{name}") for name in COMMANDS}
+        self._resuming, self._copies, self._is_halted = Signal(), Signal(), Signal()
         command, before = self.i_command, 0
         for k, bit in enumerate(self._commands.values()):
             m.d.comb += bit.eq(command.valid & command.payload[k] & ~before)
@@ -229,10 +231,11 @@ class JobControl(wiring.Component):
                                             self.memory_fault.code.as_value(), over.payload.code.as_value()))]
         with m.If(self.i_load.valid & self.i_load.ready):
             m.d.sync += [phases["offered"].eq(1), phases["resumes"].eq(0), self._load_tag.eq(given.tag),
-                         load.image.eq(given.image), load.regions.eq(given.regions), self._load_begin.eq(self.cycles)]
+                         self._load_begin.eq(self.cycles),
+                         *(load[name].eq(given[name]) for name, _ in load.shape())]
         with m.Elif(self._state["halted"] & self.takes & self._resuming & ~self._resets):
             m.d.sync += [phases["offered"].eq(1), phases["resumes"].eq(1), load.image.eq(self.image),
-                         load.regions.eq((1 << len(load.regions)) - 1)]
+                         load.regions.eq((1 << len(load.regions)) - 1), load.copies.eq(self._copies)]
         with m.If(self.o_load.valid & self.o_load.ready):
             m.d.sync += [phases["offered"].eq(0), phases["read"].eq(1)]
         with m.If(self._over):
@@ -335,7 +338,7 @@ class JobControl(wiring.Component):
             entry.eq(self.taken & ((1 << self.kept.ring_bits) - 1)),
             self._resets.eq(self._commands["stop"] | self._late | self._load_late | fails
                             | (self._fault.code != ErrorCode.NONE) | (self._network != NetworkFault.NONE))]
-        wrong = (resumes & ~self.retry) | (self.i_command.valid & ~self.i_command.payload.any())
+        wrong = (resumes & ~self.retry) | (self.i_command.valid & ~self.i_command.payload[:len(COMMANDS)].any())
         with m.If(self._commands["clear"]):
             m.d.sync += error.as_value().eq(0)
 
@@ -393,7 +396,7 @@ class JobControl(wiring.Component):
         for name, value in following.items():
             m.d.sync += state[name].eq(Mux(stops, name == "stop", value))
         with m.If(self.retry):
-            m.d.sync += self._resuming.eq(1)
+            m.d.sync += [self._resuming.eq(1), self._copies.eq(self.i_command.payload[COPIES])]
         with m.Elif(state["stop"] | (self._over & self._load["resumes"])):
             m.d.sync += self._resuming.eq(0)
 

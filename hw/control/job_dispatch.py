@@ -7,7 +7,8 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.jobs.descriptor import ANY_CLUSTER
 from hw.control.descriptor_check import DescriptorCheck
-from hw.control.job_formats import NEAR_INDEX, NO_CLUSTER, JobFormats, Kind, elements
+from hw.control.job_formats import NEAR_INDEX, NO_CLUSTER, JobFormats, Kind, byte_of, elements
+from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.longest_waiting import LongestWaiting
 from hw.registers.error_code import ErrorCode
 
@@ -20,7 +21,8 @@ class JobDispatch(wiring.Component):
     A descriptor is checked while its words are sent: the last one says whether they are ``void``, and the cluster is
     then offered the next section. A descriptor that no cluster is needed for is read to its end: a load, one with a
     wrong first word, and any before a load. A refused one of them gets a completion record: `ErrorCode.DESCRIPTOR` or
-    ``SECTION`` with the first byte of the field, ``NOT_LOADED``, or ``READ_REPLY`` with the address of its near cells.
+    ``SECTION`` with the first byte of the field, ``READ_REPLY`` with the address of its near cells, or ``NOT_LOADED``:
+    with 0 if no tables have been loaded, with the byte of ``last_shell`` if there are no grid rays for it.
 
     A descriptor that could not be read itself ends the dispatch, until a reset.
 
@@ -37,6 +39,8 @@ class JobDispatch(wiring.Component):
         The next descriptor may begin.
     loaded : In(1)
         All tables have been loaded. Stable while ``busy``.
+    last_shell : In(CtuFormats.shell)
+        The last shell of which they have grid rays. Likewise.
     wants : In(nodes)
         The cluster wants one more section, for one cycle each.
     o : Out, stream of `JobFormats.word`
@@ -65,7 +69,8 @@ class JobDispatch(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, formats = config, JobFormats(config)
         super().__init__({
-            "i": In(stream.Signature(formats.fetched)), "enable": In(1), "loaded": In(1), "wants": In(config.noc.nodes),
+            "i": In(stream.Signature(formats.fetched)), "enable": In(1), "loaded": In(1),
+            "last_shell": In(CtuFormats(config).shell), "wants": In(config.noc.nodes),
             "o": Out(stream.Signature(formats.word, always_ready=True)),
             "o_sent": Out(stream.Signature(formats.sent, always_ready=True)),
             "o_load": Out(stream.Signature(formats.load_job)), "o_refused": Out(stream.Signature(formats.record)),
@@ -96,10 +101,11 @@ class JobDispatch(wiring.Component):
                                | Mux(returns, granted, 0))
 
         # Numbers of the descriptor that its end needs.
-        numbers = {name: Signal(bits.stop - bits.start, name=name) for name in ("tag", "regions", "hits", "near_cells")
-                   for (_, bits), in [elements(name)]}
-        is_load, unread, near_unread, unloaded = (
-            Signal(name=name) for name in ("is_load", "unread", "near_unread", "unloaded"))
+        numbers = {name: Signal(bits.stop - bits.start, name=name) for name in (
+            "cluster", "tag", "regions", "hits", "near_cells") for (_, bits), in [elements(name)]}
+        is_load, unread, near_unread, unloaded, beyond = (
+            Signal(name=name) for name in ("is_load", "unread", "near_unread", "unloaded", "beyond"))
+        (shell_index, shell_bits), = elements("last_shell")
         takes, is_near = Signal(), Signal()
         m.d.comb += [takes.eq(self.i.valid & self.i.ready), is_near.eq(word.index == NEAR_INDEX),
                      check.i.valid.eq(takes & ~is_near), check.i.payload.index.eq(word.index),
@@ -111,16 +117,19 @@ class JobDispatch(wiring.Component):
                     m.d.sync += number.eq(word.data[bits])
             m.d.sync += [unread.eq(unread | (word.error & ~is_near)),
                          near_unread.eq(near_unread | (word.error & is_near))]
+            with m.If(word.index == shell_index):
+                m.d.sync += beyond.eq(word.data[shell_bits] > self.last_shell)
 
         # A word is kept until the next one has come, the last one until its refusal is known.
         kept, sent = Signal.like(word), Signal()
         refusal, good = check.refusal, Signal()
         m.d.comb += [
-            good.eq((refusal.code == ErrorCode.NONE) & ~near_unread & ~unread),
+            good.eq((refusal.code == ErrorCode.NONE) & ~near_unread & ~unread & (is_load | ~beyond)),
             self.o.valid.eq(sent), self.o.payload.index.eq(kept.index), self.o.payload.data.eq(kept.data),
             self.o.payload.last.eq(kept.last), self.o.payload.void.eq(kept.last & ~good),
             self.o_sent.payload.tag.eq(numbers["tag"]), self.o_load.payload.tag.eq(numbers["tag"]),
-            self.o_load.payload.image.eq(numbers["hits"]), self.o_load.payload.regions.eq(numbers["regions"])]
+            self.o_load.payload.image.eq(numbers["hits"]), self.o_load.payload.regions.eq(numbers["regions"]),
+            self.o_load.payload.copies.eq(numbers["cluster"] == 0)]
         number = Signal(range(nodes))
         m.d.comb += [self.o.payload.cluster.eq(number), self.o_sent.payload.cluster.eq(number)]
         for k in range(nodes):
@@ -128,7 +137,7 @@ class JobDispatch(wiring.Component):
                 m.d.comb += number.eq(k)
         with m.If(takes):
             m.d.sync += kept.eq(word)
-        self._add_record(m, refusal, near_unread, numbers)
+        self._add_record(m, refusal, near_unread, unloaded, numbers)
         m.d.comb += self.busy.eq(1)
         with m.FSM():
             with m.State("Begin"):
@@ -167,12 +176,13 @@ class JobDispatch(wiring.Component):
                 m.d.comb += [self.failed.eq(1), self.busy.eq(0)]
         return m
 
-    def _add_record(self, m, refusal, near_unread, numbers):
+    def _add_record(self, m, refusal, near_unread, unloaded, numbers):
         """The completion record of a refused descriptor."""
         record = self.o_refused.payload
         m.d.comb += [record.tag.eq(numbers["tag"]), record.cluster.eq(NO_CLUSTER), record.code.eq(refusal.code),
                      record.number.eq(refusal.number)]
         with m.If(refusal.code == ErrorCode.NONE):
-            m.d.comb += record.code.eq(ErrorCode.NOT_LOADED)
+            m.d.comb += [record.code.eq(ErrorCode.NOT_LOADED),
+                         record.number.eq(Mux(unloaded, 0, byte_of("last_shell")))]
             with m.If(near_unread):
                 m.d.comb += [record.code.eq(ErrorCode.READ_REPLY), record.number.eq(numbers["near_cells"])]

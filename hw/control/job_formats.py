@@ -78,7 +78,7 @@ class JobFormats:
     sent
         A section that has been sent to a cluster: ``cluster``, and ``tag`` of its descriptor.
     load
-        A load: ``image``, ``regions``.
+        A load: ``image``, ``regions``; with ``copies`` all clusters get the tables of cluster 0.
     load_job
         The same with the ``tag`` of its descriptor.
     record
@@ -96,13 +96,12 @@ class JobFormats:
                                   "last": 1, "void": 1})
         self.results = StructLayout({"hit_format": 2, "sums": 1, "hits": address, "sums_address": address,
                                      "columns": formats.count, "section": formats.section})
-        numbers = StructLayout({name: field.shape for name, field in control.numbers if name != "cells"})
-        self.slot = StructLayout({"numbers": numbers, "section": formats.section, "last_shell": formats.shell,
+        self.slot = StructLayout({"numbers": control.numbers, "section": formats.section, "last_shell": formats.shell,
                                   "near_cells": unsigned(near + 1), "bank": 1, "results": self.results})
         self.near_pair = StructLayout({"bank": 1, "address": near - 1, "cells": 2 * formats.cell.width})
         self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
-        self.load = StructLayout({"image": WORD_BITS, "regions": len(REGIONS)})
-        self.load_job = StructLayout({"tag": 32, "image": WORD_BITS, "regions": len(REGIONS)})
+        load = {"image": WORD_BITS, "regions": len(REGIONS), "copies": 1}
+        self.load, self.load_job = StructLayout(load), StructLayout({"tag": 32, **load})
         self.refusal = StructLayout({"code": ErrorCode, "number": max(config.memory.address_bits, 24)})
         self.record = StructLayout({"tag": 32, "code": ErrorCode, "cluster": 8, "number": self.refusal["number"].shape,
                                     "begin": 32, "end": 32})

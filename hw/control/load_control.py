@@ -1,32 +1,31 @@
-"""Load control: the shared tables, then those of each cluster."""
+"""Load control: the shared tables, then those of each cluster; or the same tables for all."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.memory_map import ALIGNMENT, REGIONS
+from golden.jobs.load_regions import LOADED_REGIONS
+from golden.memory_map import ALIGNMENT
 from hw.control.control_formats import ControlFormats
+from hw.control.job_formats import JobFormats
 from hw.memsys.fault import Fault
-from hw.memsys.image_layout import RegionNumber
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.path_formats import PathFormats
+from hw.memsys.preload_dma import OWN
 
-__all__ = ["ALL", "OWN", "LoadControl"]
+__all__ = ["ALL", "LoadControl"]
 
-# Regions of which each cluster has a part of its own, as bits, and regions that must be loaded before a cast. A
-# resident set is read for its patches.
-OWN = sum(1 << RegionNumber[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
-ALL = sum(1 << k for k, region in enumerate(REGIONS) if region.life != "result" and region.name != "residents")
-# Of the register.
-IMAGE_BITS = 64
+# Regions that must be loaded before a cast.
+ALL = LOADED_REGIONS
 
 
 class LoadControl(wiring.Component):
-    """Issues the commands of the preload DMA, one for all clusters and one for each of them, and addresses its words.
+    """Issues the commands of the preload DMA, and addresses its words.
 
-    With ``copies`` all clusters get the tables of the first one, which are read once.
+    With ``copies`` one command reads all regions, and all clusters get the tables of cluster 0. Otherwise the first
+    command reads the regions that all clusters share, and a further one for each cluster reads its own part of the
+    regions `OWN`.
 
     Parameters
     ----------
@@ -35,7 +34,7 @@ class LoadControl(wiring.Component):
 
     Members
     -------
-    i : In, stream of ``image``, ``regions``, ``copies``
+    i : In, stream of `JobFormats.load`
         Loads; the image is at an address that is a multiple of 64, or there is none. Accepted when the previous load
         has ended.
     busy : Out(1)
@@ -65,7 +64,7 @@ class LoadControl(wiring.Component):
         control = ControlFormats(config)
         self._cluster = PathFormats(config).cluster
         super().__init__({
-            "i": In(stream.Signature(StructLayout({"image": IMAGE_BITS, "regions": len(REGIONS), "copies": 1}))),
+            "i": In(stream.Signature(JobFormats(config).load)),
             "busy": Out(1),
             "o_command": Out(stream.Signature(memory.preload)),
             "i_done": In(stream.Signature(memory.fault)),
@@ -78,11 +77,11 @@ class LoadControl(wiring.Component):
         given, is_all, cluster = Signal.like(self.i.payload), Signal(), Signal(self._cluster)
         regions, command = Signal.like(given.regions), self.o_command.payload
         m.d.comb += [
-            regions.eq(Mux(is_all, given.regions & ~OWN, given.regions & OWN)), command.image.eq(given.image),
+            regions.eq(given.regions & Mux(given.copies, -1, Mux(is_all, ~OWN, OWN))), command.image.eq(given.image),
             command.cluster.eq(cluster), command.regions.eq(regions),
             self.o_word.valid.eq(self.i_word.valid), self.i_word.ready.eq(self.o_word.ready),
             self.o_word.payload.item.eq(self.i_word.payload),
-            self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all | given.copies)]
+            self.o_word.payload.cluster.eq(cluster), self.o_word.payload.is_all.eq(is_all)]
         fault, wrong = Signal.like(self.i_done.payload), Signal()
         m.d.comb += wrong.eq((given.image[:ALIGNMENT.bit_length() - 1] != 0) | given.image[len(command.image):].any())
         m.d.comb += [self.o_over.payload.eq(fault), self.busy.eq(1)]
@@ -111,8 +110,8 @@ class LoadControl(wiring.Component):
                 with m.If(~is_all):
                     m.d.sync += cluster.eq(cluster + 1)
                 m.next = "Command"
-                with m.If((fault.code != Fault.NONE) | ((given.regions & OWN) == 0)
-                          | (~is_all & (given.copies | (cluster == self._config.noc.nodes - 1)))):
+                with m.If((fault.code != Fault.NONE) | ((given.regions & OWN) == 0) | given.copies
+                          | (~is_all & (cluster == self._config.noc.nodes - 1))):
                     m.d.comb += self.o_over.valid.eq(1)
                     m.next = "Wait"
         return m

@@ -15,15 +15,15 @@ from hw.memsys.serial_product import SerialProduct
 
 __all__ = ["TABLES", "ImageHeader"]
 
-# Regions that the machine writes, and those that it reads again while it casts.
-TABLES = ("hits", "sums", "cells", "patch_lists", "patches")
+# Regions whose address or number of records is needed while sections are cast.
+TABLES = ("cells", "patch_lists", "patches", "shells")
 
 
 class ImageHeader(wiring.Component):
     """Reads the header of an image, keeps the offset and the records of each region, and checks them.
 
     Magic and version are right. Each region is aligned, ends within the image, and has as many records as it may; the
-    image ends within memory. hits = columns rows; residence = patches; sums = patches + 1.
+    image ends within memory. The grid of cells is one record, and each patch has a residence.
 
     Parameters
     ----------
@@ -46,10 +46,8 @@ class ImageHeader(wiring.Component):
         First byte of ``region`` in the image, in the same cycle. Undefined until ``o``.
     count, table_count : Out(COUNT_BITS)
         Records of ``region`` and of ``table``, likewise.
-    hits, sums, cells, patch_lists, patches : Out(MemoryFormats.table)
+    cells, patch_lists, patches, shells : Out(MemoryFormats.table)
         Of the image that was read last.
-    columns : Out(COUNT_BITS)
-        Columns of rays of that image.
 
     Timing
     ------
@@ -66,16 +64,14 @@ class ImageHeader(wiring.Component):
             "o_extent": Out(stream.Signature(formats.read_extent)),
             "i_word": In(stream.Signature(formats.word, always_ready=True)),
             "region": In(RegionNumber), "table": In(RegionNumber), "offset": Out(address), "count": Out(COUNT_BITS),
-            "table_count": Out(COUNT_BITS), **{name: Out(formats.table) for name in TABLES},
-            "columns": Out(COUNT_BITS)})
+            "table_count": Out(COUNT_BITS), **{name: Out(formats.table) for name in TABLES}})
 
     def _limits(self):
         """By region, the largest number of records. Shells are counted from shell 2 on."""
         icu, ctu = self._config.icu, self._config.ctu
         lines, patches = 1 << icu.side_bits, 1 << icu.patch_bits
-        limits = {"cell_grid": 1, "frustum": 1, "cells": self._config.memsys.scene_cells, "patches": patches,
-                  "residence": patches, "sums": patches + 1, "columns": lines, "rows": lines,
-                  "near_cells": 1 << ctu.near_cell_bits, "shells": (1 << ctu.shell_bits) - 2,
+        limits = {"cells": self._config.memsys.scene_cells, "patches": patches, "residence": patches,
+                  "columns": lines, "rows": lines, "shells": (1 << ctu.shell_bits) - 2,
                   "grid_rows": 1 << ctu.grid_row_bits, "grid_columns": 1 << ctu.grid_column_bits}
         return [limits.get(region.name, (1 << COUNT_BITS) - 1) for region in REGIONS]
 
@@ -99,12 +95,11 @@ class ImageHeader(wiring.Component):
             with m.If(code == Fault.NONE):
                 m.d.sync += code.eq(fault)
 
-        size, rows, past_memory = self._add_words(m, write, image, fail)
+        size, past_memory = self._add_words(m, write, image, fail)
         most = Array(Const(value, COUNT_BITS) for value in self._limits())
         bytes_of = Array(Const(value, 8) for value in RECORD_BYTES)
-        # The end of a region, and the number of rays.
-        m.submodules.product = product = SerialProduct(
-            a=COUNT_BITS, b=max(8, self._config.icu.side_bits + 1), addend=address_bits)
+        # The end of a region.
+        m.submodules.product = product = SerialProduct(a=COUNT_BITS, b=8, addend=address_bits)
         count, limit = Signal(COUNT_BITS, reset_less=True), Signal(COUNT_BITS, reset_less=True)
         m.d.comb += [checks.eq(1), self.o_extent.payload.address.eq(image),
                      self.o_extent.payload.length.eq(HEADER_WORDS - 1)]
@@ -135,23 +130,14 @@ class ImageHeader(wiring.Component):
                 m.d.comb += product.o.ready.eq(1)
                 wrong = (product.o.payload > size) | (count > limit) | past_memory
                 same = (checked == RegionNumber.RESIDENCE) & (count != self.patches.count)
-                more = (checked == RegionNumber.SUMS) & (count != self.patches.count + 1)
+                alone = (checked == RegionNumber.CELL_GRID) & (count != 1)
                 with m.If(product.o.valid):
-                    with m.If(wrong | same | more):
+                    with m.If(wrong | same | alone):
                         fail(Fault.REGION)
                     m.d.sync += checked.eq(checked + 1)
                     m.next = "Find the end of a region"
                     with m.If(checked == len(REGIONS) - 1):
-                        m.next = "Count the rays"
-            with m.State("Count the rays"):
-                m.d.comb += [product.i.valid.eq(1), product.i.payload.a.eq(self.columns), product.i.payload.b.eq(rows)]
-                m.next = "Compare the rays"
-            with m.State("Compare the rays"):
-                m.d.comb += product.o.ready.eq(1)
-                with m.If(product.o.valid):
-                    with m.If(product.o.payload != self.hits.count):
-                        fail(Fault.REGION)
-                    m.next = "Answer"
+                        m.next = "Answer"
             with m.State("Answer"):
                 m.d.comb += [self.o.valid.eq(1), checks.eq(0)]
                 with m.If(self.o.ready):
@@ -159,13 +145,13 @@ class ImageHeader(wiring.Component):
         return m
 
     def _add_words(self, m, write, image, fail):
-        """Words to the memory of regions; the size of the image, rows of rays, and whether it ends past memory."""
+        """Words to the memory of regions; the size of the image, and whether it ends past memory."""
         # Registered: the data come through the memory of the reader.
         word, comes, number = Signal.like(self.i_word.payload, reset_less=True), Signal(), Signal(range(HEADER_WORDS))
         m.d.sync += [word.eq(self.i_word.payload), comes.eq(self.i_word.valid)]
         address_bits = len(image)
         offset, wide = Signal(address_bits, reset_less=True), Signal()
-        size, rows = Signal(64, reset_less=True), Signal(COUNT_BITS, reset_less=True)
+        size = Signal(64, reset_less=True)
         end, past_memory = Signal(address_bits + 1, reset_less=True), Signal()
         low, high, region = word.data[:32], word.data[32:], number[1:] - 1
         m.d.comb += [write.addr.eq(region), write.data.offset.eq(offset), write.data.count.eq(low),
@@ -189,7 +175,4 @@ class ImageHeader(wiring.Component):
             table = getattr(self, name)
             with m.If(write.en & (region == RegionNumber[name.upper()].value)):
                 m.d.sync += [table.address.eq(image + offset), table.count.eq(low)]
-        for name, target in ("columns", self.columns), ("rows", rows):
-            with m.If(write.en & (region == RegionNumber[name.upper()].value)):
-                m.d.sync += target.eq(low)
-        return size, rows, past_memory
+        return size, past_memory

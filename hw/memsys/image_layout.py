@@ -6,8 +6,8 @@ from amaranth.lib import enum
 
 from golden.memory_map import REGIONS
 
-__all__ = ["COUNT_BITS", "HEADER_WORDS", "PATCH_WORDS", "RECORD_BYTES", "RECORD_WORDS", "RULES", "WORD_BITS",
-           "RegionNumber", "Rule", "RuleKind", "halves"]
+__all__ = ["COUNT_BITS", "HEADER_WORDS", "KIND_BYTE", "PATCH_WORDS", "RECORD_BYTES", "RECORD_WORDS", "RULES",
+           "WORD_BITS", "RegionNumber", "Rule", "RuleKind", "halves"]
 
 WORD_BYTES = 8
 WORD_BITS = 8 * WORD_BYTES
@@ -19,6 +19,9 @@ RECORD_BYTES = tuple(region.dtype.itemsize for region in REGIONS)
 RECORD_WORDS = tuple(-(-size // WORD_BYTES) for size in RECORD_BYTES)
 # Of a patch's record, those that are not padding.
 PATCH_WORDS = 6
+# Of its kind: the byte in the record, and in the word.
+_KIND = REGIONS[RegionNumber.PATCHES.value].dtype.fields["kind"][1]
+KIND_BYTE = _KIND % WORD_BYTES
 # Magic and version, size, and offset and count of each region.
 HEADER_WORDS = 2 + 2 * len(REGIONS)
 
@@ -31,24 +34,23 @@ def halves(region: str, field: str) -> list[tuple[int, bool]]:
     return [(byte // WORD_BYTES, byte % WORD_BYTES != 0) for byte in range(first, first + 4 * count, 4)]
 
 
-class RuleKind(enum.Enum, shape=4):
+class RuleKind(enum.Enum, shape=3):
     """What must hold of the numbers of a record.
 
     ``BELOW``: a < records of the table. ``MAYBE``: so, or -1 for none, or -2 for all. ``RANGE``: a + b <= records.
-    ``SPAN``: a < b <= records. ``SAME``: a = records. ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows
-    and columns < 2^`GRID_SIDE_BITS` and first_ray + rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word <
-    2^`WEIGHT_BITS`.
+    ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows and columns < 2^`GRID_SIDE_BITS` and first_ray +
+    rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word < 2^`WEIGHT_BITS`. ``QUAD``: the byte `KIND_BYTE` of the
+    word is 0.
     """
 
     NONE = 0
     BELOW = 1
     MAYBE = 2
     RANGE = 3
-    SPAN = 4
-    SAME = 5
-    SMALL = 6
-    GRID = 7
-    WEIGHT = 8
+    SMALL = 4
+    GRID = 5
+    WEIGHT = 6
+    QUAD = 7
 
 
 @dataclass(frozen=True)
@@ -81,15 +83,10 @@ def _rules():
             ("patch_lists", RuleKind.BELOW, "patches", "patch", None),
             ("patches", RuleKind.BELOW, "patches", "id", None),
             ("residence", RuleKind.MAYBE, "clusters", "cluster", None),
-            ("clusters", RuleKind.SPAN, "columns", "first_column", "end_column"),
-            ("clusters", RuleKind.SPAN, "rows", "first_row", "end_row"),
             ("clusters", RuleKind.RANGE, "subshells", "first_subshell", "subshells"),
             ("clusters", RuleKind.RANGE, "residents", "first_resident", "residents"),
-            ("frustum", RuleKind.SAME, "columns", "columns", None),
-            ("frustum", RuleKind.SAME, "rows", "rows", None),
             ("subshells", RuleKind.BELOW, "patches", "patch", None),
             ("residents", RuleKind.BELOW, "patches", "patch", None),
-            ("near_cells", RuleKind.BELOW, "cells", "cell", None),
             ("shells", RuleKind.RANGE, "grid_rows", "first_row", "rows"),
             ("shells", RuleKind.RANGE, "grid_columns", "first_column", "columns")):
         fields = REGIONS[names.index(region)].dtype.fields
@@ -105,6 +102,8 @@ def _rules():
                                 ("rows", "weight", RuleKind.WEIGHT)):
         for word in dict.fromkeys(word for word, _ in halves(region, field)):
             yield Rule(names.index(region), word, kind, names.index(region), early=False)
+    patches = names.index("patches")
+    yield Rule(patches, _KIND // WORD_BYTES, RuleKind.QUAD, patches, early=False)
 
 
 RULES = tuple(_rules())

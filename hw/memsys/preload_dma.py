@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from golden.memory_map import REGIONS
 from hw.memsys.fault import Fault
 from hw.memsys.image_header import TABLES, ImageHeader
 from hw.memsys.image_layout import COUNT_BITS, RegionNumber, halves
@@ -57,10 +58,8 @@ class PreloadDma(wiring.Component):
         `MainMemoryPort`'s ``i_read``.
     i_reply : In, stream of `MemoryFormats.reply`
         Its ``o_read``.
-    hits, sums, cells, patch_lists, patches : Out(MemoryFormats.table)
+    cells, patch_lists, patches, shells : Out(MemoryFormats.table)
         Of the image that was read last, as of `ImageHeader`.
-    columns : Out(COUNT_BITS)
-        Likewise.
 
     Timing
     ------
@@ -77,7 +76,7 @@ class PreloadDma(wiring.Component):
             "i": In(stream.Signature(formats.preload)), "o": Out(stream.Signature(formats.table_word)),
             "o_done": Out(stream.Signature(formats.fault)), "o_request": Out(stream.Signature(formats.request(0))),
             "i_reply": In(stream.Signature(formats.reply(0))),
-            **{name: Out(formats.table) for name in TABLES}, "columns": Out(COUNT_BITS)})
+            **{name: Out(formats.table) for name in TABLES}})
         self.latency = self._words.latency
 
     def elaborate(self, platform):
@@ -87,7 +86,7 @@ class PreloadDma(wiring.Component):
         m.submodules.records = records = RecordExtent(config=config)
         m.submodules.patches = patches = PatchExtents(config=config)
         m.submodules.words = words = self._words
-        m.d.comb += [*(getattr(self, name).eq(getattr(header, name)) for name in (*TABLES, "columns")),
+        m.d.comb += [*(getattr(self, name).eq(getattr(header, name)) for name in TABLES),
                      words.limit.eq(header.table_count), header.table.eq(words.table)]
 
         command, region = Signal.like(self.i.payload, reset_less=True), Signal(RegionNumber)
@@ -95,31 +94,35 @@ class PreloadDma(wiring.Component):
         in_header, ids_only = Signal(), Signal()
         own = Signal(StructLayout(dict.fromkeys(PARTS, COUNT_BITS)))
         code, base = Signal(Fault), Signal(config.memory.address_bits)
-        # Patches of the resident set that have been read; ids that are read at once.
-        done, left, chunk = (Signal(COUNT_BITS, name=name) for name in ("done", "left", "chunk"))
+        # Patches of the resident set that have been read, and those that are left; ids that are read at once.
         group = 1 << patches.index_bits
+        done, left, chunk = Signal(COUNT_BITS), Signal(COUNT_BITS), Signal(range(group + 1))
+        # Registered: the records of a region, and where they are, are known one cycle after the region.
+        first, count, offset = (Signal.like(value, reset_less=True) for value in (
+            records.i.payload.first, records.i.payload.records, header.offset))
         m.d.comb += [
             self.o_done.payload.code.eq(code), self.o_done.payload.address.eq(base), header.region.eq(region),
-            words.region.eq(region), left.eq(own.residents - done), chunk.eq(Mux(left < group, left, group)),
-            records.i.payload.image.eq(command.image), records.i.payload.offset.eq(header.offset),
-            records.i.payload.region.eq(region), patches.i.payload.base.eq(command.image + header.offset),
+            words.region.eq(region), chunk.eq(Mux(left < group, left, group)),
+            records.i.payload.image.eq(command.image), records.i.payload.offset.eq(offset),
+            records.i.payload.region.eq(region), records.i.payload.first.eq(first),
+            records.i.payload.records.eq(count), patches.i.payload.base.eq(command.image + offset),
             patches.i.payload["count"].eq(chunk), header.i.payload.eq(self.i.payload.image)]
+        m.d.sync += left.eq(own.residents - done)
         emits = Signal()
         m.d.sync += emits.eq(command.regions.bit_select(region, 1) & ~ids_only)
         in_flight = self._add_reader(m, header=header, records=records, patches=patches, words=words,
                                      in_header=in_header)
         self._add_words(m, words=words, patches=patches, code=code, emits=emits, ids_only=ids_only, own=own)
-        first, count = records.i.payload.first, records.i.payload.records
-        m.d.comb += [first.eq(0), count.eq(header.count)]
+        m.d.sync += [first.eq(0), count.eq(header.count), offset.eq(header.offset)]
         with m.Switch(region):
             with m.Case(number.CLUSTERS):
-                m.d.comb += [first.eq(command.cluster), count.eq(1)]
+                m.d.sync += [first.eq(command.cluster), count.eq(1)]
             with m.Case(number.SUBSHELLS):
-                m.d.comb += [first.eq(own.first_subshell), count.eq(own.subshells)]
+                m.d.sync += [first.eq(own.first_subshell), count.eq(own.subshells)]
             with m.Case(number.RESIDENTS):
-                m.d.comb += [first.eq(own.first_resident), count.eq(own.residents)]
-        with m.If(ids_only):
-            m.d.comb += [first.eq(own.first_resident + done), count.eq(chunk)]
+                m.d.sync += [first.eq(own.first_resident), count.eq(own.residents)]
+                with m.If(ids_only):
+                    m.d.sync += [first.eq(own.first_resident + done), count.eq(chunk)]
 
         def follow(following):
             m.d.sync += region.eq(following)
@@ -150,15 +153,18 @@ class PreloadDma(wiring.Component):
             # The record of the cluster has been read before all else.
             with m.State("Choose"):
                 m.next = "Locate"
-                with m.If(region == number.HITS):
+                with m.If(region == len(REGIONS)):
                     m.next = "Answer"
                 with m.Elif(~command.regions.bit_select(region, 1) | (region == number.CLUSTERS)):
                     follow(region + 1)
                 with m.Elif(region == number.PATCHES):
                     m.d.sync += [region.eq(number.RESIDENTS), ids_only.eq(1)]
+                    m.next = "Choose ids"
+            with m.State("Choose ids"):
+                m.next = "Locate"
             with m.State("Locate"):
                 m.d.comb += [records.i.valid.eq(count != 0), words.start.eq(1), words.record.eq(0)]
-                m.d.sync += base.eq(command.image + header.offset)
+                m.d.sync += base.eq(command.image + offset)
                 with m.If(records.i.ready):
                     m.next = "Read"
                 with m.If(count == 0):
@@ -172,16 +178,18 @@ class PreloadDma(wiring.Component):
                     follow(number(0))
                 with m.If(ids_only):
                     m.d.sync += [region.eq(number.PATCHES), ids_only.eq(0)]
-                    m.next = "Locate patches"
+                    m.next = "Choose patches"
                 with m.If(code != Fault.NONE):
                     m.next = "Answer"
+            with m.State("Choose patches"):
+                m.next = "Locate patches"
             with m.State("Locate patches"):
                 m.d.comb += [patches.i.valid.eq(1), words.start.eq(1), words.record.eq(done)]
                 m.d.sync += [base.eq(patches.i.payload.base), done.eq(done + chunk)]
                 m.next = "Read patches"
             with m.State("Read patches"), m.If(patches.i.ready & (in_flight == 0)):
                 m.d.sync += [region.eq(number.RESIDENTS), ids_only.eq(1)]
-                m.next = "Locate"
+                m.next = "Choose ids"
                 with m.If(code != Fault.NONE):
                     m.next = "Answer"
             with m.State("Answer"):

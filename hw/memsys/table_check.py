@@ -1,6 +1,6 @@
 """Table check: no record points outside its table, and no number is too large for the machine."""
 
-from amaranth.hdl import Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -9,7 +9,7 @@ from golden.config import Config
 from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, WEIGHT_BITS
 from hw.lib.pipeline import Pipeline
 from hw.memsys.fault import Fault
-from hw.memsys.image_layout import COUNT_BITS, RULES, RegionNumber, RuleKind
+from hw.memsys.image_layout import COUNT_BITS, KIND_BYTE, RULES, RegionNumber, RuleKind
 from hw.memsys.memory_formats import MemoryFormats
 
 __all__ = ["TableCheck"]
@@ -57,21 +57,23 @@ class TableCheck(wiring.Component):
         a, b = (pipeline.delay(pipeline.input(value), 1)
                 for value in (Mux(early, self._previous[0], low), Mux(early, low, high)))
         kind, limit = (pipeline.delay(pipeline.input(value), 1) for value in (self._rule.kind.as_value(), self.limit))
-        total, rises = pipeline.register(lambda a, b: (a + b, a < b), a, b)
-        below, within, ends, same = pipeline.register(
-            lambda a, b, total, limit: (a < limit, total <= limit, b <= limit, a == limit), a, b, total, limit)
+        total = pipeline.register(lambda a, b: a + b, a, b)
+        below, within = pipeline.register(
+            lambda a, total, limit: (a < limit, total <= limit), a, total, limit)
         none = pipeline.register(lambda a: a[1:].all(), a)
         breaks = pipeline.combine(
-            lambda kind, below, within, ends, rises, none, same: Mux(
+            lambda kind, below, within, none: Mux(
                 kind == RuleKind.BELOW.value, ~below, Mux(kind == RuleKind.MAYBE.value, ~below & ~none, Mux(
-                    kind == RuleKind.RANGE.value, ~within, Mux(kind == RuleKind.SPAN.value, ~(rises & ends), Mux(
-                        kind == RuleKind.SAME.value, ~same, 0))))),
-            kind, below, within, ends, rises, none, same)
+                    kind == RuleKind.RANGE.value, ~within, 0))),
+            kind, below, within, none)
+        shape, weight, other = pipeline.register(lambda a, b: (
+            (a >> GRID_SHAPE_BITS).any() | (b >> GRID_SHAPE_BITS).any(), b >> WEIGHT_BITS - 32 != 0,
+            Cat(a, b).word_select(KIND_BYTE, 8) != 0), a, b)
         exceeds = pipeline.combine(
-            lambda kind, shape, grid, weight: Mux(kind == RuleKind.SMALL.value, shape, Mux(
-                kind == RuleKind.GRID.value, grid, Mux(kind == RuleKind.WEIGHT.value, weight, 0))),
-            kind, pipeline.register(lambda a, b: (a >> GRID_SHAPE_BITS).any() | (b >> GRID_SHAPE_BITS).any(), a, b),
-            self._add_grid_rays(pipeline, a), pipeline.register(lambda b: b >> WEIGHT_BITS - 32 != 0, b))
+            lambda kind, shape, grid, weight, other: Mux(kind == RuleKind.SMALL.value, shape, Mux(
+                kind == RuleKind.GRID.value, grid, Mux(kind == RuleKind.WEIGHT.value, weight, Mux(
+                    kind == RuleKind.QUAD.value, other, 0)))),
+            kind, shape, self._add_grid_rays(pipeline, a), weight, other)
         fault = pipeline.register(lambda breaks, exceeds: Mux(
             breaks, Const(Fault.POINTER.value, 4), Mux(exceeds, Const(Fault.SIZE.value, 4), 0)), breaks, exceeds)
         for name in "item", "tag":

@@ -24,11 +24,12 @@ ENGINE_REGISTERS = (
     Register(name="magic", access=Access.READ, about=f"{MAGIC:#x}."),
     Register(name="version", access=Access.READ, about=f"Of the registers: {VERSION}."),
     Register(name="clusters", access=Access.READ, about="Number of clusters."),
-    Register(name="command", access=Access.COMMAND, width=3, about="Commands. Of several the lowest bit counts.",
+    Register(name="command", access=Access.COMMAND, width=4, about="Commands. Of several the lowest bit counts.",
              fields=(
         _flag("stop", "resets all units, aborts what is in flight and halts the queue; what was loaded is lost"),
         _flag("clear", "clears the error"),
-        _flag("resume", "of a halted queue: loads all regions of the image at `image`, then the queue goes on"))),
+        _flag("resume", "of a halted queue: loads all regions of the image at `image`, then the queue goes on"),
+        _flag("copies", "no command: the load of `resume` gives the tables of cluster 0 to all clusters"))),
     Register(name="status", access=Access.READ, width=6, about="State of the machine.", fields=(
         _flag("busy", "a descriptor is in flight, or waits in a queue that is not halted"),
         _flag("loading", "tables are being read"),

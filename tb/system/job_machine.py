@@ -1,19 +1,10 @@
 """Machines with a queue, of two clusters for a commit's tests, of one for the nightly; each is compiled once."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from golden.config import Config
-from golden.ctu.unit import CellTraversalUnit
-from golden.jobs.descriptor import Kind
-from golden.jobs.job import Job, PhaseRequest
+from golden.jobs.job import Job
 from golden.jobs.run_job import run_job
-from golden.memory_map import MemoryImage, machine_image
-from golden.memory_map.layout import EVERY_CLUSTER, NONE
-from golden.schedule.phase import machine_schedule
-from hw.control.load_control import ALL
 from hw.host import Host
 from hw.simulator.machine_library import machine_library
 from hw.simulator.simulated_port import SimulatedPort, complete
@@ -29,21 +20,6 @@ CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"queue {clust
                                           *([pytest.mark.nightly] if clusters == 1 else [])]) for clusters in CONFIGS]
 
 
-def _image(request: PhaseRequest, config: Config) -> bytes:
-    """The tables of a phase as an image of a frustum with the most shells, and the first patches in every cluster."""
-    far = max(request.records, key=lambda record: CellTraversalUnit(record, request.table).last_shell)
-    plan = machine_schedule(far, request.geometry, request.table, config, ratio=16)
-    image = machine_image(far, request.geometry, request.table, config, plan, weights=request.weights)
-    held = min(config.memsys.own_patches, len(request.geometry))
-    clusters, residence = image["clusters"].copy(), image["residence"].copy()
-    residence["cluster"], residence["address"] = NONE, NONE
-    residence["cluster"][:held], residence["address"][:held] = EVERY_CLUSTER, np.arange(held)
-    residents = np.zeros(held, image["residents"].dtype)
-    residents["patch"], clusters["first_resident"], clusters["residents"] = np.arange(held), 0, held
-    return MemoryImage({**image.regions, "clusters": clusters, "residence": residence,
-                        "residents": residents}).to_bytes()
-
-
 class JobMachine:
     """A simulated machine with a queue, its host, and the memory of one job.
 
@@ -57,31 +33,17 @@ class JobMachine:
 
     def __init__(self, job: Job, **memory):
         self.config = job.config
-        # The loads are of images of the present version, behind the job.
-        self._images, end = {}, job.end
-        for phase in job.phases:
-            self._images[phase.address] = end, _image(phase.request, self.config)
-            end += len(self._images[phase.address][1])
-        self.job = replace(job, descriptors=self.placed(job.descriptors), end=end)
-        self.port = SimulatedPort(self.config, size=end, library=machine_library(self.config, jobs=True), **memory)
+        self.job = job
+        self.port = SimulatedPort(self.config, size=job.end, library=machine_library(self.config), **memory)
         self.host = Host(self.port, self.config)
         complete(self.host.identify())
-        self._before = bytearray(b"\xa5" * end)
+        self._before = bytearray(b"\xa5" * job.end)
         complete(self.port.write_memory(0, bytes(self._before)))
         self._expected = run_job(job)
 
-    def placed(self, descriptors: np.ndarray) -> np.ndarray:
-        """Descriptors whose loads are of the images in this machine's memory."""
-        descriptors = descriptors.copy()
-        for number in np.flatnonzero(descriptors["kind"] == Kind.LOAD):
-            image = int(descriptors["hits"][number])
-            if image in self._images:
-                descriptors["hits"][number], descriptors["regions"][number] = self._images[image][0], ALL
-        return descriptors
-
     def image(self, phase: int = 0) -> int:
         """Address of the image of a phase."""
-        return self._images[self.job.phases[phase].address][0]
+        return self.job.phases[phase].address
 
     def __enter__(self):
         return self
@@ -90,9 +52,7 @@ class JobMachine:
         self.port.close()
 
     def begin(self) -> None:
-        """Tables and images into main memory, rings to the machine."""
-        for address, data in self._images.values():
-            complete(self.port.write_memory(address, data))
+        """Tables into main memory, rings to the machine."""
         complete(self.host.begin(self.job))
         self._before = bytearray(complete(self.port.read_memory(0, self.port.size)))
 
