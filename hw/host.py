@@ -85,6 +85,8 @@ class Host:
     def __init__(self, port: Port, config: Config):
         self._port, self._config, self._addresses = port, config, addresses(ENGINE_REGISTERS)
         self._submitted = self._collected = 0
+        # By the address of an image: the tables of cluster 0 are those of all clusters.
+        self._copies = {}
 
     async def read(self, name: str) -> int:
         """A register."""
@@ -129,6 +131,7 @@ class Host:
         """
         for address, data in job.tables().items():
             await self._port.write_memory(address, data)
+        self._copies |= {phase.address: phase.image.has_copies for phase in job.phases}
         self._submitted = self._collected = await self.read("taken")
         entries = COMPLETION.dtype.itemsize << job.ring_bits
         await self._port.write_memory(job.completions, bytes(entries))
@@ -199,12 +202,14 @@ class Host:
         return EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
                            await self.read("error_address"))
 
-    async def command(self, name: str) -> None:
-        """One of the register ``command``."""
-        await self.write("command", register("command").pack(**{name: 1}))
+    async def command(self, *names: str) -> None:
+        """One of the register ``command``, and ``copies`` of a resume."""
+        await self.write("command", register("command").pack(**dict.fromkeys(names, 1)))
 
     async def resume(self, image: int, *, timeout: int = 1 << 20) -> None:
         """Clear the error of a halted queue, load all regions of the image at ``image``, and let the queue go on.
+
+        The image is that of a phase of a job that has begun on this machine.
 
         Raises
         ------
@@ -215,7 +220,7 @@ class Host:
         """
         await self.write("image", image)
         await self.command("clear")
-        await self.command("resume")
+        await self.command("resume", *(["copies"] if self._copies.get(image) else []))
         waited = 0
         while (status := await self.status())["halted"]:
             if status["failed"]:

@@ -224,8 +224,8 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
 
     Each phase begins with a load of what the machine does not hold, if there is any: once for all clusters if all of
     them hold the same patches. Of another scene all tables are loaded, since cells and patches are read from one image.
-    Its frusta follow in an order in which neighbours are near each other (`proximity_order`), and at its end the longest
-    sections are first (`longest_first_at_the_end`).
+    Its frusta follow in an order in which neighbours are near each other (`proximity_order`), and at its end the
+    longest sections are first (`longest_first_at_the_end`).
 
     Parameters
     ----------
