@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["Line", "write_chart"]
+__all__ = ["COLOURS", "Line", "ticks", "write_chart"]
 
 WIDTH, HEIGHT = 720, 440
 LEFT, RIGHT, TOP, BOTTOM = 60, 200, 40, 50
@@ -39,11 +39,11 @@ def write_chart(path: Path, lines: list[Line], *, title: str, x_name: str, y_nam
              f'<text transform="translate(16 {(TOP + bottom) / 2}) rotate(-90)" text-anchor="middle">{escape(y_name)}'
              '</text>', f'<clipPath id="inside"><rect x="{LEFT}" y="{TOP}" width="{right - LEFT}" '
              f'height="{bottom - TOP}"/></clipPath>']
-    for tick in _ticks(x_top):
+    for tick in ticks(x_top):
         x, _ = position(tick, 0)
         parts += [f'<path d="M{x:.1f} {TOP}V{bottom}" stroke="#ddd"/>',
                   f'<text x="{x:.1f}" y="{bottom + 16}" text-anchor="middle">{tick:g}</text>']
-    for tick in _ticks(y_top):
+    for tick in ticks(y_top):
         _, y = position(0, tick)
         parts += [f'<path d="M{LEFT} {y:.1f}H{right}" stroke="#ddd"/>',
                   f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>']
@@ -63,7 +63,7 @@ def write_chart(path: Path, lines: list[Line], *, title: str, x_name: str, y_nam
     path.write_text("\n".join([*parts, "</svg>", ""]))
 
 
-def _ticks(top):
+def ticks(top: float) -> np.ndarray:
     """Round numbers up to ``top``."""
     step = 10 ** np.floor(np.log10(top / 4))
     step *= next(factor for factor in (1, 2, 5, 10) if top / (step * factor) <= 8)

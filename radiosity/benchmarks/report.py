@@ -11,7 +11,7 @@ import click
 from golden.commands.console import console
 from golden.output import whole_file
 
-__all__ = ["cell_text", "output_option", "provenance", "table", "tables_of", "write_report"]
+__all__ = ["cell_text", "output_option", "provenance", "table", "tables_of", "versions", "write_report"]
 
 
 def output_option(name: str) -> Callable:
@@ -27,8 +27,12 @@ def cell_text(cell: float | None) -> str:
 
 def provenance(*packages: str) -> str:
     """The machine, and the versions of Python and of packages."""
-    return ", ".join([platform.machine(), f"Python {platform.python_version()}",
-                      *(f"{name} {version(name)}" for name in packages)])
+    return ", ".join([platform.machine(), *(f"{name} {text}" for name, text in versions(*packages).items())])
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Those of Python and of packages."""
+    return {"Python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
 def table(head: list[str], rows: list[list]) -> list[str]:
@@ -53,13 +57,14 @@ def tables_of(lines: list[str]) -> list[dict]:
     return found
 
 
-def write_report(path: Path, lines: list[str]) -> None:
-    """Write a page, and print it or, with ``--json``, its tables."""
+def write_report(path: Path, lines: list[str], *, report: dict | None = None) -> None:
+    """Write a page, and print it or, with ``--json``, the report; by default its tables."""
     path.parent.mkdir(parents=True, exist_ok=True)
     text = "\n".join(lines)
     with whole_file(path) as part:
         part.write_text(text.rstrip() + "\n")
-    console().report({"file": str(path), "tables": tables_of(lines)}, f"{text.rstrip()}\n\nwrote {path}")
+    report = {"file": str(path), "tables": tables_of(lines)} if report is None else report
+    console().report(report, f"{text.rstrip()}\n\nwrote {path}")
 
 
 def _cells(line):

@@ -9,17 +9,19 @@ golden's.
 import click
 import numpy as np
 
+from golden.cast.rays import Rays
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from golden.config import PRESETS
-from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.casting import rate
 from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.engine import SCENES, measure, prepare_cast
+from radiosity.benchmarks.job_runs import JobMachine, PreparedJob
 from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
 
-__all__ = ["row_of"]
+__all__ = ["rays_of", "row_of"]
 
 # The slowest of the units that `make report` places and routes, alone, on an ECP5-85 of speed grade 6.
 MHZ, SOURCE = 79.6, "IntersectionUnit placed and routed alone, the slowest main unit of `make report`"
@@ -49,6 +51,14 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
             f"| {embree / 1e6 / rays_rate:.2f} | {100 * same:.2f} |")
 
 
+def rays_of(prepared: PreparedJob) -> Rays:
+    """The rays of the first frustum, in the scene."""
+    record, = prepared.records
+    directions = record.all_directions() @ record.to_global.T
+    origin = prepared.job.phases[0].request.geometry.coordinates.points(record.origin)
+    return Rays(np.broadcast_to(origin, directions.shape), directions)
+
+
 @click.command()
 @click.argument("scenes", nargs=-1)
 @output_option("throughput")
@@ -66,13 +76,14 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
     config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
                            given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
     rows = []
-    with SimulatedMachine(config, latency=latency) as machine:
+    with JobMachine(config, latency=latency) as machine:
         for scene in scenes or SCENES:
             prepared = prepare_cast(config, scene, cell=cell, rays=rays)
             found = measure(machine, prepared)
-            embree, patches = rate(Embree(prepared.scene).nearest, prepared.rays)
+            hits = prepared.job.hits(0, 0, lambda address, size: complete(machine.port.read_memory(address, size)))
+            embree, patches = rate(Embree(prepared.scene).nearest, rays_of(prepared))
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
-                               same=float(np.mean(patches == prepared.expected.hits().patch))))
+                               same=float(np.mean(patches == hits.patch))))
             console().note(rows[-1])
     write_report(output, [
         "# Throughput of one cluster", "",

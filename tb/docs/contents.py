@@ -9,8 +9,6 @@ from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.cluster import Cluster
-from hw.engine import Engine
 from hw.lib.black_box import BlackBox
 from hw.report import UNITS, make_unit
 from tb.docs.payloads import payloads
@@ -28,7 +26,7 @@ UNIT_PAGES = {
     "traversal-unit.md": ("TraversalUnit", "RayTraversal", "Survival"),
     "memory-path.md": ("MemorySystem", "SystemBusInterface"),
     "caches.md": ("Cache",),
-    "main-memory.md": ("MainMemoryPort", "PreloadDma", "WriteDma"),
+    "main-memory.md": ("MainMemoryPort", "PreloadDma", "ResultWriter"),
     "network.md": ("NetworkInterface", "Router"),
     "board.md": ("BoardShell",),
 }
@@ -40,8 +38,7 @@ def makers(config: Config) -> list[Callable]:
              for block, names in UNITS.items() for unit in names]
     alone = config.replace({"noc.columns": 1, "noc.rows": 1})
     program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
-    return [lambda: Engine(config=config, black_boxes=True), lambda: Engine(config=config, black_boxes=True),
-            lambda: Cluster(config=config), *units,
+    return [lambda: Engine(config=config, black_boxes=True), lambda: Cluster(config=config), *units,
             lambda: BoardShell(config=alone, program=program, divisor=16, black_boxes=True)]
 
 

@@ -1,0 +1,97 @@
+"""The counts of whole jobs, from completion records."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from golden.config import PRESETS
+from golden.jobs.completion import COMPLETION
+from golden.jobs.result_formats import HitFormat
+from hw.simulator.simulation_config import simulation_config
+from radiosity.benchmarks import jobs
+from radiosity.benchmarks.job_runs import JobRun, JobSpec, prepare_job
+from radiosity.benchmarks.jobs import SceneRuns, rows_of, write_roofline
+from radiosity.cli import main as radiosity
+
+# Begin of the job, near the wrap of the engine's cycle counter.
+BEGIN = (1 << 32) - 500
+SPEC = JobSpec(scene="cornell", rays=(16, 4), frusta=6, cell=0.5)
+
+
+def run_of(spec=SPEC, *, clusters=1, length=1000):
+    """A job whose casts take ``length`` cycles each, begin 50 cycles after one another, and whose load takes 300."""
+    config = simulation_config(PRESETS["tiny"], clusters=clusters, topology="mesh")
+    prepared = prepare_job(spec, config)
+    records = np.zeros(len(prepared.job.descriptors), dtype=COMPLETION.dtype)
+    records["tag"] = np.arange(len(records))
+    records["begin"][0], records["end"][0] = BEGIN, (BEGIN + 300) % (1 << 32)
+    for number, one in enumerate(records[1:]):
+        begin = BEGIN + 310 + number // clusters * (length + 50)
+        one["cluster"], one["begin"], one["cycles"] = number % clusters, begin % (1 << 32), length
+        one["end"], one["tested"], one["own"] = (begin + length + 100) % (1 << 32), 900, 20
+    return JobRun(prepared=prepared, config=config, loads=records[:1], sections=records[1:], read_beats=80,
+                  written_beats=90, checked=True)
+
+
+def scene_runs(*clusters, length=1000):
+    scene = SceneRuns(SPEC)
+    scene.runs, scene.warm = {count: run_of(clusters=count, length=length) for count in clusters}, 800
+    return scene
+
+
+def test_counts_of_a_job_beyond_the_wrap_of_the_counter():
+    run = run_of()
+    assert run.cycles == 310 + 5 * 1050 + 1100
+    assert (run.load_cycles, run.frustum_cycles, run.cast_cycles) == (300, 1000, 6000)
+    assert (run.tests, run.patches["own"], run.rays) == (5400, 120, 6 * 64)
+    assert run.bounds == {"tests": 5400, "patches": 480, "memory": 90}
+    assert run.bound == "tests"
+    assert run.efficiency == pytest.approx(5400 / run.cycles)
+
+
+def test_rows_compare_with_one_cluster():
+    scene = scene_runs(1, 2)
+    one, two = (dict(zip(jobs.HEAD, row, strict=True)) for row in rows_of(scene))
+    assert (one["cycles"], two["cycles"]) == (6660, 310 + 2 * 1050 + 1100)
+    assert (one["speedup"], two["speedup"]) == ("1.00", f"{6660 / 3510:.2f}")
+    assert (two["tests"], two["patches"], two["cast"]) == (2700, 240, 3000)
+    assert jobs.mean_row(scene)[4:7] == [800, 1000, "1.250"]
+
+
+def test_groups_and_points_of_a_job():
+    config = simulation_config(PRESETS["tiny"], clusters=2, topology="mesh")
+    spec = JobSpec(scene="cornell", rays=(32, 8), frusta=3, cell=0.5, hit_format=HitFormat.FULL, group=2)
+    prepared = prepare_job(spec, config)
+    assert sum(one is not None for one in prepared.job.sections) == 2 * len(prepared.records) == 6
+    alone = prepare_job(JobSpec(scene="cornell", rays=(32, 8), point=5, cell=0.5), config)
+    assert len(alone.records) == 1
+
+
+def test_the_roofline_has_the_three_limits_and_what_was_measured(tmp_path):
+    write_roofline(tmp_path / "new" / "x.svg", scene_runs(1, 2))
+    text = (tmp_path / "new" / "x.svg").read_text()
+    assert all(f">{name}</text>" in text for name in ("tests", "patches", "memory port", "measured"))
+
+
+def test_one_scene_is_one_object(tmp_path, monkeypatch):
+    def measure(scenes, config, **_):
+        for scene in scenes:
+            scene.spec, scene.warm = SPEC, 800
+            scene.runs[config.noc.nodes] = run_of(clusters=config.noc.nodes)
+
+    monkeypatch.setattr(jobs, "measure", measure)
+    result = CliRunner().invoke(radiosity, ["bench", "jobs", "--scene", "cornell", "--clusters", "2", "--frusta", "6",
+                                            "--rays", "16x4", "--json", "-o", str(tmp_path / "jobs.md")],
+                                catch_exceptions=False)
+    report = json.loads(result.stdout)
+    assert {"cycles", "cast_cycles", "speedup", "efficiency", "bound", "scene", "cell", "configuration",
+            "versions"} <= set(report)
+    assert report["bound"] == {"name": "tests", "cycles": 2700}
+    assert report["configuration"]["seed"] == 1
+    assert report["speedup"] == pytest.approx(6660 / 3510)
+    lanes = (tmp_path / "jobs-cornell-activity.svg").read_text()
+    assert lanes.count(">cluster ") == 2
+    assert (tmp_path / "jobs-cornell-roofline.svg").exists()
+    assert "| cornell | 2 |" in (tmp_path / "jobs.md").read_text()
