@@ -46,9 +46,10 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
     Raises
     ------
     InputError
-        The frusta have other rays, or the scene has more cells or grid rays than an image can hold.
+        The frusta have other rays than the first one or than the schedule, or the scene has more cells or grid rays
+        than an image can hold.
     """
-    _check_rays(records)
+    _check_rays(records, plan)
     farthest = max((CellTraversalUnit(record, table) for record in records), key=lambda unit: unit.last_shell)
     patches, clusters = len(geometry), config.noc.nodes
     if plan is None:
@@ -70,8 +71,11 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
     return image
 
 
-def _check_rays(records):
+def _check_rays(records, plan):
     first, *others = records
+    if plan is not None and (first.columns, first.rows) != (plan.partition.columns, plan.partition.rows):
+        raise InputError(f"memory image: Frusta must have the schedule's {plan.partition.columns} x "
+                         f"{plan.partition.rows} rays, not {first.columns} x {first.rows}")
     for number, record in enumerate(others, start=1):
         if not all(np.array_equal(getattr(record, name), getattr(first, name)) for name in _SHARED):
             raise InputError(f"memory image: Frusta of a phase must have the same rays; frustum {number} has others")

@@ -41,7 +41,7 @@ class Region:
     name, about
         Name and meaning of the region.
     life
-        Lifetime: ``scene``, ``phase`` or ``job``.
+        How long it stays: ``scene``, ``phase`` or ``job``.
     record
         Meaning of one record.
     fields
@@ -136,7 +136,7 @@ REGIONS = (
     Region("columns", "phase", "column of rays", "Ray table, signed 1.16.", (
         Field("table", "i4", "cos and sin of the azimuth; screen: x and 0", 2),
     )),
-    Region("rows", "phase", "row of rays", "Ray table, signed 1.16, and the weights that the collector sums.", (
+    Region("rows", "phase", "row of rays", "Ray table, signed 1.16, and the weights whose sums are formed per patch.", (
         Field("table", "i4", "sin and cos of the polar angle; screen: y and 0", 2),
         Field("weight", "u8", f"form factor of one ray in units of 2^-W, below 2^{WEIGHT_BITS}; screen: 0"),
         Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),

@@ -9,7 +9,7 @@ from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.image import label_colours, write_png
-from golden.memory_map import machine_image
+from golden.memory_map import phase_image
 from golden.noc.topology import Topology
 from golden.output import whole_file
 from golden.scene.open import open_scene
@@ -70,7 +70,7 @@ def schedule_phase(scene: str, config: Config, *, rays: tuple[int, int], cell: f
                     ray_capacity=ray_capacity, capacity=capacity, topology=topology)
     report = _report(plan, shelling, records, len(geometry), topology)
     if output:
-        image = machine_image(records[1], geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
+        image = phase_image([records[1]], geometry, shelling.table, config, weights=hemisphere.polar_weights, plan=plan)
         with whole_file(output) as part:
             part.write_bytes(image.to_bytes())
     if picture:

@@ -9,15 +9,14 @@ __all__ = ["job_tables"]
 
 
 def job_tables() -> str:
-    """The formats as Markdown: descriptor, its rules, completion record, and the image of a phase."""
+    """The formats as Markdown: descriptor, its rules, completion record, and the bits of a load."""
     rules = ["### rules of a descriptor", "", "| field | rule | of | error |", "|---|---|---|---|"]
     for rule in RULES:
-        of = "all" if len(rule.kinds) == len(Kind) else "sections"
+        of = "all" if len(rule.kinds) == len(Kind) else {Kind.FRUSTUM: "sections", Kind.LOAD: "loads"}[rule.kinds[0]]
         rules.append(f"| `{rule.field}` | {rule.about} | {of} | `{rule.code}` |")
-    regions = ["### regions of the image of a phase", "", "| bit | region | life | one record per |",
+    regions = ["### regions of a load", "", "| bit | region | life | one record per |",
                "|---|---|---|---|"]
     regions += [f"| {bit} | `{region.name}` | {region.life} | {region.record} |"
                 for bit, region in enumerate(REGIONS)]
-    own = [record_table(region, has_life=True) for region in REGIONS if region.name in ("patches", "clusters")]
     return "\n".join([record_table(DESCRIPTOR), "\n".join(rules) + "\n", record_table(COMPLETION),
-                      "\n".join(regions) + "\n", *own])
+                      "\n".join(regions) + "\n"])

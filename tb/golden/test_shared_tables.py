@@ -17,7 +17,7 @@ from golden.frustum import Hemisphere
 from golden.icu.edge_planes import EDGES
 from golden.icu.inverse_distance import decode, encode
 from golden.icu.settle_code import settle_code, settle_floor
-from golden.memory_map import machine_image, pack_beats
+from golden.memory_map import pack_beats, phase_image
 from golden.noc.packing import check, reply_flits, request_flits
 from golden.schedule.phase import schedule
 from tb.golden import precise
@@ -150,8 +150,8 @@ def made():
     scene = case("room1627")
     plan = schedule(scene.record, scene.geometry, scene.shelling.table, CONFIG, clusters=2, ratio=16, capacity=20,
                     topology="mesh")
-    image = machine_image(scene.record, scene.geometry, scene.shelling.table, CONFIG, plan,
-                          weights=Hemisphere(scene.record.columns, scene.record.rows).polar_weights)
+    image = phase_image([scene.record], scene.geometry, scene.shelling.table, CONFIG, plan=plan,
+                        weights=Hemisphere(scene.record.columns, scene.record.rows).polar_weights)
     return scene, plan, image
 
 
@@ -188,8 +188,8 @@ def test_bytes_of_an_image_are_where_the_page_says(made):
     data = image.to_bytes()
     reader, record, geometry, table = Reader(data), scene.record, scene.geometry, scene.shelling.table
     assert data[:4] == b"RADE"
-    assert struct.unpack_from("<IQ", data, 4) == (2, len(data))
-    assert len(reader.regions) == 17
+    assert struct.unpack_from("<IQ", data, 4) == (3, len(data))
+    assert len(reader.regions) == 13
     assert reader.count("patches") == len(geometry)
     for patch in range(0, len(geometry), 101):
         top, low = reader.read("patches", patch, "top"), reader.read("patches", patch, "vertex")
@@ -198,6 +198,7 @@ def test_bytes_of_an_image_are_where_the_page_says(made):
             == geometry.vertices[patch].tolist()
         assert reader.read("patches", patch, "id") == patch
         assert reader.read("patches", patch, "surface") == geometry.surface[patch]
+        assert reader.read("patches", patch, "kind") == 0
     assert reader.read("cell_grid", 0, "lower") == tuple(table.lower)
     assert reader.read("cell_grid", 0, "cell") == table.cell
     _, y, z = reader.read("cell_grid", 0, "shape")
@@ -208,26 +209,25 @@ def test_bytes_of_an_image_are_where_the_page_says(made):
             entries = range(first, first + reader.read("cells", number, "count"))
             listed = [reader.read("patch_lists", entry, "patch") for entry in entries]
             assert listed == table.patches.read(table.entries(np.array([number]))).tolist()
-    for name in "origin", "matrix", "to_global":
-        assert list(reader.read("frustum", 0, name)) == getattr(record, name).ravel().tolist()
-    for name in "columns", "rows", "column_bits", "row_bits", "z_scale", "source", "is_screen":
-        assert reader.read("frustum", 0, name) == int(getattr(record, name))
-    assert list(reader.read("frustum", 0, "grid_origin")) == [
-        int((int(o) - int(low)) * 65536 // table.cell) for o, low in zip(record.origin, table.lower, strict=True)]
     for column in range(0, record.columns, 7):
         assert list(reader.read("columns", column, "table")) == turned(2 * column + 1, 2 * record.columns)
     for row in range(record.rows):
         assert list(reader.read("rows", row, "table")) == turned(2 * row + 1, 8 * record.rows)[::-1]
-    for cluster, (section, processor) in enumerate(zip(plan.partition.sections, plan.processor, strict=True)):
-        for name in "first_column", "end_column", "first_row", "end_row":
-            assert reader.read("clusters", cluster, name) == getattr(section, name)
+    residents = subshells = 0
+    for cluster, (held, listed, processor) in enumerate(zip(
+            plan.sets.patches, plan.subshells, plan.processor, strict=True)):
         assert reader.read("clusters", cluster, "processor") == processor
+        assert reader.read("clusters", cluster, "first_resident") == residents
+        assert reader.read("clusters", cluster, "residents") == len(held)
+        assert [reader.read("residents", residents + k, "patch") for k in range(len(held))] == held.tolist()
+        assert all(reader.read("residence", int(patch), "cluster") == cluster for patch in held)
+        assert reader.read("clusters", cluster, "first_subshell") == subshells
+        assert reader.read("clusters", cluster, "subshells") == len(listed)
+        residents, subshells = residents + len(held), subshells + len(listed)
     for shell in range(2, 2 + reader.count("shells")):
         assert reader.read("shells", shell - 2, "begin") == (shell - 1) << 16
         assert reader.read("shells", shell - 2, "end") == shell << 16
-    assert reader.count("hits") == record.columns * record.rows
-    assert reader.read("hits", reader.count("hits") - 1, "patch") == -1
-    assert reader.count("sums") == len(geometry) + 1
+    assert reader.count("residence") == len(geometry)
 
 
 def test_every_field_of_every_region_is_where_the_page_says(made):

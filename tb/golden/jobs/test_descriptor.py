@@ -75,6 +75,8 @@ def test_a_load_has_its_image_and_regions_and_nothing_else():
     data = load_descriptor(0x4000, 0x1FFF, tag=7).tobytes()
     assert struct.unpack_from("<HBBBBHIIQ", data) == (1, 1, 0, 0, 0, 0xFFFF, 7, 0x1FFF, 0x4000)
     assert not any(data[24:])
+    data = load_descriptor(0x4000, 0x1FFF, tag=7, copies=True).tobytes()
+    assert struct.unpack_from("<HBBBBHIIQ", data) == (1, 1, 0, 0, 0, 0, 7, 0x1FFF, 0x4000)
 
 
 def test_descriptors_return_from_their_bytes(frustum):
@@ -154,6 +156,7 @@ def test_every_rule_at_its_limit_and_beyond(frustum, field, change, code):
 
 def test_every_rule_is_broken_above(frustum):
     broken = {check_descriptor(changed(frustum, **change), CONFIG).reason for _, change, code in LIMITS if code}
+    broken.add(check_descriptor(changed(load_descriptor(64, 1), cluster=1), CONFIG).reason)
     assert broken == {rule.about for rule in RULES}
 
 
@@ -167,7 +170,8 @@ def test_rules_are_in_the_order_of_the_fields_and_the_first_one_decides(frustum)
 
 
 @pytest.mark.parametrize(("change", "byte"), [
-    ({"hits": 32}, 16), ({"cluster": 4}, 6), ({"context": 1}, 5), ({"reserved": 1}, 56), ({"version": 0}, 0),
+    ({"hits": 32}, 16), ({"cluster": 4}, 6), ({"cluster": 1}, 6), ({"cluster": 0}, None), ({"context": 1}, 5),
+    ({"reserved": 1}, 56), ({"version": 0}, 0),
     ({"hit_format": 9, "sums": 9, "sums_address": 1, "near_count": 1 << 31, "near_cells": 1}, None)])
 def test_a_load_has_the_rules_of_its_own_fields(change, byte):
     refusal = check_descriptor(changed(load_descriptor(64, 1), **change), CONFIG)

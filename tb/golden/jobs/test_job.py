@@ -11,8 +11,8 @@ from golden.errors import InputError
 from golden.jobs.descriptor import ANY_CLUSTER, Kind, check_descriptor, section_of
 from golden.jobs.job import plan_job
 from golden.jobs.load_regions import LOADED_REGIONS, region_bits
-from golden.memory_map import from_bytes
 from golden.jobs.result_formats import HitFormat
+from golden.memory_map import from_bytes
 from golden.schedule.phase import schedule
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
 

@@ -12,7 +12,6 @@ from golden.config import PRESETS, Config
 from golden.ctu.sector import Sector
 from golden.errors import InputError
 from golden.jobs.result_formats import (
-    FULL_HIT,
     HitFormat,
     ResultCommand,
     check_config,
@@ -27,7 +26,6 @@ from golden.jobs.result_formats import (
     unpack_ids,
     unpack_sums,
 )
-from golden.memory_map import REGIONS
 
 BOTH = (HitFormat.FULL, HitFormat.COMPACT)
 MISS = (0, -1, 0, 0)
@@ -71,11 +69,6 @@ def test_bytes_of_hits_are_those_of_the_specification():
     assert pack_hits(hits, HitFormat.COMPACT).tobytes() == struct.pack("<QQ", 0xF0DE789ABC123456, 0x0000FFFFFF000000)
     assert pack_hits(hits, HitFormat.IDS).tobytes() == struct.pack("<II", 0x789ABC, 0xFFFFFFFF)
     assert pack_hits(hits, HitFormat.NONE).size == 0
-
-
-def test_a_full_hit_is_the_record_of_the_memory_map():
-    (region,) = (region for region in REGIONS if region.name == "hits")
-    assert region.dtype == FULL_HIT.dtype
 
 
 @pytest.mark.parametrize(("row", "hit_format"), [

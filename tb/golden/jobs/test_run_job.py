@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from golden.cast.naive_fixed import NaiveFixed
-from golden.icu.collector import collect
 from golden.jobs.descriptor import DESCRIPTOR
 from golden.jobs.job import plan_job
 from golden.jobs.load_regions import LOADED_REGIONS
@@ -46,13 +45,13 @@ def test_hits_in_memory_are_those_of_each_frustum_alone(memory, hits):
     assert np.array_equal(job().hits(2, 0, reader(memory)), hits[2][0].patch)
 
 
-def test_sums_in_memory_are_the_collectors(memory, results, hits):
+def test_sums_in_memory_are_those_of_each_patch(memory, results, hits):
     for phase in 0, 1:
         request = job().phases[phase].request
         for frustum, expected in enumerate(hits[phase]):
             weights = np.repeat(request.weights, request.records[frustum].columns)
             assert np.array_equal(job().sums(phase, frustum, reader(memory), words(results)),
-                                  collect(expected.patch, weights, len(scene().geometry)))
+                                  [weights[expected.patch == patch].sum() for patch in range(len(scene().geometry))])
 
 
 def test_completions_have_tags_and_words_and_no_errors(results):
@@ -100,6 +99,22 @@ def test_a_frustum_before_any_load_completes_as_such(results):
     early = run_job(job(), changed(0, regions=LOADED_REGIONS & ~8))
     assert early.errors[1:11] == ("NOT_LOADED",) * 10
     assert not early.completions["sums"][1:11].any()
+
+
+def test_one_load_must_read_all_regions_before_a_cast(results):
+    others = int(job().descriptors["regions"][11])
+    early = run_job(job(), changed(0, regions=LOADED_REGIONS & ~others))
+    loads = [one is None for one in job().sections]
+    assert early.errors == tuple("NONE" if is_load else "NOT_LOADED" for is_load in loads)
+    assert results.errors == ("NONE",) * len(loads)
+
+
+def test_a_frustum_beyond_the_loaded_shells_completes_as_such(results):
+    loaded = job().phases[0].image.last_shell
+    for last, error, address in ((loaded, "NONE", 0), (loaded + 1, "NOT_LOADED", 52)):
+        found = run_job(job(), changed(3, last_shell=last))
+        assert found.errors == tuple(error if number == 3 else "NONE" for number in range(len(results.errors)))
+        assert found.completions["address"][3] == address
 
 
 def test_a_load_of_no_image_unloads(results):
