@@ -33,15 +33,15 @@ from hw.memsys.table_load import TableLoad
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 
-__all__ = ["COUNTERS", "UNIT_COUNTERS", "Cluster", "ClusterSignature"]
+__all__ = ["COUNTERS", "RECORDED", "UNIT_COUNTERS", "Cluster", "ClusterSignature"]
 
 UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
 # All counters of a cluster by name, with what each one counts.
 COUNTERS = {"cycles": "cycles of the section"} | {
     f"{unit}_{name}": about for unit, counters in UNIT_COUNTERS.items() for name, about in counters.items()}
 
-# The counters of a completion record, by the names of `COUNTERS`.
-_COUNTED = {"tested": "intersection_tested", "visited": "intersection_visited", "steps": "traversal_steps",
+# Of a completion record: its fields that are counters, and their names in `COUNTERS`.
+RECORDED = {"tested": "intersection_tested", "visited": "intersection_visited", "steps": "traversal_steps",
             **{name: f"memory_{name}" for name in COUNTS[3:]}}
 # Streams between the ports and a unit.
 _MEMORY = ("o_request", "i_reply", "o_bus", "i_bus")
@@ -324,6 +324,6 @@ class Cluster(wiring.Component):
         units = {"intersection": self._intersection, "traversal": traversal, "memory": memory}
         counts = {"cycles": control.cycles} | {
             f"{unit}_{name}": units[unit].counters[name] for unit, names in UNIT_COUNTERS.items() for name in names}
-        m.d.comb += [*(results.counts[name].eq(counts[counter]) for name, counter in _COUNTED.items()),
+        m.d.comb += [*(results.counts[name].eq(counts[counter]) for name, counter in RECORDED.items()),
                      choice.counter.eq(self.counter), self.count.eq(choice.count),
                      *(choice.counts[number].eq(counts[name]) for number, name in enumerate(COUNTERS))]

@@ -1,11 +1,12 @@
 """The host's side of a queue: descriptors into their ring, completion records out of theirs."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 
 import numpy as np
 
 from golden.config import Config
+from golden.control.job_control import NO_CLUSTER
 from golden.errors import InputError
 from golden.jobs.completion import COMPLETION, parse_completions
 from golden.jobs.job import Job
@@ -22,7 +23,7 @@ from hw.registers.engine_registers import (
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import WORD_BYTES, addresses
 
-__all__ = ["POLL", "EngineError", "EngineTimeoutError", "Host", "Port"]
+__all__ = ["POLL", "EngineError", "EngineTimeoutError", "Host", "Port", "check_completions"]
 
 _WORD = 1 << 32
 # Cycles between two reads of the status.
@@ -32,19 +33,36 @@ POLL = 100
 class EngineError(Exception):
     """The machine has reported an error.
 
-    Members
-    -------
+    Parameters
+    ----------
     code, cluster, address
-        The registers ``error``, ``error_cluster`` and ``error_address``.
+        The registers ``error``, ``error_cluster`` and ``error_address``, or those fields of a completion record.
+    work
+        The descriptor that has failed, if it is known.
     """
 
-    def __init__(self, code: ErrorCode, cluster: int, address: int):
-        super().__init__(f"{code.name}: {ABOUT[code.name]} (cluster {cluster}, at {address:#x})")
-        self.code, self.cluster, self.address = code, cluster, address
+    def __init__(self, code: ErrorCode, cluster: int, address: int, *, work: str = ""):
+        where = f"{'no cluster' if cluster == NO_CLUSTER else f'cluster {cluster}'}, at {address:#x}"
+        super().__init__(f"{work and f'{work}: '}{code.name}: {ABOUT[code.name]} ({where})")
+        self.code, self.cluster, self.address, self.work = code, cluster, address, work
 
 
 class EngineTimeoutError(Exception):
     """The machine is busy for too long."""
+
+
+def check_completions(job: Job, records: np.ndarray) -> None:
+    """Refuse completion records with errors.
+
+    Raises
+    ------
+    EngineError
+        That of the first record with an error.
+    """
+    failed = records[records["error"] != ErrorCode.NONE.value]
+    if len(failed):
+        raise EngineError(ErrorCode(int(failed["error"][0])), int(failed["cluster"][0]), int(failed["address"][0]),
+                          work=job.name(int(failed["tag"][0])))
 
 
 class Port(ABC):
@@ -132,7 +150,9 @@ class Host:
         for address, data in job.tables().items():
             await self._port.write_memory(address, data)
         self._copies |= {phase.address: phase.image.has_copies for phase in job.phases}
-        self._submitted = self._collected = await self.read("taken")
+        self._submitted, self._collected = await self.read("taken"), await self.read("completed")
+        # What a halted queue has not taken is dropped.
+        await self.write("doorbell", self._submitted)
         entries = COMPLETION.dtype.itemsize << job.ring_bits
         await self._port.write_memory(job.completions, bytes(entries))
         base, limit = window or (job.base, job.end)
@@ -155,12 +175,19 @@ class Host:
 
     async def collect(self, job: Job) -> np.ndarray:
         """The completion records that have come since the last call, in their order."""
-        first, size = self._collected, COMPLETION.dtype.itemsize
-        self._collected += (await self.read("completed") - first) % _WORD
-        ring = parse_completions(await self._port.read_memory(job.completions, size << job.ring_bits))
-        return ring[[number % len(ring) for number in range(first, self._collected)]]
+        found = await self._arrived(job)
+        self._collected += len(found)
+        return found
 
-    async def run(self, job: Job, descriptors: np.ndarray | None = None, *, timeout: int = 1 << 26) -> np.ndarray:
+    async def _arrived(self, job):
+        """The records that `collect` is about to return."""
+        first, size = self._collected, COMPLETION.dtype.itemsize
+        count = (await self.read("completed") - first) % _WORD
+        ring = parse_completions(await self._port.read_memory(job.completions, size << job.ring_bits))
+        return ring[[number % len(ring) for number in range(first, first + count)]]
+
+    async def run(self, job: Job, descriptors: np.ndarray | None = None, *, timeout: int = 1 << 26,
+                  watch: Callable[[int], Awaitable[None]] | None = None) -> np.ndarray:
         """Have a job done that `begin` has prepared, and return its completion records in their order.
 
         Parameters
@@ -171,11 +198,15 @@ class Host:
             Descriptors instead of the job's.
         timeout
             Cycles without a completion record after which the machine has failed.
+        watch
+            Awaited after the doorbell and before each further look at the machine, with the number of completion
+            records so far.
 
         Raises
         ------
         EngineError
-            The queue has halted. The records of what was in flight are in the ring, see `collect`.
+            The queue has halted; the error names the descriptor that has caused it, if there is one. The records of
+            what was in flight are in the ring, see `collect`.
         EngineTimeoutError
             It takes longer.
         """
@@ -186,6 +217,8 @@ class Host:
             if waiting and room:
                 await self.submit(job, waiting[:room])
                 waiting = waiting[room:]
+            if watch:
+                await watch(len(records))
             found = await self.collect(job)
             records += list(found)
             idle = 0 if len(found) else idle + POLL
@@ -194,13 +227,18 @@ class Host:
                                          f"for {idle} cycles")
             status = await self.status()
             if status["halted"] and not status["busy"]:
-                raise await self._error()
+                raise await self._error(job)
             await self._port.wait(POLL)
         return np.array(records, dtype=COMPLETION.dtype)
 
-    async def _error(self) -> EngineError:
-        return EngineError(ErrorCode(await self.read("error")), await self.read("error_cluster"),
-                           await self.read("error_address"))
+    async def _error(self, job=None):
+        """That of the machine; with a job it names the descriptor that has ended in the same error."""
+        code, work = ErrorCode(await self.read("error")), ""
+        if job is not None:
+            records = await self._arrived(job)
+            tags = records["tag"][records["error"] == code.value]
+            work = job.name(int(tags[0])) if len(tags) and tags[0] < len(job.sections) else ""
+        return EngineError(code, await self.read("error_cluster"), await self.read("error_address"), work=work)
 
     async def command(self, *names: str) -> None:
         """One of the register ``command``, and ``copies`` of a resume."""

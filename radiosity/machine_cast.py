@@ -4,19 +4,22 @@ import csv
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from golden.cast.fixed_hits import FixedHits
 from golden.cast.shelling import Shelling
 from golden.config import Config
+from golden.errors import InputError
 from golden.frustum import FrustumRecord
-from golden.memory_map import machine_image
+from golden.jobs.phase_request import phase_request
+from golden.jobs.result_formats import HitFormat, check_config
 from golden.output import whole_file
 from golden.plural import counted
 from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.cell_choice import choose_cell
-from golden.schedule.phase import machine_schedule
 from hw.simulator.cast_report import cast_report
-from hw.simulator.cast_result import CastResult
+from hw.simulator.job_result import JobResult
 from hw.simulator.simulated_machine import SimulatedMachine, WaveformWindow
 from hw.simulator.simulation_config import overridden_text
 from radiosity.timeline import write_timeline
@@ -35,7 +38,7 @@ class CastOptions:
     ratio
         Rays of the frustum for each ray cast to schedule it.
     casts
-        How many times it is cast.
+        How many times it is cast, each time as a job; the first one loads the tables.
     waves, timeline, counters
         The signals of the last cast (.vcd), its utilization (.svg), and the counters of all casts (.csv).
     changes
@@ -92,11 +95,13 @@ class MachineCast:
     def __init__(self, record: FrustumRecord, geometry: PatchGeometry, weights, config: Config, options: CastOptions):
         self._record, self._geometry, self._config, self._options = record, geometry, config, options
         self._cell = choose_cell([record], geometry, config).cell if options.cell is None else options.cell
-        shelling = Shelling(geometry, config, cell=self._cell)
-        plan = machine_schedule(record, geometry, shelling.table, config, ratio=options.ratio)
-        self._image = machine_image(record, geometry, shelling.table, config, plan, weights=weights)
-        self._expected = self._image.with_results(shelling.cast(record)[0])
-        self._total = 0 if weights is None else int(weights.sum()) * record.columns
+        # Of the whole frustum, which may be larger than a cluster's ray memory.
+        roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (len(record) - 1).bit_length())})
+        shelling = Shelling(geometry, roomy, cell=self._cell)
+        self._request = phase_request(
+            [record], geometry, shelling.table, config, ratio=options.ratio, clusters=config.noc.nodes,
+            weights=weights, hit_format=_hit_format(config), sums=weights is not None)
+        self._expected = shelling.cast(record)[0]
 
     def run(self, machine: SimulatedMachine, *, title: str, progress: bool = False) -> MachineCastResult:
         """Cast the frustum and write what the options name.
@@ -113,40 +118,55 @@ class MachineCast:
         options, samples, done = self._options, [], []
         for number in progress_bar(range(options.casts), desc="cast", unit="cast", delay=2, disable=not progress):
             is_last = number == options.casts - 1
-            done.append(machine.cast(
-                self._image, total=self._total, sums=True, again=number > 0,
-                timeline=samples if options.timeline and is_last else None, waves=options.waves if is_last else None))
+            done.append(machine.run([self._request], timeline=samples if options.timeline and is_last else None,
+                                    waves=options.waves if is_last else None))
         if options.counters:
             write_counters(options.counters, done)
         if options.timeline:
             write_timeline(options.timeline, samples, self._config,
                            title=f"{title}, {counted(self._config.noc.nodes, 'cluster')}")
         report = self._report(done)
-        return MachineCastResult(hits=done[-1].image.hits(), report=report, text=_text(report),
+        return MachineCastResult(hits=done[-1].frusta[0][0].hits, report=report, text=_text(report),
                                  agrees=not report["differences"] and not report["sums"])
 
-    def _report(self, done: list[CastResult]) -> dict:
-        last, network = done[-1].image, self._config.noc
+    def _report(self, done: list[JobResult]) -> dict:
+        ((last,),), network = done[-1].frusta, self._config.noc
         return {"patches": len(self._geometry), "clusters": network.nodes, "topology": network.topology,
                 "cell": self._cell, "is_cell_chosen": self._options.cell is None,
                 "overridden": self._options.changes,
                 **cast_report(self._record, done, self._config),
-                "differences": len(last.hits().differences(self._expected.hits())),
-                "sums": int((last["sums"] != self._expected["sums"]).sum())}
+                "differences": len(last.hits.differences(self._expected)),
+                "sums": 0 if last.sums is None else int((last.sums != self._expected_sums()).sum())}
+
+    def _expected_sums(self):
+        """N int64: of each patch the weights of the rays that hit it."""
+        patch, sums = self._expected.patch, np.zeros(len(self._geometry), dtype=np.int64)
+        met = np.flatnonzero(patch >= 0)
+        np.add.at(sums, patch[met], self._request.weights[met // self._record.columns])
+        return sums
 
 
-def write_counters(path: Path, done: list[CastResult]) -> None:
+def _hit_format(config):
+    """Records of 8 bytes if they hold the machine's numbers, else of 16."""
+    try:
+        check_config(config, HitFormat.COMPACT, sums=False)
+    except InputError:
+        return HitFormat.FULL
+    return HitFormat.COMPACT
+
+
+def write_counters(path: Path, done: list[JobResult]) -> None:
     """Write a table with a row for each cluster of each cast.
 
-    Its columns are cast, cluster, cast_cycles (of the whole cast) and the names of the counters, which begin with the
-    cluster's own cycles.
+    Its columns are cast, cluster, cast_cycles (of all clusters, from the first cast's beginning to the last one's end)
+    and the names of the counters, which begin with the cluster's own cycles.
     """
     with whole_file(path) as part, part.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(["cast", "cluster", "cast_cycles", *done[0].counters[0]])
         for number, one in enumerate(done):
             for cluster, counters in enumerate(one.counters):
-                rows.writerow([number, cluster, one.cycles, *counters.values()])
+                rows.writerow([number, cluster, one.cycles.cast, *counters.values()])
 
 
 def _text(report: dict) -> str:
@@ -156,10 +176,10 @@ def _text(report: dict) -> str:
         f"{counted(report['patches'], 'patch')}, cell {report['cell']:g}"
         + " (chosen)" * report["is_cell_chosen"] + overridden_text(report["overridden"]),
         f"differences from golden: {counted(report['differences'], 'hit')}, {counted(report['sums'], 'sum')}",
-        f"cycles {report['cycles']} (the first time {report['first_cycles']}), tables {report['load_cycles']}, "
-        f"results {report['result_cycles']}",
+        f"cycles {report['cycles']}: cast {report['cast_cycles']}, results {report['result_cycles']} after it; the "
+        f"first time {report['first_cycles']}, of which tables {report['load_cycles']}",
         "lower bound  " + ", ".join(f"{name} {cycles}" for name, cycles in bound.items())
-        + f": {report['of_bound']:.2f} of the cycles",
+        + f": {report['of_bound']:.2f} of the cast's cycles",
         f"pipeline efficiency {report['efficiency']:.3f}, tests per ray {report['tests_per_ray']:.2f}, "
         f"tests per patch (EDRC) {report['edrc']:.1f}",
         f"patches: own {sources['own']}, remote {sources['remote']}, cache {sources['hits']}, main memory "

@@ -61,7 +61,7 @@ class MachineMethod(CastingMethod):
     options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
     frustum_options = (*_MEMORY, *_WORK)
 
-    def check(self, *, clusters, rays=0, timeline=None, waves=None, table=None, **options):
+    def check(self, *, clusters, frustum=(1, 1), timeline=None, waves=None, table=None, **options):
         """See `CastingMethod`."""
         from golden.output import check_outputs
 
@@ -70,14 +70,13 @@ class MachineMethod(CastingMethod):
         check_outputs(table, suffixes=(".csv",))
         if clusters is not None and (not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1)):
             raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}")
-        config = self._config(self._given(**options), clusters=clusters, **options)
-        most = config.noc.nodes * config.icu.rays
-        if rays > most:
-            raise InputError(f"machine: Size times samples must be at most {most} rays (icu.rays, --clusters), "
-                             f"not {rays}; --size 128x128 --spp 1 is {128 * 128}")
+        most = 1 << self._config(self._given(**options), clusters=clusters, **options).icu.side_bits
+        if max(frustum) > most:
+            raise InputError(f"machine: A frustum must have at most {most} columns and rows of rays (icu.side_bits), "
+                             f"not {frustum[0]} x {frustum[1]}")
 
     @contextmanager
-    def frusta(self, scene, *, cell, rays, **options):
+    def frusta(self, scene, *, cell, **options):
         """See `CastingMethod`."""
         from hw.simulator.machine_caster import MachineCaster
         from hw.simulator.simulation_config import overridden
@@ -86,7 +85,8 @@ class MachineMethod(CastingMethod):
         config = self._config(given, **options)
         MachineCaster.check(config)
         with self._machine(config, **options) as machine:
-            yield MachineCaster(scene, machine, cell=cell, changes=overridden(config, given))
+            yield MachineCaster(scene, machine, cell=cell, changes=overridden(config, given),
+                                progress=console().progress)
 
     def cast(self, record, geometry, config, *, cell, weights, title, **options):
         """See `CastingMethod`."""

@@ -16,7 +16,7 @@ from golden.scene.g_coordinates import GCoordinates
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 
-__all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta"]
+__all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta", "shares"]
 
 # Most rays of a frustum: the largest ray memory.
 MOST_RAYS = 1 << 22
@@ -43,6 +43,8 @@ class FixedFrusta(ABC):
     """
 
     regular = True
+    # Frusta of a request are cast together while they have at most so many rays, and one at least.
+    together = 0
 
     def __init__(self, scene: Scene):
         self._scene, self._oracle = scene, Oracle(scene)
@@ -52,7 +54,7 @@ class FixedFrusta(ABC):
 
     @abstractmethod
     def _machine(self, geometry: PatchGeometry):
-        """Function from a record to its `FixedHits` and to the tests and steps of each ray."""
+        """Function from records of the same rays to, for each of them, patch, tests and steps of each ray."""
 
     def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
         """Caster of the hemispheres at M points; a request for one ray casts its whole hemisphere.
@@ -68,7 +70,8 @@ class FixedFrusta(ABC):
             return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
                                      source=int(surfaces[number]), axes=frames[number])
         self._sample(record, len(points), coordinates)
-        return _Bundles(self._oracle, cast, record).hits
+        return _Bundles(self._oracle, cast, record, count=len(points),
+                        together=max(1, self.together // len(hemisphere))).hits
 
     def screen(self, screen: Screen, side: int) -> FrustumHits:
         """Caster of the rays of a picture through the middles of the pixels' fields.
@@ -84,7 +87,7 @@ class FixedFrusta(ABC):
         def record(_):
             return screen_record(fields, coordinates)
         self._sample(record, 1, coordinates)
-        return _Bundles(self._oracle, cast, record).hits
+        return _Bundles(self._oracle, cast, record, count=1, together=1).hits
 
     def _sample(self, record, count, coordinates):
         """Keep some of the frusta that will be requested, evenly spread, and their coordinates."""
@@ -127,9 +130,8 @@ class ShellingFrusta(FixedFrusta):
         def cast(record: FrustumRecord):
             tests = np.zeros(len(record), dtype=np.int64)
             hits, (counts,) = shelling.cast(record, ray_tests=tests)
-            steps, rest = divmod(counts.cell_steps, len(record))
-            return hits, tests, steps + (np.arange(len(record)) < rest)
-        return cast
+            return hits.patch, tests, shares(counts.cell_steps, len(record))
+        return lambda records: map(cast, records)
 
 
 class NaiveFixedFrusta(FixedFrusta):
@@ -140,25 +142,37 @@ class NaiveFixedFrusta(FixedFrusta):
 
         def cast(record: FrustumRecord):
             count = len(record)
-            return naive.cast(record), np.full(count, len(geometry)), np.zeros(count, dtype=np.int64)
-        return cast
+            return naive.cast(record).patch, np.full(count, len(geometry)), np.zeros(count, dtype=np.int64)
+        return lambda records: map(cast, records)
+
+
+def shares(total: int, count: int) -> np.ndarray:
+    """A whole number divided evenly among so many: int64, the first ones have the remainder."""
+    share, rest = divmod(total, count)
+    return share + (np.arange(count) < rest)
 
 
 class _Bundles:
-    """Frusta that are cast on first use; the last one is kept."""
+    """Frusta that are cast on first use, some of them together; those that were cast last are kept."""
 
-    def __init__(self, oracle, cast, record):
+    def __init__(self, oracle, cast, record, *, count, together):
         self._oracle, self._cast, self._record = oracle, cast, record
-        self._last, self._held = None, None
+        self._count, self._together = count, together
+        self._held: dict[int, np.ndarray] = {}
 
     def hits(self, frustum, number, rays) -> Hits:
         """The hits of rays ``number`` of frusta ``frustum``."""
         values = np.empty((3, len(rays)), dtype=np.int64)
-        for one in np.unique(frustum):
-            if one != self._last:
-                hits, tests, steps = self._cast(self._record(one))
-                self._last, self._held = one, np.stack([hits.patch, tests, steps])
+        for one in np.unique(frustum).tolist():
             rows = np.flatnonzero(frustum == one)
-            values[:, rows] = self._held[:, number[rows]]
+            values[:, rows] = self._results(one)[:, number[rows]]
         patch, tests, steps = values
         return hits_of_patches(self._oracle, rays, patch, tests=tests, steps=steps)
+
+    def _results(self, one):
+        """Patch, tests and steps of each ray of a frustum, which is cast with those that follow it."""
+        if one not in self._held:
+            numbers = range(one, min(one + self._together, self._count))
+            found = self._cast([self._record(number) for number in numbers])
+            self._held = {number: np.stack(values) for number, values in zip(numbers, found, strict=True)}
+        return self._held[one]

@@ -61,6 +61,11 @@ class CastingMethod(ABC):
     def check(self, **options) -> None:
         """Refuse options that cannot be used, before the work starts.
 
+        Parameters
+        ----------
+        options
+            Those of the method; ``frustum``, where it is known: columns and rows of the largest frustum.
+
         Raises
         ------
         InputError
@@ -68,7 +73,7 @@ class CastingMethod(ABC):
         """
 
     @abstractmethod
-    def frusta(self, scene, *, cell: float | None, rays: int, **options) -> AbstractContextManager:
+    def frusta(self, scene, *, cell: float | None, **options) -> AbstractContextManager:
         """A caster of frusta with ``counts()`` for the report and ``summary()`` for people.
 
         Parameters
@@ -77,8 +82,6 @@ class CastingMethod(ABC):
             The patches.
         cell
             Cell size, or None for the method's own.
-        rays
-            The largest frustum that will be cast.
         """
 
     @abstractmethod

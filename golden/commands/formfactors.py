@@ -49,11 +49,11 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         from golden.tasks.elements import cut_into_elements
 
         check_outputs(output, suffixes=(".npz",))
-        if chosen:
-            chosen.check(**options)
-        cut = cut_into_elements(open_scene(scene), max_edge=max_edge, max_area=max_area)
         hemisphere = Hemisphere(*rays)
-        with (chosen.frusta(cut, cell=cell, rays=len(hemisphere), **options) if chosen
+        if chosen:
+            chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
+        cut = cut_into_elements(open_scene(scene), max_edge=max_edge, max_area=max_area)
+        with (chosen.frusta(cut, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(cut, method, cell=cell))) as caster:
             result = patch_form_factors(cut, caster, rays=rays, samples=samples, progress=console().progress)
         with whole_file(output) as part:

@@ -79,12 +79,11 @@ def render_command(*methods: CastingMethod) -> click.Command:
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap,
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
         view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")})
-        largest = size[0] * size[1] * settings.side**2
         if chosen:
-            chosen.check(rays=largest, **options)
+            chosen.check(frustum=tuple(settings.side * count for count in size), **options)
 
         def caster(opened):
-            return chosen.frusta(opened, cell=cell, rays=largest, **options) if chosen else nullcontext()
+            return chosen.frusta(opened, cell=cell, **options) if chosen else nullcontext()
         report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
                                     progress=console().progress)
         console().report(report, text)

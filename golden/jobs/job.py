@@ -195,13 +195,22 @@ class Job:
         return [number for number, one in enumerate(self.sections)
                 if one is not None and (one.phase, one.frustum) == (phase, frustum)]
 
+    def name(self, number: int) -> str:
+        """What a descriptor is, for messages."""
+        one = self.sections[number]
+        phase = f" of phase {one.phase}" if one and len(self.phases) > 1 else ""
+        return "load of tables" if one is None else (
+            f"frustum {one.frustum}{phase}, columns {one.section.first_column} to {one.section.end_column - 1}, "
+            f"rows {one.section.first_row} to {one.section.end_row - 1}")
+
     def hits(self, phase: int, frustum: int, read: Read) -> FixedHits | np.ndarray:
         """The hits of a frustum in main memory, when all its sections are complete; of ids, its patches alone."""
         given = self.phases[phase].request
         data = read(self.phases[phase].hits[frustum], len(given.records[frustum]) * given.hit_format.bytes)
         return unpack_ids(data) if given.hit_format == HitFormat.IDS else unpack_hits(data, given.hit_format)
 
-    def sums(self, phase: int, frustum: int, read: Read, words: Mapping[int, int]) -> np.ndarray:
+    def sums(self, phase: int, frustum: int, read: Read, words: Mapping[int, int], *,
+             numbers: Sequence[int] | None = None) -> np.ndarray:
         """The sums of a frustum in main memory, when all its sections are complete: N int64.
 
         Parameters
@@ -212,9 +221,12 @@ class Job:
             Reads main memory.
         words
             Words of sums by tag, from the completion records.
+        numbers
+            `numbers` of the frustum, where they are known.
         """
+        numbers = self.numbers(phase, frustum) if numbers is None else numbers
         parts = [np.frombuffer(read(int(self.descriptors["sums_address"][number]), 8 * words[number]), dtype="<u8")
-                 for number in self.numbers(phase, frustum)]
+                 for number in numbers]
         return scatter_sums(parts, len(self.phases[phase].request.geometry))
 
 

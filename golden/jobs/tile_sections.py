@@ -6,7 +6,16 @@ from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.schedule.sections import cut_sections
 
-__all__ = ["tile_sections"]
+__all__ = ["most_sections", "tile_sections"]
+
+
+def most_sections(columns: int, rows: int, config: Config) -> int:
+    """The largest power of two of sections that a frustum can be cut into: each has a tile of the settle map."""
+    side, count = 1 << config.icu.tile_bits, 1
+    across, down = -(-columns // side), -(-rows // side)
+    while _cuts(2 * count)[0] <= across and _cuts(2 * count)[1] <= down:
+        count *= 2
+    return count
 
 
 def tile_sections(columns: int, rows: int, config: Config, *, clusters: int = 1,
@@ -45,7 +54,13 @@ def tile_sections(columns: int, rows: int, config: Config, *, clusters: int = 1,
 
 
 def _largest(shape, count):
-    """Tiles of the largest of ``count`` sections, cut in turn in columns and in rows."""
+    """Tiles of the largest of ``count`` sections."""
     rows, columns = shape
+    across, down = _cuts(count)
+    return -(-columns // across) * -(-rows // down)
+
+
+def _cuts(count):
+    """How many of ``count`` sections are beside and above each other: cuts are in turn in columns and in rows."""
     cuts = int(count).bit_length() - 1
-    return (-columns >> (cuts + 1) // 2) * (-rows >> cuts // 2)
+    return 1 << (cuts + 1) // 2, 1 << cuts // 2

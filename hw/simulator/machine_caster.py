@@ -1,32 +1,37 @@
 """The simulated machine as a caster of frusta for the renderer."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from golden.cast.fixed_frusta import CONFIG, FixedFrusta
+from golden.cast.fixed_frusta import CONFIG, FixedFrusta, shares
 from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
-from golden.memory_map import machine_image
+from golden.jobs.job import PhaseRequest
+from golden.jobs.phase_request import phase_request
+from golden.jobs.result_formats import HitFormat
 from golden.plural import counted
+from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.cell_choice import choose_cell
-from golden.schedule.phase import machine_schedule
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import overridden_text
 
 __all__ = ["MachineCaster"]
 
-# Frusta that share a schedule, and rays of a frustum for each ray cast to schedule it.
-PHASE, RATIO = 64, 16
+# Rays of a frustum for each ray cast to schedule it.
+RATIO = 16
 
 
 class MachineCaster(FixedFrusta):
     """Casts hemispheres and screens on a machine, with the hits of `golden.cast.fixed_frusta.ShellingFrusta`.
 
-    The tests and cell steps of a frustum are divided evenly among its rays. The machine's sums of a hemisphere are
-    compared with its hits.
+    All hemispheres of a request are one job, or several of `together` rays each; so is a screen. Of the hits the
+    machine writes the patches; positions follow from rays and patches. The machine's sums of a hemisphere are compared
+    with its hits. The tests and cell steps of a frustum are divided evenly among its rays.
 
     Parameters
     ----------
@@ -39,11 +44,13 @@ class MachineCaster(FixedFrusta):
         request, from some of its frusta.
     changes
         What the simulation has overridden, see `hw.simulator.simulation_config.overridden`.
+    progress
+        Show a bar for jobs that take more than two seconds.
 
     Members
     -------
-    frusta, rays, cycles, tested
-        Totals since the start: frusta, their rays, cycles of their casts, and tests.
+    jobs, frusta, rays, cycles, tested
+        Totals since the start: jobs, their frusta and rays, their cycles from doorbell to last result, and tests.
     cells
         Frusta by cell size.
 
@@ -55,11 +62,14 @@ class MachineCaster(FixedFrusta):
         The machine's sums are not those of its hits.
     """
 
-    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float | None, changes: dict | None = None):
+    together = 1 << 22
+
+    def __init__(self, scene: Scene, machine: SimulatedMachine, *, cell: float | None, changes: dict | None = None,
+                 progress: bool = False):
         self.check(machine.config)
         self._simulated, self._cell, self._weights = machine, cell, None
-        self._changes = changes or {}
-        self.frusta = self.rays = self.cycles = self.tested = 0
+        self._changes, self._progress = changes or {}, progress
+        self.jobs = self.frusta = self.rays = self.cycles = self.tested = 0
         self.cells: dict[float, int] = {}
         super().__init__(scene)
 
@@ -87,15 +97,16 @@ class MachineCaster(FixedFrusta):
 
     def counts(self) -> dict[str, object]:
         """The members above."""
-        return {name: getattr(self, name) for name in ("frusta", "rays", "cycles", "tested", "cells")}
+        return {name: getattr(self, name) for name in ("jobs", "frusta", "rays", "cycles", "tested", "cells")}
 
     def summary(self) -> str:
         """The members above and what the simulation has overridden, in a line."""
         efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
         noc = self._simulated.config.noc
         cells = ", ".join(f"{cell:g}" for cell in self.cells) + (" (chosen)" if self._cell is None else "")
-        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, cell {cells}, {self.frusta} frusta, "
-                f"{self.rays} rays, {self.cycles} cycles, pipeline efficiency {efficiency:.3f}, "
+        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, cell {cells}, "
+                f"{counted(self.jobs, 'job')}, {self.frusta} frusta, {self.rays} rays, {self.cycles} cycles, "
+                f"pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
     def _samples_in(self, geometry):
@@ -108,39 +119,39 @@ class MachineCaster(FixedFrusta):
 
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config
-        table, cell, plan, left = None, self._cell, None, 0
+        table, cell = None, self._cell
 
-        def cast(record: FrustumRecord):
-            nonlocal table, cell, plan, left
+        def cast(records: Sequence[FrustumRecord]):
+            nonlocal table, cell
             if self._cell is None and ((samples := self._samples_in(geometry)) or cell is None):
-                chosen = choose_cell(samples or [record], geometry, config).cell
+                chosen = choose_cell(samples or records[:1], geometry, config).cell
                 if chosen != cell:
-                    table, cell, plan = None, chosen, None
+                    table, cell = None, chosen
             if table is None:
                 table = Shelling(geometry, config, cell=cell).table
-            fits = plan and (record.columns, record.rows) == (plan.partition.columns, plan.partition.rows)
-            if not fits or not left:
-                plan = machine_schedule(record, geometry, table, config, ratio=RATIO)
-                left = PHASE
-            left -= 1
-            self.cells[cell] = self.cells.get(cell, 0) + 1
-            weights = None if record.is_screen else self._weights
-            image = machine_image(record, geometry, table, config, plan, weights=weights)
-            return self._results(record, image, weights)
+            self.cells[cell] = self.cells.get(cell, 0) + len(records)
+            weights = None if records[0].is_screen else self._weights
+            return self._results(phase_request(
+                records, geometry, table, config, ratio=RATIO, weights=weights, hit_format=HitFormat.IDS,
+                sums=weights is not None))
         return cast
 
-    def _results(self, record, image, weights):
-        total = 0 if weights is None else int(weights.sum()) * record.columns
-        done = self._simulated.cast(image, total=total, sums=weights is not None)
-        hits = done.image.hits()
-        if weights is not None and (done.image["sums"] != image.with_results(hits)["sums"]).any():
-            raise RuntimeError("The machine's sums are not those of its hits")
-        count = len(record)
-        self.frusta, self.rays, self.cycles = self.frusta + 1, self.rays + count, self.cycles + done.cycles
-        self.tested += done.total("intersection_tested")
-        return hits, *(self._shares(done.total(name), count) for name in ("intersection_tested", "traversal_steps"))
+    def _results(self, request: PhaseRequest):
+        """Patch, tests and steps of each ray of each frustum."""
+        with progress_bar(desc="machine", unit="section", delay=2, leave=False, disable=not self._progress) as bar:
+            done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
+        (frusta,), count = done.frusta, len(request.records[0])
+        self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + len(frusta), self.rays + len(frusta) * count
+        self.cycles += done.cycles.total
+        for record, one in zip(request.records, frusta, strict=True):
+            if one.sums is not None and (one.sums != _sums_of(record, one.hits, request)).any():
+                raise RuntimeError("The machine's sums are not those of its hits")
+            self.tested += one.total("tested")
+            yield one.hits, *(shares(one.total(name), count) for name in ("tested", "steps"))
 
-    @staticmethod
-    def _shares(total, count):
-        share, rest = divmod(total, count)
-        return share + (np.arange(count) < rest)
+
+def _sums_of(record, patch, request):
+    """N int64: of each patch the weights of the rays that hit it."""
+    met, sums = np.flatnonzero(patch >= 0), np.zeros(len(request.geometry), dtype=np.int64)
+    np.add.at(sums, patch[met], request.weights[met // record.columns])
+    return sums

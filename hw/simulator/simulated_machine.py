@@ -1,17 +1,24 @@
-"""A simulated machine with its host: memory images of frusta in, results and counters out."""
+"""A simulated machine with its host: requests of phases in, results of frusta and counters out."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from golden.config import Config
-from golden.memory_map import MemoryImage
+from golden.jobs.job import HeldTables, Job, PhaseRequest, plan_job
 from golden.output import whole_file
-from hw.host import LIVES, Host
+from hw.host import Host, check_completions
 from hw.memsys.cache_policy import CachePolicy
-from hw.registers.register import WORD_BYTES
-from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET, CastResult
+from hw.simulator.job_result import (
+    OF_CACHES,
+    SHARED_COUNTERS,
+    SINCE_RESET,
+    JobCycles,
+    JobResult,
+    cluster_counters,
+    frustum_results,
+    loads_scene,
+)
 from hw.simulator.simulated_port import SimulatedPort, complete
 from hw.simulator.utilization import SAMPLED
 from hw.simulator.wave_view import write_wave_view
@@ -31,7 +38,7 @@ class WaveformWindow:
     path
         The file. A save file for GTKWave with the ports of the units is written beside it (.gtkw).
     begin
-        First cycle, counted from the start of the cast.
+        First cycle, counted from the doorbell.
     cycles
         Number of cycles.
     """
@@ -43,6 +50,8 @@ class WaveformWindow:
 
 class SimulatedMachine:
     """The compiled RTL of an engine, its main memory and its host.
+
+    Tables stay loaded from a job to the next; what differs is loaded.
 
     Parameters
     ----------
@@ -58,10 +67,7 @@ class SimulatedMachine:
         self.config, self._policy = config, policy
         self.port = SimulatedPort(config, size=0, **memory)
         self._host = Host(self.port, config)
-        # The tables that the machine holds, by region; None if that is not known.
-        self._held: dict[str, np.ndarray] | None = None
-        # Registers count on after a cast; known values need no reads, whose cycles clear memories before the next cast.
-        self._counted = [dict.fromkeys(SINCE_RESET, 0)] * config.noc.nodes
+        self._held = HeldTables()
         complete(self._host.identify())
 
     def close(self) -> None:
@@ -74,91 +80,93 @@ class SimulatedMachine:
     def __exit__(self, *_):
         self.close()
 
-    def cast(self, image: MemoryImage, *, total: int = 0, sums: bool = False, again: bool = False,
-             timeline: list | None = None, waves: WaveformWindow | None = None) -> CastResult:
-        """Cast a frustum.
+    def run(self, requests: Sequence[PhaseRequest], *, timeline: list | None = None,
+            waves: WaveformWindow | None = None, progress: Callable[[int], None] | None = None,
+            ring_bits: int = 6) -> JobResult:
+        """Cast the frusta of some phases as one job.
 
         Parameters
         ----------
-        image
-            The frustum's memory image. Of `LIVES` only what differs from the tables that the machine holds is loaded.
-        total
-            The sum of all weights.
-        sums
-            Have sums written.
-        again
-            The frustum is the one that was cast before: nothing is loaded.
+        requests
+            The phases, see `golden.jobs.phase_request`.
         timeline
-            A list to which samples are appended: the cycle, and the counters `SAMPLED` of each cluster. The last
-            sample is of the end of the cast, with all counters.
+            A list to which samples are appended: the cycle since the doorbell, and the counters `SAMPLED` of each
+            cluster. The last sample is of the end of the job, with all counters.
         waves
             The signals to write; needs ``traced``.
+        progress
+            Called with the number of descriptors that are complete.
+        ring_bits
+            Binary logarithm of the entries of the rings.
 
         Raises
         ------
         InputError
-            See `hw.host.check_image`.
+            See `golden.jobs.job.plan_job`.
         EngineError
-            See `Host`.
+            A descriptor has ended in an error, or the queue has halted. The next job loads all tables.
+        EngineTimeoutError
+            See `Host.run`.
         """
-        begin = self.port.cycles
-        # An error in between resets the machine: then the registers are read again.
-        earlier, self._counted = self._counted, None
-        if not again:
-            self._load(image)
-        loaded = self.port.cycles
-        shared, earlier = self._shared_counters(), earlier or complete(self._host.counters(SINCE_RESET))
-        complete(self._host.start())
-        if waves:
-            complete(self.port.wait(waves.begin))
-            with whole_file(waves.path) as part:
-                self.port.trace(part)
-                complete(self.port.wait(waves.cycles))
-                self.port.trace(None)
-            write_wave_view(waves.path, waves.path.with_suffix(".gtkw"))
-        while timeline is not None and complete(self._host.status())["casts"]:
-            timeline.append((self.port.cycles - loaded, complete(self._host.counters(SAMPLED))))
-            complete(self.port.wait(SAMPLE_CYCLES))
-        complete(self._host.finish("casts", timeout=1 << 26))
-        cycles = complete(self._host.read("cycles"))
-        counters, after = self._counters_since(earlier), self._shared_counters()
-        if timeline is not None:
-            self._end_timeline(timeline, cycles, counters)
-        cast = self.port.cycles
-        result = complete(self._host.results(total=total, sums=sums))
-        return CastResult(image=result, cycles=cycles, load_cycles=loaded - begin,
-                          result_cycles=self.port.cycles - cast, counters=counters,
-                          shared={name: after[name] - shared[name] for name in SHARED_COUNTERS})
+        job = plan_job(requests, self.config, ring_bits=ring_bits, held=self._held)
+        # Known again when the job has succeeded.
+        self._held = HeldTables()
+        self._begin(job)
+        before = self._shared_counters(), complete(self._host.counters(SINCE_RESET))
+        doorbell, first = complete(self._host.read("cycles")), self.port.cycles
 
-    def _counters_since(self, earlier):
-        """The counters of the cast: those `SINCE_RESET` are differences, modulo a register's range."""
-        self._counted = complete(self._host.counters())
-        return [now | {name: now[name] - before[name] & (1 << 8 * WORD_BYTES) - 1 for name in SINCE_RESET}
-                for now, before in zip(self._counted, earlier, strict=True)]
+        async def watch(completed):
+            nonlocal waves
+            if waves:
+                window, waves = waves, None
+                await self._write_waves(window)
+            cycle = self.port.cycles - first
+            if timeline is not None and (not timeline or cycle >= timeline[-1][0] + SAMPLE_CYCLES):
+                timeline.append((cycle, await self._host.counters(SAMPLED)))
+            if progress:
+                progress(completed)
+
+        records = complete(self._host.run(job, watch=watch))
+        check_completions(job, records)
+        result = self._result(job, records, doorbell, *before)
+        self._held = job.held
+        if timeline is not None:
+            self._end_timeline(timeline, result)
+        return result
+
+    def _begin(self, job: Job):
+        if job.end > self.port.size:
+            self.port.resize(job.end)
+        complete(self._host.begin(job, policy=self._policy))
+        if complete(self._host.status())["halted"]:
+            complete(self._host.resume(job.phases[0].address))
+
+    async def _write_waves(self, window):
+        await self.port.wait(window.begin)
+        with whole_file(window.path) as part:
+            self.port.trace(part)
+            await self.port.wait(window.cycles)
+            self.port.trace(None)
+        write_wave_view(window.path, window.path.with_suffix(".gtkw"))
+
+    def _result(self, job, records, doorbell, shared, counted):
+        def read(address, size):
+            return complete(self.port.read_memory(address, size))
+
+        counters = cluster_counters(job, records, complete(self._host.counters()), counted)
+        after = self._shared_counters()
+        if loads_scene(job):
+            shared = shared | dict.fromkeys(OF_CACHES, 0)
+        return JobResult(job=job, frusta=frustum_results(job, records, read), records=records,
+                         cycles=JobCycles.of(job, records, doorbell), counters=counters,
+                         shared={name: after[name] - shared[name] for name in SHARED_COUNTERS})
 
     @staticmethod
-    def _end_timeline(timeline, cycles, counters):
+    def _end_timeline(timeline, result):
         """The sample of the end; the counters of a sample that was being read at the end are the same."""
-        while timeline and timeline[-1][0] >= cycles:
+        while timeline and timeline[-1][0] >= result.cycles.total:
             timeline.pop()
-        timeline.append((cycles, counters))
-
-    def _load(self, image):
-        held, self._held = self._held, None
-        lives = tuple(life for life in LIVES if life == "frustum" or held is None or not _holds(held, image, life))
-        if "scene" in lives:
-            lives = tuple(LIVES)
-        size = len(image.to_bytes())
-        if size > self.port.size:
-            self.port.resize(size)
-        complete(self._host.load(image, lives=lives, policy=self._policy))
-        self._held = {name: image[name] if life in lives else held[name] for life in LIVES for name in LIVES[life]}
+        timeline.append((result.cycles.total, result.counters))
 
     def _shared_counters(self):
         return {name: complete(self._host.read(name)) for name in SHARED_COUNTERS}
-
-
-def _holds(held, image, life):
-    """Whether the tables ``held`` serve as the image's of one of `LIVES`: grid rays of more shells do for fewer."""
-    return all(np.array_equal(image[name], held[name][:len(image[name])] if life == "rays" else held[name])
-               for name in LIVES[life])

@@ -7,7 +7,7 @@ from golden.config import PRESETS
 from golden.ctu.sector import Sector
 from golden.errors import InputError
 from golden.jobs.descriptor import section_tiles
-from golden.jobs.tile_sections import tile_sections
+from golden.jobs.tile_sections import most_sections, tile_sections
 
 # 256 tiles of 4 x 4 rays.
 CONFIG = PRESETS["small"]
@@ -48,6 +48,15 @@ def test_a_group_shares_the_work_and_not_the_rays():
     work[:, :16] = 9
     left, right = tile_sections(64, 32, CONFIG, clusters=2, workload=work)
     assert (left, right) == (Sector(0, 12, 0, 32), Sector(12, 64, 0, 32))
+
+
+@pytest.mark.parametrize(("columns", "rows", "most"), [
+    (1, 1, 1), (4, 4, 1), (5, 4, 2), (1024, 4, 2), (8, 8, 4), (12, 9, 4), (64, 16, 32), (4, 256, 1)])
+def test_the_most_sections_have_a_tile_each(columns, rows, most):
+    assert most_sections(columns, rows, CONFIG) == most
+    assert len(tile_sections(columns, rows, CONFIG, clusters=most)) == most
+    with pytest.raises(InputError, match="cannot be cut for"):
+        tile_sections(columns, rows, CONFIG, clusters=2 * most)
 
 
 @pytest.mark.parametrize(("columns", "rows", "clusters"), [(1024, 4, 8), (8, 8, 8)])
