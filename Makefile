@@ -65,9 +65,9 @@ sim: $(STAMP) ## tests of the hardware's blocks, in Verilator too; BLOCK=icu for
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
 	$(BIN)/pytest -n 2 tb/formal
 
-bench: $(STAMP) ## all benchmarks (about an hour), tables in out/bench/; one of them: radiosity bench NAME
+bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
-	@for name in casting schedule shelling traversal exactness network network_load caches main_memory; do \
+	@for name in casting schedule shelling traversal exactness network network_load caches main_memory jobs; do \
 	  $(BIN)/radiosity bench $$name || exit 1; \
 	done
 	$(BIN)/radiosity bench engine --clusters 1 --clusters 4

@@ -97,7 +97,7 @@ def prepare_job(spec: JobSpec, config: Config) -> PreparedJob:
     if cell is None:
         cell = choose_cell(records[::-(-len(records) // _PREDICTED)], geometry, config).cell
     table = Shelling(geometry, config, cell=cell).table
-    # What no cluster has room for is divided among them; lists of subshells are of a schedule.
+    # Patches that do not fit a cluster are divided among all; lists of subshells are of a schedule.
     plan = None
     if config.ctu.subshells or (len(geometry) > config.memsys.own_patches and config.noc.nodes > 1):
         plan = machine_schedule(records[0], geometry, table, config, ratio=_RATIO)
@@ -228,6 +228,8 @@ class JobMachine:
         # Completion records of the loads of the present job.
         self._loads = np.zeros(0, dtype=COMPLETION.dtype)
         complete(self.host.identify())
+        # As after any reset: the host is slower than the machine, which clears its memories meanwhile.
+        complete(self.port.wait(2 * config.icu.rays))
 
     def __enter__(self):
         return self

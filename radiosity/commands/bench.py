@@ -50,5 +50,5 @@ def bench():
     """Run a benchmark and write its tables to out/bench/.
 
     Minutes of processor time: schedule and traversal 1 each, network 4, network_load 6, engine with --clusters 1
-    --clusters 4 4. All of `make bench` take about an hour.
+    --clusters 4 4, jobs 10 for each scene. All of `make bench` take about two hours.
     """

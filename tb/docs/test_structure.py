@@ -61,14 +61,16 @@ def test_ports_blocks_and_memories():
 def test_streams_of_the_cluster():
     assert {("traversal", "cells"), ("cells", "memory"), ("memory", "merged"), ("merged", "intersection"),
             ("intersection", "traversal"), ("traversal", "intersection"), ("tables", "memory"), ("load", "entries"),
-            ("entries", "intersection"), ("control", "traversal"), ("intersection", SELF), (SELF, "control")} <= (
+            ("entries", "intersection"), (SELF, "slot"), ("slot", "control"), ("control", "traversal"),
+            ("control", "results"), ("results", "writer"), ("intersection", "writer"), ("writer", SELF)} <= (
                 found := edges(Cluster, lambda: Cluster(config=CONFIG)))
-    assert not {("intersection", "memory"), ("memory", "control")} & found
+    assert not {("intersection", "memory"), ("memory", "control"), ("intersection", SELF)} & found
 
 
 def test_streams_of_the_engine():
     found = edges(Engine, lambda: Engine(config=CONFIG, black_boxes=True), stands_for={BlackBox: Cluster})
     assert {(SELF, "registers"), ("registers", "control"), ("port", SELF), ("port", "interface"), ("port", "preload"),
-            ("cluster_0", "bus"), ("bus", "cluster_1"), ("cluster_1", "network"), ("network", "cluster_0"),
-            ("write", "port")} <= found
-    assert not {("cluster_0", "cluster_1"), ("interface", "port")} & found
+            ("port", "fetch"), ("fetch", "dispatch"), ("dispatch", "cluster_1"), ("cluster_0", "completions"),
+            ("cluster_0", "writes"), ("completions", "writes"), ("writes", "port"), ("cluster_0", "bus"),
+            ("bus", "cluster_1"), ("cluster_1", "network"), ("network", "cluster_0")} <= found
+    assert not {("cluster_0", "cluster_1"), ("interface", "port"), ("fetch", "cluster_0")} & found
