@@ -11,21 +11,21 @@ from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from golden.config import PRESETS, Config
 from golden.jobs.result_formats import HitFormat
-from hw.ctu.ctu_formats import GRID_GROUP
-from hw.simulator.simulated_port import complete
+from hw.simulator.cast_report import cast_report
+from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import simulation_config
-from radiosity.benchmarks.job_runs import JobMachine, JobRun, JobSpec, PreparedJob, prepare_job
+from radiosity.benchmarks.job_runs import JobSpec, PreparedJob, check_results, job_machine, prepare_job
 from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
 
-__all__ = ["CLUSTERS", "SCENES", "STALLS", "cast_cycles", "measure", "prepare_cast", "rows_of"]
+__all__ = ["CLUSTERS", "SCENES", "STALLS", "measure", "prepare_cast", "rows_of"]
 
 SCENES, CLUSTERS = ("cornell", "lobby", "room1627", "tetra", "man"), (1, 2, 4, 8, 16)
 # The point of the ceiling's 16 that is cast from.
 POINT = 5
 STALLS = ("traversal_waits_for_survival", "traversal_waits_for_rays", "traversal_waits_for_traversal",
           "traversal_waits_for_cells", "intersection_waits_for_slot", "intersection_waits_for_rays", "memory_stalls")
-# Counters that a section does not clear.
-_SINCE_RESET = ("memory_stalls",)
+# Casts of the frustum: from the third one on it is warm.
+CASTS = 3
 
 
 def prepare_cast(config: Config, scene: str, *, cell: float | None, rays: tuple[int, int]) -> PreparedJob:
@@ -34,42 +34,19 @@ def prepare_cast(config: Config, scene: str, *, cell: float | None, rays: tuple[
                                group=config.noc.nodes), config)
 
 
-def cast_cycles(run: JobRun) -> int:
-    """From the begin of the first section to the end of the last cast."""
-    begins = run.since_begin(run.sections["begin"])
-    return int((begins + run.sections["cycles"]).max() - begins.min())
-
-
-def measure(machine: JobMachine, prepared: PreparedJob) -> dict:
-    """Cycles of the first and of the third cast, bounds, rates, and the counters of each cluster.
+def measure(machine: SimulatedMachine, prepared: PreparedJob) -> dict:
+    """What `hw.simulator.cast_report.cast_report` says of it, and the cycles of the first cast as ``cold``.
 
     Raises
     ------
     SystemExit
         Hits or sums are not golden's.
     """
-    first = machine.run(prepared, check=True)
-    machine.again(prepared)
-    before = complete(machine.host.counters())
-    last = machine.again(prepared, check=True)
-    each = [one | {name: one[name] - earlier[name] for name in _SINCE_RESET}
-            for one, earlier in zip(complete(machine.host.counters()), before, strict=True)]
-    cycles, bound = cast_cycles(last), _bound(each, machine.config)
-    return {"patches": prepared.patches, "cell": prepared.cell, "rays": last.rays, "cycles": cycles,
-            "first_cycles": cast_cycles(first), "load_cycles": first.load_cycles, "job_cycles": first.cycles,
-            "bound": bound, "of_bound": max(bound.values()) / cycles,
-            "efficiency": last.tests / cycles / machine.config.noc.nodes, "tests_per_ray": last.tests / last.rays,
-            "edrc": last.tests / max(1, sum(last.patches.values())), "sources": last.patches,
-            "each": [{"efficiency": one["intersection_tested"] / cycles, **one} for one in each]}
-
-
-def _bound(each, config):
-    """What the unit of the busiest cluster needs at its full rate, see `rows_of`."""
-    pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
-    return {"traversal": max(max(-(-one["traversal_steps"] // pipelines), one["traversal_cells"],
-                                 one["traversal_rays"], -(-one["traversal_requests"] // GRID_GROUP)) for one in each),
-            "intersection": max(one["intersection_tested"] for one in each),
-            "patches": max(4 * one["intersection_patches"] for one in each)}
+    done = [machine.run([prepared.request]) for _ in range(CASTS)]
+    for one in done:
+        check_results(prepared, one, machine.config)
+    return {"patches": len(prepared.request.geometry), "cell": prepared.cell, "cold": done[0].cycles.cast,
+            **cast_report(prepared.records[0], done, machine.config)}
 
 
 def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
@@ -78,16 +55,16 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
     first = found[min(found)]
     for clusters, one in found.items():
         bound, sources = one["bound"], one["sources"]
-        speedup = first["cycles"] / one["cycles"]
+        speedup = first["cast_cycles"] / one["cast_cycles"]
         most = max(first["bound"].values()) / max(bound.values())
         lowest = min(each["efficiency"] for each in one["each"])
         cycles.append(
-            f"| {scene} | {clusters} | {one['cell']:g} | {one['job_cycles']} | {one['load_cycles']} "
-            f"| {one['first_cycles']} | {one['cycles']} | {bound['traversal']} | {bound['intersection']} "
+            f"| {scene} | {clusters} | {one['cell']:g} | {one['first_cycles']} | {one['load_cycles']} "
+            f"| {one['cold']} | {one['cast_cycles']} | {bound['traversal']} | {bound['intersection']} "
             f"| {bound['patches']} | {one['of_bound']:.2f} | {one['efficiency']:.3f} "
             f"| {lowest:.3f} | {speedup:.2f} | {most:.2f} | {one['tests_per_ray']:.2f} | {one['edrc']:.1f} "
             f"| {sources['own']} | {sources['remote']} | {sources['hits']} | {sources['misses']} |")
-        stalls.append(f"| {scene} | {clusters} | {one['cycles']} | " + " | ".join(
+        stalls.append(f"| {scene} | {clusters} | {one['cast_cycles']} | " + " | ".join(
             str(max(each[name] for each in one["each"])) for name in STALLS) + " |")
     return cycles, stalls
 
@@ -109,17 +86,17 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
     for count in clusters:
         config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
                                given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
-        with JobMachine(config, latency=latency) as machine:
+        with job_machine(config, latency=latency) as machine:
             for scene, by_clusters in found.items():
                 by_clusters[count] = measure(machine, prepare_cast(config, scene, cell=cell, rays=rays))
-                console().note(f"{scene}, {count} clusters: {by_clusters[count]['cycles']} cycles")
+                console().note(f"{scene}, {count} clusters: {by_clusters[count]['cast_cycles']} cycles")
     rows = [rows_of(scene, by_clusters) for scene, by_clusters in found.items()]
     write_report(output, [
         "# A frustum on the machine", "",
         f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays from "
         f"point {POINT} of the ceiling, {cell_text(cell)}, main memory {latency} cycles away, a section for each "
         "cluster. Hits and sums are golden's.", "",
-        "Job: from the begin of the load to the last result, of the first frustum. Cold: its cast. Warm: the third "
+        "Job: from the doorbell to the last result, of the first frustum. Cold: its cast. Warm: the third "
         "cast of the same frustum. Bound: traversal (steps per pipeline, cells met, grid rays sent, or eighths of "
         "those looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
         "cluster's own memory, of another cluster, in the cache, in main memory.", "",

@@ -1,33 +1,36 @@
 """Jobs of hemispheres from a scene's ceiling on the simulated machine, and what they took."""
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.fixed_hits import FixedHits
 from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
-from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import Kind
-from golden.jobs.job import Job, PhaseRequest, plan_job
+from golden.jobs.job import PhaseRequest
+from golden.jobs.phase_request import phase_request
 from golden.jobs.result_formats import HitFormat
-from golden.jobs.run_job import run_job
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.cell_choice import choose_cell
-from golden.schedule.phase import machine_schedule
-from hw.host import Host
-from hw.registers.error_code import ErrorCode
-from hw.simulator.simulated_port import SimulatedPort, complete
+from hw.simulator.job_result import JobResult
+from hw.simulator.simulated_machine import SimulatedMachine
+from hw.simulator.simulated_port import complete
 
-__all__ = ["JobMachine", "JobRun", "JobSpec", "PreparedJob", "prepare_job"]
+__all__ = ["JobRun", "JobSpec", "PreparedJob", "check_results", "job_machine", "prepare_job", "run_on"]
 
 # The engine's cycle counter wraps.
 _WRAP = 1 << 32
 # Frusta from which the cell size is chosen; rays of a frustum for each one that a schedule casts.
 _PREDICTED, _RATIO = 4, 16
+# Binary logarithm of the rings' entries.
+_RING_BITS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,21 +69,24 @@ class PreparedJob:
 
     Parameters
     ----------
-    scene, patches, records, cell
-        What is cast into what, how many patches it has for the machine, and the size of its cells.
-    job
-        Descriptors and tables.
+    scene, cell
+        What is cast into, and the size of its cells.
+    request
+        What the host wants.
     """
 
     scene: Scene
-    patches: int
-    records: tuple[FrustumRecord, ...]
     cell: float
-    job: Job
+    request: PhaseRequest
+
+    @property
+    def records(self) -> Sequence[FrustumRecord]:
+        """The frusta."""
+        return self.request.records
 
 
 def prepare_job(spec: JobSpec, config: Config) -> PreparedJob:
-    """The job on a machine of a configuration.
+    """The job for a machine of a configuration.
 
     Raises
     ------
@@ -96,17 +102,10 @@ def prepare_job(spec: JobSpec, config: Config) -> PreparedJob:
     cell = spec.cell
     if cell is None:
         cell = choose_cell(records[::-(-len(records) // _PREDICTED)], geometry, config).cell
-    table = Shelling(geometry, config, cell=cell).table
-    # Patches that do not fit a cluster are divided among all; lists of subshells are of a schedule.
-    plan = None
-    if config.ctu.subshells or (len(geometry) > config.memsys.own_patches and config.noc.nodes > 1):
-        plan = machine_schedule(records[0], geometry, table, config, ratio=_RATIO)
-    request = PhaseRequest(geometry=geometry, table=table, records=records, weights=hemisphere.polar_weights,
-                           hit_format=spec.hit_format, sums=spec.sums, clusters=spec.group, plan=plan)
-    # All descriptors fit the ring at once.
-    sections = 2 * len(records) * max(spec.group, -(-len(records[0]) // config.icu.rays))
-    job = plan_job([request], config, ring_bits=sections.bit_length())
-    return PreparedJob(scene=scene, patches=len(geometry), records=records, cell=cell, job=job)
+    request = phase_request(records, geometry, Shelling(geometry, config, cell=cell).table, config, ratio=_RATIO,
+                            clusters=spec.group, weights=hemisphere.polar_weights, hit_format=spec.hit_format,
+                            sums=spec.sums)
+    return PreparedJob(scene=scene, cell=cell, request=request)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,7 +117,7 @@ class JobRun:
     prepared, config
         The job and the machine.
     loads, sections
-        Completion records of the loads and of the sections, in the order of their numbers.
+        Completion records of the loads and of the sections, in the order of completion.
     read_beats, written_beats
         Beats over the memory port, those of descriptors and completion records with them.
     checked
@@ -145,8 +144,10 @@ class JobRun:
 
     def since_begin(self, counts: np.ndarray) -> np.ndarray:
         """Values of the engine's cycle counter as cycles since the job's first descriptor began."""
-        begin = np.concatenate([self.loads, self.sections])[0]["begin"]
-        return (np.asarray(counts, dtype=np.int64) - int(begin)) % _WRAP
+        # The first section to end need not be the first one to begin.
+        known = self.loads["begin"][:1] if len(self.loads) else self.sections["begin"]
+        earliest = int(((known.astype(np.int64) - int(known[0]) + _WRAP // 2) % _WRAP).min()) - _WRAP // 2
+        return (np.asarray(counts, dtype=np.int64) - int(known[0]) - earliest) % _WRAP
 
     @property
     def cycles(self) -> int:
@@ -198,7 +199,7 @@ class JobRun:
     def report(self) -> dict:
         """Counts ready for JSON."""
         frusta, bounds = len(self.prepared.records), self.bounds
-        return {"scene": self.prepared.scene.name, "patches": self.prepared.patches, "frusta": frusta,
+        return {"scene": self.prepared.scene.name, "patches": len(self.prepared.request.geometry), "frusta": frusta,
                 "rays": self.rays, "cell": self.prepared.cell, "clusters": self.clusters,
                 "topology": self.config.noc.topology, "cycles": self.cycles, "cast_cycles": round(self.cast_cycles),
                 "load_cycles": self.load_cycles, "cycles_per_frustum": self.cycles / frusta,
@@ -211,80 +212,74 @@ class JobRun:
         return int(self.sections[name].astype(np.int64).sum())
 
 
-class JobMachine:
-    """The simulated machine with a host that gives it jobs.
+@contextmanager
+def job_machine(config: Config, **memory) -> Iterator[SimulatedMachine]:
+    """A simulated machine that has been idle after its reset: hosts are slower, and it clears memories meanwhile.
 
     Parameters
     ----------
-    config
-        The configuration.
-    memory
-        Parameters of `SimulatedPort`: latency, spread, shuffles, seed, library, progress.
+    config, memory
+        See `SimulatedMachine`.
     """
+    with SimulatedMachine(config, **memory) as machine:
+        complete(machine.port.wait(2 * config.icu.rays))
+        yield machine
 
-    def __init__(self, config: Config, **memory):
-        self.config, self.port = config, SimulatedPort(config, size=0, **memory)
-        self.host = Host(self.port, config)
-        # Completion records of the loads of the present job.
-        self._loads = np.zeros(0, dtype=COMPLETION.dtype)
-        complete(self.host.identify())
-        # As after any reset: the host is slower than the machine, which clears its memories meanwhile.
-        complete(self.port.wait(2 * config.icu.rays))
 
-    def __enter__(self):
-        return self
+def run_on(machine: SimulatedMachine, prepared: PreparedJob, *, check: bool = False) -> JobRun:
+    """Have a job done; what the machine holds from the job before is not loaded.
 
-    def __exit__(self, *_):
-        self.port.close()
+    Parameters
+    ----------
+    machine
+        The machine.
+    prepared
+        The job.
+    check
+        Compare its results with golden's.
 
-    def run(self, prepared: PreparedJob, *, check: bool = False) -> JobRun:
-        """Have a job done.
+    Raises
+    ------
+    EngineError, EngineTimeoutError
+        See `SimulatedMachine.run`.
+    SystemExit
+        Results are not golden's.
+    """
+    port = machine.port
+    read, written = port.read_beats, port.written_beats
+    result = machine.run([prepared.request], ring_bits=_RING_BITS)
+    read, written = port.read_beats - read, port.written_beats - written
+    if check:
+        check_results(prepared, result, machine.config)
+    is_load = (result.job.descriptors["kind"] == Kind.LOAD)[result.records["tag"]]
+    return JobRun(prepared=prepared, config=machine.config, loads=result.records[is_load],
+                  sections=result.records[~is_load], read_beats=read, written_beats=written, checked=check)
 
-        Parameters
-        ----------
-        prepared
-            The job.
-        check
-            Compare its results with golden's.
 
-        Raises
-        ------
-        EngineError, EngineTimeoutError
-            See `Host.run`.
-        SystemExit
-            A descriptor has failed, or results are not golden's.
-        """
-        if prepared.job.end > self.port.size:
-            self.port.resize(prepared.job.end)
-        complete(self.host.begin(prepared.job))
-        self._loads = self._loads[:0]
-        return self._run(prepared, prepared.job.descriptors, check=check)
+def check_results(prepared: PreparedJob, result: JobResult, config: Config) -> None:
+    """Compare hits and sums of all frusta with golden's.
 
-    def again(self, prepared: PreparedJob, *, check: bool = False) -> JobRun:
-        """Cast all frusta of the last job again, without its loads; parameters and errors as of `run`."""
-        return self._run(prepared, prepared.job.descriptors[prepared.job.descriptors["kind"] == Kind.FRUSTUM],
-                         check=check)
+    Raises
+    ------
+    SystemExit
+        One differs.
+    """
+    request, rays = prepared.request, len(prepared.records[0])
+    roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (rays - 1).bit_length())})
+    shelling = Shelling.of_cells(request.geometry, request.table, roomy)
+    for number, (record, found) in enumerate(zip(request.records, result.frusta[0], strict=True)):
+        hits = shelling.cast(record)[0]
+        hit, sums = hits.patch >= 0, np.zeros(len(request.geometry), dtype=np.int64)
+        np.add.at(sums, hits.patch[hit], np.repeat(request.weights, record.columns)[hit])
+        for name, right in (("hits", _are_hits(found.hits, hits)),
+                            ("sums", found.sums is None or np.array_equal(found.sums, sums))):
+            if not right:
+                raise SystemExit(f"error: {prepared.scene.name}, {config.noc.nodes} clusters, frustum {number}: {name} "
+                                 "are not golden's")
 
-    def _run(self, prepared, descriptors, *, check):
-        job, port = prepared.job, self.port
-        read, written = port.read_beats, port.written_beats
-        records = complete(self.host.run(job, descriptors))
-        read, written = port.read_beats - read, port.written_beats - written
-        for record in records[records["error"] != 0]:
-            raise SystemExit(f"error: {prepared.scene.name}, {self.config.noc.nodes} clusters: descriptor "
-                             f"{record['tag']} fails: {ErrorCode(record['error']).name}")
-        is_load = (job.descriptors["kind"] == Kind.LOAD)[records["tag"]]
-        loads, sections = records[is_load], records[~is_load]
-        self._loads = loads if len(loads) else self._loads
-        if check:
-            self._check(prepared, np.concatenate([self._loads, sections]))
-        return JobRun(prepared=prepared, config=self.config, loads=loads, sections=sections, read_beats=read,
-                      written_beats=written, checked=check)
 
-    def _check(self, prepared, records):
-        found = run_job(prepared.job).differences(
-            records, lambda address, size: complete(self.port.read_memory(address, size)),
-            {code.value: code.name for code in ErrorCode})
-        if found:
-            raise SystemExit(f"error: {prepared.scene.name}, {self.config.noc.nodes} clusters: results are not "
-                             f"golden's: {'; '.join(found[:4])}")
+def _are_hits(found, expected):
+    if found is None:
+        return True
+    return not len(found.differences(expected)) if isinstance(found, FixedHits) else np.array_equal(
+        found, expected.patch)

@@ -19,7 +19,7 @@ from golden.output import whole_file
 from hw.simulator.simulation_config import simulation_config
 from hw.simulator.verilator import verilator_version
 from radiosity.activity import write_activity
-from radiosity.benchmarks.job_runs import JobMachine, JobSpec, prepare_job
+from radiosity.benchmarks.job_runs import JobSpec, job_machine, prepare_job, run_on
 from radiosity.benchmarks.report import cell_text, output_option, provenance, table, versions, write_report
 from radiosity.chart import Line, write_chart
 
@@ -28,6 +28,8 @@ __all__ = ["CHECKED", "POINT", "SCENES", "SceneRuns", "measure", "rows_of", "wri
 SCENES = ("cornell", "lobby", "room1627", "tetra", "man")
 # The point of 16 whose frustum alone is compared with the mean of the job's.
 POINT = 5
+# Casts until a frustum is warm.
+WARM = 3
 # Rays of the jobs that are always compared with golden's.
 CHECKED = 1 << 17
 FORMATS = {one.name.lower(): one for one in HitFormat}
@@ -80,22 +82,20 @@ def measure(scenes: list[SceneRuns], config: Config, *, check: bool, **memory) -
     scenes
         The scenes; the runs are added. On one cluster, cells are chosen that the larger machines have too.
     config, memory
-        See `JobMachine`.
+        See `job_machine`.
     check
         Compare all results with golden's, not those of small jobs alone.
     """
     clusters = config.noc.nodes
-    with JobMachine(config, **memory) as machine:
+    with job_machine(config, **memory) as machine:
         for scene in scenes:
             prepared = prepare_job(replace(scene.spec, group=min(scene.spec.group, clusters)), config)
             scene.spec = replace(scene.spec, cell=prepared.cell)
             small = sum(map(len, prepared.records)) <= CHECKED
-            run = scene.runs[clusters] = machine.run(prepared, check=check or small)
+            run = scene.runs[clusters] = run_on(machine, prepared, check=check or small)
             if clusters == 1:
                 alone = prepare_job(replace(scene.spec, point=POINT, group=1), config)
-                machine.run(alone)
-                machine.again(alone)
-                scene.warm = round(machine.again(alone, check=True).frustum_cycles)
+                scene.warm = round([run_on(machine, alone, check=True) for _ in range(WARM)][-1].frustum_cycles)
             console().note(f"{scene.spec.scene}, {clusters} clusters: {run.cycles} cycles")
 
 
@@ -115,7 +115,7 @@ def rows_of(scene: SceneRuns) -> list[list]:
 def mean_row(scene: SceneRuns) -> list:
     """The frusta of the job beside the one from `POINT`, on one cluster."""
     run = scene.runs[1]
-    return [scene.spec.scene, f"{scene.spec.cell:g}", run.rays, run.prepared.patches, scene.warm,
+    return [scene.spec.scene, f"{scene.spec.cell:g}", run.rays, len(run.prepared.request.geometry), scene.warm,
             round(run.frustum_cycles), f"{scene.ratio:.3f}", f"{run.tests / run.rays:.2f}"]
 
 

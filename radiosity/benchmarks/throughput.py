@@ -10,15 +10,15 @@ import click
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.cast.shelling import Shelling
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from golden.config import PRESETS
-from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.casting import rate
 from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.engine import SCENES, measure, prepare_cast
-from radiosity.benchmarks.job_runs import JobMachine, PreparedJob
+from radiosity.benchmarks.job_runs import PreparedJob, job_machine
 from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
 
 __all__ = ["rays_of", "row_of"]
@@ -43,7 +43,7 @@ def row_of(scene: str, found: dict, *, mhz: float, embree: float, same: float) -
     same
         Share of the rays for which Embree has the machine's patch.
     """
-    rays, cycles = found["rays"], found["cycles"]
+    rays, cycles = found["rays"], found["cast_cycles"]
     tests = found["tests_per_ray"] * rays
     tests_rate, rays_rate = (mhz * count / cycles for count in (tests, rays))
     return (f"| {scene} | {found['patches']} | {rays} | {tests:.0f} | {cycles} | {found['efficiency']:.3f} "
@@ -55,7 +55,7 @@ def rays_of(prepared: PreparedJob) -> Rays:
     """The rays of the first frustum, in the scene."""
     record, = prepared.records
     directions = record.all_directions() @ record.to_global.T
-    origin = prepared.job.phases[0].request.geometry.coordinates.points(record.origin)
+    origin = prepared.request.geometry.coordinates.points(record.origin)
     return Rays(np.broadcast_to(origin, directions.shape), directions)
 
 
@@ -76,11 +76,12 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
     config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
                            given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
     rows = []
-    with JobMachine(config, latency=latency) as machine:
+    with job_machine(config, latency=latency) as machine:
         for scene in scenes or SCENES:
             prepared = prepare_cast(config, scene, cell=cell, rays=rays)
             found = measure(machine, prepared)
-            hits = prepared.job.hits(0, 0, lambda address, size: complete(machine.port.read_memory(address, size)))
+            request = prepared.request
+            hits = Shelling.of_cells(request.geometry, request.table, config).cast(request.records[0])[0]
             embree, patches = rate(Embree(prepared.scene).nearest, rays_of(prepared))
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
                                same=float(np.mean(patches == hits.patch))))

@@ -5,7 +5,7 @@ from radiosity.benchmarks.engine import STALLS, rows_of
 
 def report(cycles, bound):
     each = {name: number for number, name in enumerate(STALLS)} | {"efficiency": 0.25}
-    return {"cell": 0.25, "cycles": cycles, "first_cycles": 2 * cycles, "job_cycles": 3 * cycles, "load_cycles": 77,
+    return {"cell": 0.25, "cast_cycles": cycles, "cold": 2 * cycles, "first_cycles": 3 * cycles, "load_cycles": 77,
             "of_bound": bound / cycles, "efficiency": 0.5, "tests_per_ray": 1.5, "edrc": 20.0,
             "bound": {"traversal": bound, "intersection": 10, "patches": 4},
             "sources": {"own": 5, "remote": 6, "hits": 7, "misses": 8}, "each": [each, each | {STALLS[0]: 99}]}

@@ -1,6 +1,8 @@
 """The counts of whole jobs, from completion records."""
 
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,10 +10,13 @@ from click.testing import CliRunner
 
 from golden.config import PRESETS
 from golden.jobs.completion import COMPLETION
+from golden.jobs.job import plan_job
 from golden.jobs.result_formats import HitFormat
+from golden.jobs.run_job import run_job
+from hw.simulator.job_result import frustum_results
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks import jobs
-from radiosity.benchmarks.job_runs import JobRun, JobSpec, prepare_job
+from radiosity.benchmarks.job_runs import JobRun, JobSpec, check_results, prepare_job
 from radiosity.benchmarks.jobs import SceneRuns, rows_of, write_roofline
 from radiosity.cli import main as radiosity
 
@@ -24,7 +29,7 @@ def run_of(spec=SPEC, *, clusters=1, length=1000):
     """A job whose casts take ``length`` cycles each, begin 50 cycles after one another, and whose load takes 300."""
     config = simulation_config(PRESETS["tiny"], clusters=clusters, topology="mesh")
     prepared = prepare_job(spec, config)
-    records = np.zeros(len(prepared.job.descriptors), dtype=COMPLETION.dtype)
+    records = np.zeros(1 + len(prepared.records), dtype=COMPLETION.dtype)
     records["tag"] = np.arange(len(records))
     records["begin"][0], records["end"][0] = BEGIN, (BEGIN + 300) % (1 << 32)
     for number, one in enumerate(records[1:]):
@@ -63,10 +68,42 @@ def test_rows_compare_with_one_cluster():
 def test_groups_and_points_of_a_job():
     config = simulation_config(PRESETS["tiny"], clusters=2, topology="mesh")
     spec = JobSpec(scene="cornell", rays=(32, 8), frusta=3, cell=0.5, hit_format=HitFormat.FULL, group=2)
-    prepared = prepare_job(spec, config)
-    assert sum(one is not None for one in prepared.job.sections) == 2 * len(prepared.records) == 6
+    job = plan_job([prepare_job(spec, config).request], config)
+    assert sum(one is not None for one in job.sections) == 2 * 3
     alone = prepare_job(JobSpec(scene="cornell", rays=(32, 8), point=5, cell=0.5), config)
     assert len(alone.records) == 1
+
+
+def test_cycles_without_a_load_begin_with_the_earliest_section():
+    run = run_of(clusters=2)
+    first, second = replace(run, loads=run.loads[:0]), replace(run, loads=run.loads[:0], sections=run.sections[::-1])
+    assert first.cycles == second.cycles == run.cycles - 310
+
+
+@pytest.mark.parametrize("hit_format", HitFormat)
+def test_wrong_results_are_noticed(hit_format):
+    config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    prepared = prepare_job(replace(SPEC, frusta=1, hit_format=hit_format), config)
+    request, memory = prepared.request, {}
+    job = plan_job([request], config)
+    done = run_job(job)
+    memory = bytearray(job.end)
+    for address, data in done.memory.items():
+        memory[address:address + len(data)] = data
+
+    def result():
+        return SimpleNamespace(frusta=frustum_results(
+            job, done.completions, lambda address, size: bytes(memory[address:address + size])))
+
+    check_results(prepared, result(), config)
+    memory[int(job.descriptors["sums_address"][1])] ^= 1
+    with pytest.raises(SystemExit, match="cornell, 1 clusters, frustum 0: sums are not golden's"):
+        check_results(prepared, result(), config)
+    memory[int(job.descriptors["sums_address"][1])] ^= 1
+    if hit_format != HitFormat.NONE:
+        memory[job.phases[0].hits[0]] ^= 1
+        with pytest.raises(SystemExit, match="hits are not golden's"):
+            check_results(prepared, result(), config)
 
 
 def test_the_roofline_has_the_three_limits_and_what_was_measured(tmp_path):
