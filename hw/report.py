@@ -19,6 +19,7 @@ from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.filter import Filter
 from hw.memsys.istructure import IStructure
+from hw.memsys.patch_store import PatchStore
 from hw.noc.router import Router
 from hw.output import write_text
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
@@ -90,7 +91,8 @@ UNITS = {
         "PatchFilter": lambda config: _filter(config, config.icu.patch_bits + 1, 1 << config.icu.patch_bits),
         "CellTable": {}, "PatchTable": {}, "PatchTypeMemory": {}, "LocalPatchGeometry": {}, "VertexMerge": {"count": 3},
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
-        "SystemBusInterface": {}, "PatchStore": {"frames": 512},
+        "SystemBusInterface": {}, "PatchStore": lambda config: PatchStore(
+            config=config, frames=config.memsys.store_patches, requests=config.memsys.store_requests),
     },
     "control": {
         "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "SectionResults": {},

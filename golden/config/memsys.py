@@ -37,6 +37,12 @@ class Memsys:
         ``own_cells`` at most ``scene_cells``. The bus serves all other cells. Hardware only.
     own_patches
         Patches of a cluster's resident set; a power of two, 16 to 8192.
+    store_patches
+        Patches that a cluster's patch store keeps of those that other clusters and main memory hold; a power of two, 2
+        to 8192, or 0: there is no store. Hardware only.
+    store_requests
+        Requests for patches that the store may have in flight, and so readers that it can defer; a power of two, 2 to
+        64. Hardware only.
     resident_set
         What a resident set holds: ``found``, the patches that the low-density casting found; or ``filled``, other
         patches too up to its capacity.
@@ -63,6 +69,8 @@ class Memsys:
     own_cells: int = 1 << 12
     own_entries: int = 1 << 14
     own_patches: int = 512
+    store_patches: int = 0
+    store_requests: int = 16
     resident_set: str = "filled"
     filter_generation_bits: int = 8
     reply_ids: int = 8
@@ -74,8 +82,11 @@ class Memsys:
         for name, low, high in (("cell_lines", 8, 4096), ("patch_lines", 8, 4096), ("cache_ways", 2, 4),
                                 ("lfu_lines", 2, 64), ("cache_fetches", 1, 16), ("scene_cells", 64, 1 << 20),
                                 ("own_cells", 16, 1 << 20), ("own_entries", 16, 1 << 20), ("own_patches", 16, 8192),
-                                ("reply_ids", 2, 16), ("bus_requests", 1, 16)):
+                                ("store_requests", 2, 64), ("reply_ids", 2, 16), ("bus_requests", 1, 16)):
             check_power_of_two("memsys", name, getattr(self, name), low, high)
+        check_range("memsys", "store_patches", self.store_patches, 0, 8192)
+        if self.store_patches:
+            check_power_of_two("memsys", "store_patches", self.store_patches, 2, 8192)
         for name, low, high in (("lfu_count_bits", 2, 8), ("cache_generation_bits", 1, 8),
                                 ("filter_generation_bits", 1, 8)):
             check_range("memsys", name, getattr(self, name), low, high)

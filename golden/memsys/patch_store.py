@@ -1,28 +1,51 @@
-"""Patch store: which requests of a cluster need a fetch.
+"""Patch store: which requests of a cluster need a fetch, and which patches it keeps.
 
 Source: Shen 1993, section 5.2.4.1, for the I-structure.
 """
 
-__all__ = ["PatchStore"]
+__all__ = ["KEPT_OF", "PatchStore"]
+
+# The hardware's.
+KEPT_OF = 16
 
 
 class PatchStore:
     """A memory of patches by frame: patch p belongs into frame p modulo ``frames``.
 
-    Requests come one after the other: each is answered before the next one. Overlapping requests are served by fewer or
-    more fetches, with the same patches.
+    A patch that is not there is fetched. It is kept if its frame is empty, and at every ``kept_of``-th miss that meets
+    another patch. What is kept follows from the order of the requests alone, also of requests that overlap.
 
     Parameters
     ----------
     frames
         Patches that it keeps.
+    kept_of
+        Of so many misses that meet another patch one replaces it.
+
+    Members
+    -------
+    hits, misses
+        Requests without and with a fetch.
     """
 
-    def __init__(self, frames: int):
-        self._frames, self._kept = frames, {}
+    def __init__(self, frames: int, *, kept_of: int = KEPT_OF):
+        self._frames, self._kept_of, self._kept, self._conflicts = frames, kept_of, {}, 0
+        self.hits = self.misses = 0
 
     def request(self, patch: int) -> bool:
-        """Whether the patch is there; it is from now on, and the one that was in its frame is not."""
+        """Whether the patch is there, or on its way there."""
         frame = patch % self._frames
-        there, self._kept[frame] = self._kept.get(frame) == patch, patch
-        return there
+        kept = self._kept.get(frame)
+        if kept == patch:
+            self.hits += 1
+            return True
+        self.misses += 1
+        if kept is not None:
+            self._conflicts += 1
+        if kept is None or self._conflicts % self._kept_of == 0:
+            self._kept[frame] = patch
+        return False
+
+    def clear(self):
+        """All frames are empty from now on."""
+        self._kept, self._conflicts = {}, 0

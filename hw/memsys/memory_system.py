@@ -1,6 +1,8 @@
 """Memory system of a cluster: from the cells of its traversal to the vertices of every patch in them, once."""
 
-from amaranth.hdl import Module, Mux, Signal
+from dataclasses import dataclass
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -15,6 +17,7 @@ from hw.memsys.cell_table import CellTable
 from hw.memsys.filter import Filter
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.patch_store import PatchStore
 from hw.memsys.patch_table import PatchTable
 from hw.memsys.patch_type_memory import PatchTypeMemory
 from hw.memsys.path_fault import PathFault
@@ -29,19 +32,23 @@ __all__ = ["COUNTERS", "MemorySystem"]
 COUNTERS = {
     "seen": "cells from the traversal", "opened": "cells opened, each once", "named": "entries of their patch lists",
     "found": "patches found, each once", "own": "patches from the cluster's own memory",
-    "remote": "patches from other clusters", "hits": "patches from the cache", "misses": "patches from main memory",
+    "kept": "patches from the patch store, without a fetch", "remote": "patches from other clusters",
+    "hits": "patches from the cache", "misses": "patches from main memory",
     "answered": "patches sent to other clusters", "stalls": "cycles in which a vertex stalled at the intersection unit"}
 
 # Capacities: of the queues before the filters, for cells and for patches, and of those before each source of patches.
 CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE = 16, 32, 4
 # Cells, and patches, in flight at most: in the queues, in the filters, and requested.
 MOST = 1023
+# Of the last merge: the own memory, then others, or what the store has kept and what it has not.
+SOURCES = 3
 LOADS = {"cells": "cell_load", "lists": "list_load", "types": "type_load", "geometry": "geometry_load"}
 
 
 class MemorySystem(wiring.Component):
     """Opens each cell once per frustum and outputs each patch in it once, from the nearest memory that has it: the
-    cluster's own, another cluster's, or the bus.
+    cluster's own, another cluster's, or the bus. With ``memsys.store_patches`` a patch store is in front of the latter
+    two.
 
     ::
 
@@ -50,7 +57,14 @@ class MemorySystem(wiring.Component):
                                                                       o_vertex <- VertexMerge --------------+- bus
                                      i_remote - PatchTypeMemory - LocalPatchGeometry - o_remote
 
-    A faulty cell or patch is flagged and dropped; the others are not delayed.
+    With a patch store::
+
+        PatchTypeMemory -+- own - VertexMerge - o_vertex
+                         '- PatchStore -+- remote -.
+                                        '- bus ----'- VertexMerge - PatchStore - VertexMerge
+
+    A faulty cell or patch is flagged and dropped; the others are not delayed. The store is emptied after each load of
+    cells, residence or patches.
 
     Parameters
     ----------
@@ -101,7 +115,8 @@ class MemorySystem(wiring.Component):
     Timing
     ------
     Latency: ``35`` cycles from a cell with one patch, in this cluster's memory, to its first vertex. One cell, one
-    entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with its replies.
+    entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with its replies. Patches that others hold
+    take what `PatchStore` states, if there is one.
 
     Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
     """
@@ -137,10 +152,10 @@ class MemorySystem(wiring.Component):
             bits=formats.listed_bits, count=1 << icu.patch.width, **filters)
         m.submodules.types = types = PatchTypeMemory(config=config)
         m.submodules.geometry = geometry = LocalPatchGeometry(config=config)
-        m.submodules.merge = merge = VertexMerge(config=config, count=3)
+        m.submodules.merge = merge = VertexMerge(config=config, count=SOURCES)
         m.submodules.bus = bus = LocalBusInterface(config=config)
         m.submodules.cells = cells = WorkCount(enters=1, leaves=4, most=MOST)
-        m.submodules.patches = patches = WorkCount(enters=1, leaves=4, most=MOST)
+        m.submodules.patches = patches = WorkCount(enters=1, leaves=3 + (2 if memsys.store_patches else 1), most=MOST)
 
         # Tables.
         for load, table in ((self.i_load_cells, cell_table), (self.i_load_lists, patch_table),
@@ -151,8 +166,6 @@ class MemorySystem(wiring.Component):
             cell_filter.limit.eq(self.scene.cells), patch_filter.limit.eq(self.scene.patches),
             geometry.cluster.eq(self.cluster), types.cluster.eq(self.cluster),
             self.drained.eq(cells.empty & patches.empty)]
-        self._add_start(m, (cell_filter.i_start, patch_filter.i_start))
-
         # Cells, through the filter and the table to their lists, here or on the bus.
         m.d.comb += [
             cell_queue.i.payload.eq(self.i_cell.payload),
@@ -173,18 +186,19 @@ class MemorySystem(wiring.Component):
         wiring.connect(m, patch_filter.o, types.i)
         m.submodules.patch_found = patch_found = SkidBuffer(types.o.payload.shape())
         wiring.connect(m, types.o, patch_found.i)
-        no_source = self._route_patches(m, patch_found.o, geometry.i, bus.i_patch)
+        no_source, fetched = self._route_patches(m, patch_found.o, geometry.i)
         wiring.connect(m, geometry.o, merge.i[0])
-        wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
-        wiring.connect(m, bus.o_vertex, merge.i[2])
         wiring.connect(m, merge.o, wiring.flipped(self.o_vertex))
+        others = self._add_store(m, fetched, bus, merge) if memsys.store_patches else self._add_fetches(
+            m, fetched, bus, merge)
+        self._add_start(m, ((cell_filter.i_start, 1), (patch_filter.i_start, 1), *others.starts))
         wiring.connect(m, bus.o_request, wiring.flipped(self.o_bus))
         wiring.connect(m, wiring.flipped(self.i_bus), bus.i_reply)
 
         # A cell leaves with its last entry, which counts as a patch from then on.
         m.d.comb += [cells.enters.eq(self.i_cell.valid & self.i_cell.ready), patches.enters.eq(listed)]
         for count, ends in ((cells, (cell_filter.dropped, no_list, own_ends, bus_ends)),
-                            (patches, (patch_filter.dropped, no_source, bus.lost_patch, merge.left.any()))):
+                            (patches, (patch_filter.dropped, no_source, *others.lost, merge.left.any()))):
             m.d.comb += [leaves.eq(end) for leaves, end in zip(count.leaves, ends, strict=True)]
 
         # Requests of other clusters.
@@ -210,21 +224,22 @@ class MemorySystem(wiring.Component):
             (cell_filter.wrong, PathFault.CELL, cell_filter.number)))
         m.d.comb += [self.counters.seen.eq(cell_filter.seen), self.counters.opened.eq(cell_filter.passed),
                      self.counters.named.eq(patch_filter.seen), self.counters.found.eq(patch_filter.passed)]
-        self._add_counters(m, bus.hits, bus.misses, merge.left)
+        self._add_counters(m, own=merge.left[0], remote=others.remote,
+                           totals={"hits": bus.hits, "misses": bus.misses, "kept": others.hits})
         return m
 
-    def _add_start(self, m, starts_of_filters):
-        """A frustum's beginning: both filters empty at the same time."""
-        # Registered: the filters are far from the beginning of a frustum.
-        begins, starts = Signal(), Signal(len(starts_of_filters))
+    def _add_start(self, m, units):
+        """A frustum's beginning: all units that hold something of before empty at the same time."""
+        # Registered: the units are far from the beginning of a frustum.
+        begins, starts = Signal(), Signal(len(units))
         m.d.comb += self.i_start.ready.eq(begins & ~starts.any())
         m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
-        for start, one in zip(starts, starts_of_filters, strict=True):
+        for start, (one, _) in zip(starts, units, strict=True):
             m.d.comb += one.valid.eq(start)
             with m.If(one.ready):
                 m.d.sync += start.eq(0)
         with m.If(self.i_start.valid & self.drained & ~begins):
-            m.d.sync += starts.eq(~0)
+            m.d.sync += starts.eq(Cat(is_old for _, is_old in units))
 
     @staticmethod
     def _route_cells(m, found, own, bus):
@@ -256,26 +271,66 @@ class MemorySystem(wiring.Component):
         return (sum(one.valid & one.ready for one in lists.i),
                 *(one.valid & one.ready & one.payload.last for one in (own.o, bus.o)))
 
-    def _route_patches(self, m, found, own, bus):
-        """Each patch to the nearest source; returns that a patch leaves that has none."""
+    def _route_patches(self, m, found, own):
+        """Each patch to the own memory, or to the stream of those that others hold; returns that a patch leaves that
+        has no source, and that stream.
+        """
         patch, lost = found.payload, Signal()
-        sources = [Queue(shape, depth=REQUEST_QUEUE) for shape in (
-            own.payload.shape(), self.o_request.payload.shape(), self._icu.patch)]
-        for name, queue in zip(("own", "remote", "bus"), sources, strict=True):
-            m.submodules[f"{name}_patches"] = queue
-        own_queue, remote_queue, bus_queue = sources
-        is_here, chosen = patch.is_held & (patch.cluster == self.cluster), Signal(3)
+        m.submodules.own_patches = own_queue = Queue(own.payload.shape(), depth=REQUEST_QUEUE)
+        fetched = stream.Signature(self._formats.store_request).create(path=("fetched",))
+        is_here = patch.is_held & (patch.cluster == self.cluster)
         m.d.comb += [
-            chosen.eq(Mux(patch.wrong, 0, Mux(is_here, 0b001, Mux(patch.is_held, 0b010, 0b100)))),
             own_queue.i.payload.patch.eq(patch.patch), own_queue.i.payload.address.eq(patch.address),
-            remote_queue.i.payload.node.eq(patch.cluster), remote_queue.i.payload.patch.eq(patch.patch),
-            bus_queue.i.payload.eq(patch.patch), found.ready.eq(patch.wrong), lost.eq(found.valid & patch.wrong)]
-        for source, queue, out in zip(chosen, sources, (own, wiring.flipped(self.o_request), bus), strict=True):
-            m.d.comb += queue.i.valid.eq(found.valid & source)
-            with m.If(source):
-                m.d.comb += found.ready.eq(queue.i.ready)
-            wiring.connect(m, queue.o, out)
-        return lost
+            own_queue.i.valid.eq(found.valid & is_here & ~patch.wrong), fetched.payload.patch.eq(patch.patch),
+            fetched.payload.node.eq(patch.cluster), fetched.payload.is_remote.eq(patch.is_held),
+            fetched.valid.eq(found.valid & ~is_here & ~patch.wrong), lost.eq(found.valid & patch.wrong),
+            found.ready.eq(patch.wrong | Mux(is_here, own_queue.i.ready, fetched.ready))]
+        wiring.connect(m, own_queue.o, own)
+        return lost, fetched
+
+    def _route_fetches(self, m, fetched, bus):
+        """Requests for patches that others hold, to the network and to the bus."""
+        m.submodules.remote_patches = remote = Queue(self.o_request.payload.shape(), depth=REQUEST_QUEUE)
+        m.submodules.bus_patches = local = Queue(self._icu.patch, depth=REQUEST_QUEUE)
+        patch = fetched.payload
+        m.d.comb += [
+            remote.i.payload.node.eq(patch.node), remote.i.payload.patch.eq(patch.patch),
+            local.i.payload.eq(patch.patch), remote.i.valid.eq(fetched.valid & patch.is_remote),
+            local.i.valid.eq(fetched.valid & ~patch.is_remote),
+            fetched.ready.eq(Mux(patch.is_remote, remote.i.ready, local.i.ready))]
+        wiring.connect(m, remote.o, wiring.flipped(self.o_request))
+        wiring.connect(m, local.o, bus.i_patch)
+
+    def _add_fetches(self, m, fetched, bus, merge):
+        """Patches that others hold, without a store."""
+        self._route_fetches(m, fetched, bus)
+        wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
+        wiring.connect(m, bus.o_vertex, merge.i[2])
+        return _Others(starts=(), lost=(bus.lost_patch,), remote=merge.left[1], hits=Const(0, 32))
+
+    def _add_store(self, m, fetched, bus, merge):
+        """Patches that others hold, through the patch store."""
+        memsys = self._config.memsys
+        m.submodules.store = store = PatchStore(config=self._config, frames=memsys.store_patches,
+                                                requests=memsys.store_requests)
+        m.submodules.fills = fills = VertexMerge(config=self._config, count=2, patches=2)
+        # Patches whose fetch has failed, between others.
+        m.submodules.lost_patches = lost = Queue(self._icu.patch, depth=memsys.store_requests)
+        wiring.connect(m, fetched, store.i)
+        self._route_fetches(m, store.o_fetch, bus)
+        wiring.connect(m, wiring.flipped(self.i_reply), fills.i[0])
+        wiring.connect(m, bus.o_vertex, fills.i[1])
+        wiring.connect(m, fills.o, store.i_fill)
+        wiring.connect(m, lost.o, store.i_lost)
+        wiring.connect(m, store.o_stored, merge.i[1])
+        wiring.connect(m, store.o_passed, merge.i[2])
+        is_old = Signal(init=1)
+        m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.number)]
+        with m.If(store.i_start.valid & store.i_start.ready):
+            m.d.sync += is_old.eq(0)
+        with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
+            m.d.sync += is_old.eq(1)
+        return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits)
 
     def _add_fault(self, m, number, causes):
         """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""
@@ -289,15 +344,38 @@ class MemorySystem(wiring.Component):
         m.d.comb += [first_fault.i[0].valid.eq(found.code != PathFault.NONE), first_fault.i[0].payload.eq(found),
                      first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
 
-    def _add_counters(self, m, hits, misses, left):
-        """Counters of a frustum; ``hits`` and ``misses`` are totals, ``left`` are patches by source."""
+    def _add_counters(self, m, *, own, remote, totals):
+        """Counters of a frustum; ``totals`` are since reset, ``own`` and ``remote`` are patches that leave."""
         vertex, count = self.o_vertex, self.counters
-        before_hits, before_misses = (Signal(32, name=f"{name}_before") for name in ("hits", "misses"))
-        m.d.comb += [count.hits.eq(hits - before_hits), count.misses.eq(misses - before_misses)]
-        for name, happens in (("own", left[0]), ("remote", left[1]), ("stalls", vertex.valid & ~vertex.ready),
+        before = {name: Signal(32, name=f"{name}_before") for name in totals}
+        m.d.comb += [count[name].eq(total - before[name]) for name, total in totals.items()]
+        for name, happens in (("own", own), ("remote", remote), ("stalls", vertex.valid & ~vertex.ready),
                               ("answered", self.i_remote.valid & self.i_remote.ready)):
             # Registered: the events are far away.
             happened = Signal(name=f"counts_{name}")
             m.d.sync += [happened.eq(happens), count[name].eq(count[name] + happened)]
         with m.If(self.i_start.valid & self.i_start.ready):
-            m.d.sync += [count.own.eq(0), count.remote.eq(0), before_hits.eq(hits), before_misses.eq(misses)]
+            m.d.sync += [count.own.eq(0), count.remote.eq(0),
+                         *(before[name].eq(total) for name, total in totals.items())]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Others:
+    """What the memory system knows of the patches that others hold.
+
+    Parameters
+    ----------
+    starts
+        Units that begin with a frustum, and whether they do with the next one.
+    lost
+        Bits: a patch leaves without vertices.
+    remote
+        A patch of another cluster has come, or leaves.
+    hits
+        Patches from the store, since reset.
+    """
+
+    starts: tuple
+    lost: tuple
+    remote: Value
+    hits: Value

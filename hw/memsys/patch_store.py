@@ -7,6 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from golden.memsys.patch_store import KEPT_OF
 from hw.formats import Formats
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
@@ -20,10 +21,12 @@ __all__ = ["PatchStore"]
 VERTICES = 4
 # Versions of the presence bits and of the tags before a sweep.
 VERSION_BITS = 4
+# Of so many misses that meet another patch in their frame one replaces it, a power of two.
+TURNS = KEPT_OF
 
 
 class PatchStore(wiring.Component):
-    """Fetches each patch once for all who wait for it, and keeps it until another one needs its frame.
+    """Fetches each patch once for all who wait for it, and keeps some of them.
 
     ::
 
@@ -31,9 +34,11 @@ class PatchStore(wiring.Component):
                   '- IStructure (renew, read)                               '- o_passed
 
     Patch p belongs into frame p modulo ``frames``. A request finds its patch in the frame, or on its way there: then it
-    waits in the `IStructure` without another fetch. Otherwise the frame is renewed and the patch is fetched. A frame
-    with a request in flight is not renewed: then the patch is fetched, and passed on without being kept. No request
-    stalls another one for longer than the lookup, and a fill never stalls but with ``o_passed``.
+    waits in the `IStructure` without another fetch. Otherwise the patch is fetched. It is kept if the frame is empty,
+    and at every `TURNS`-th request that meets another patch there: each frustum needs about the same patches, more than
+    the frames, in about the same order, so what is replaced at each miss would be gone when its turn comes. What is
+    not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
+    fill never stalls but with ``o_passed``.
 
     Parameters
     ----------
@@ -69,8 +74,9 @@ class PatchStore(wiring.Component):
 
     Timing
     ------
-    A request every three cycles, so a patch every four. Latency: ``10`` cycles from a request whose patch is kept to
-    its first vertex, ``3`` from a request to ``o_fetch``. Fills come at one vertex per cycle.
+    A request every three cycles, unless it waits for its frame, so a patch every four. Latency: ``10`` cycles from a
+    request whose patch is kept to its first vertex, ``3`` from a request to ``o_fetch``. Fills come at one vertex per
+    cycle.
 
     Raises
     ------
@@ -99,21 +105,21 @@ class PatchStore(wiring.Component):
         # A request in flight, from its lookup until its last vertex has left.
         self._entry = StructLayout({"patch": formats.patch, "frame": range(frames), "is_stored": 1})
         self._number = range(requests)
-        # What the I-structure keeps of a patch: its vertices are in a memory of their own.
-        self._head = StructLayout({"surface": formats.surface, "is_lost": 1})
+        # A vertex in its frame. Of a whole patch the I-structure keeps whether its fetch has failed.
+        self._vertex = StructLayout({"vertex": formats.scene_vector, "surface": formats.surface})
 
     def elaborate(self, platform):
         m = Module()
         entries = Signal(ArrayLayout(self._entry, self._requests), reset_less=True)
         taken, fetching, frees = (Signal(self._requests, name=name) for name in ("taken", "fetching", "frees"))
         m.submodules.presence = presence = IStructure(
-            self._head, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
+            1, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
             renews=True)
         m.submodules.generations = generations = Generations(bits=VERSION_BITS, depth=self._frames)
         row = StructLayout({"generation": VERSION_BITS, "patch": self._formats.patch})
         m.submodules.tags = tags = Memory(shape=row, depth=self._frames, init=[], attrs={"no_rw_check": 1})
         m.submodules.vertices = vertices = Memory(
-            shape=self._formats.scene_vector, depth=VERTICES * self._frames, init=[], attrs={"no_rw_check": 1})
+            shape=self._vertex, depth=VERTICES * self._frames, init=[], attrs={"no_rw_check": 1})
         # Frames that lose their tag.
         forgets = stream.Signature(range(self._frames)).create()
         m.d.sync += self.lost.eq(0)
@@ -149,7 +155,11 @@ class PatchStore(wiring.Component):
         """
         request, frame_bits = Signal.like(self.i.payload), self._frames.bit_length() - 1
         frame, free, number = Signal(range(self._frames)), Signal(self._requests), Signal(self._number)
-        matches, in_use, looked_up = Signal(), Signal(), Signal(self._requests)
+        matches, empty, in_use, looked_up = Signal(), Signal(), Signal(), Signal(self._requests)
+        # Requests that have met another patch, since the store was emptied.
+        conflicts = Signal(range(TURNS))
+        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.sync += conflicts.eq(0)
         read, write = tags.read_port(), tags.write_port()
         # The lowest free entry.
         m.d.comb += [frame.eq(request.patch[:frame_bits]), free.eq(~taken & (taken + 1)[:self._requests]),
@@ -159,15 +169,18 @@ class PatchStore(wiring.Component):
         m.submodules.accesses = accesses = Queue(access, depth=self._requests)
         wiring.connect(m, fetches.o, wiring.flipped(self.o_fetch))
         # Registered: what a request meets is known in the third cycle, and no other request is looked up meanwhile.
+        # ``in_use`` lags behind by a cycle, in which a frame can only become free.
         uses = [taken[k] & entries[k].is_stored & (entries[k].frame == frame) for k in range(self._requests)]
-        keeps, acts = Signal(), Signal()
+        keeps, renews, acts = Signal(), Signal(), Signal()
+        m.d.sync += in_use.eq(Cat(uses).any())
         m.d.comb += [
-            keeps.eq(matches | ~in_use), fetches.i.payload.eq(request), accesses.i.payload.frame.eq(frame),
-            accesses.i.payload.entry.eq(number),
+            renews.eq(~matches & (empty | (conflicts == TURNS - 1))), keeps.eq(matches | renews),
+            fetches.i.payload.eq(request), accesses.i.payload.frame.eq(frame), accesses.i.payload.entry.eq(number),
             write.addr.eq(Mux(generations.sweeps, generations.row, Mux(acts, frame, forgets.payload))),
             write.data.patch.eq(request.patch),
             write.data.generation.eq(Mux(acts, generations.generation, 0)),
-            write.en.eq(generations.sweeps | (forgets.valid & forgets.ready) | (acts & ~matches & keeps))]
+            write.en.eq(generations.sweeps | (forgets.valid & forgets.ready) | (acts & renews))]
+        # The frame of a lost patch is forgotten between two lookups, and while one waits for its frame.
         m.d.comb += looks.eq(1)
         with m.FSM():
             with m.State("Wait"):
@@ -179,19 +192,19 @@ class PatchStore(wiring.Component):
             with m.State("Compare"):
                 m.d.sync += [
                     matches.eq((read.data.generation == generations.generation) & (read.data.patch == request.patch)),
-                    in_use.eq(Cat(uses).any()),
+                    empty.eq(read.data.generation != generations.generation),
                     number.eq(sum(Mux(free[k], k, 0) for k in range(self._requests)))]
                 m.next = "Act"
             # A fill cannot come before its frame has been renewed, however long reads stall.
             with m.State("Act"):
-                renews = ~matches & keeps
-                m.d.comb += [presence.i_renew.valid.eq(renews), acts.eq(~renews | presence.i_renew.ready)]
+                m.d.comb += [presence.i_renew.valid.eq(renews & ~in_use), forgets.ready.eq(~generations.sweeps & ~acts),
+                             acts.eq(~renews | (presence.i_renew.ready & ~in_use))]
                 with m.If(acts):
                     m.d.comb += [looked_up.eq(1 << number), fetches.i.valid.eq(~matches), accesses.i.valid.eq(keeps)]
                     m.d.sync += [
                         entries[number].patch.eq(request.patch), entries[number].frame.eq(frame),
                         entries[number].is_stored.eq(keeps), self.hits.eq(self.hits + matches),
-                        self.misses.eq(self.misses + ~matches)]
+                        self.misses.eq(self.misses + ~matches), conflicts.eq(conflicts + (~matches & ~empty))]
                     m.next = "Wait"
         first = accesses.o.payload
         m.d.comb += [
@@ -204,7 +217,7 @@ class PatchStore(wiring.Component):
         """Vertices of a fetched patch into its frame, or on to ``o_passed``; returns the entry whose fetch ends, and
         the same if it is passed on or lost, one-hot.
         """
-        fill = StructLayout({"frame": range(self._frames), "head": self._head})
+        fill = StructLayout({"frame": range(self._frames), "is_lost": 1})
         m.submodules.fills = fills = Queue(fill, depth=self._requests)
         write = vertices.write_port()
         # A vertex waits a cycle for the entry of its patch.
@@ -234,10 +247,11 @@ class PatchStore(wiring.Component):
         moves = there & advances
         m.d.comb += [
             ends.eq(moves & (is_lost | (index == VERTICES - 1))),
-            write.addr.eq(Cat(index, entry.frame)), write.data.eq(vertex.vertex),
+            write.addr.eq(Cat(index, entry.frame)), write.data.vertex.eq(vertex.vertex),
+            write.data.surface.eq(vertex.surface),
             write.en.eq(moves & entry.is_stored & ~is_lost),
             fills.i.valid.eq(ends & entry.is_stored), fills.i.payload.frame.eq(entry.frame),
-            fills.i.payload.head.surface.eq(vertex.surface), fills.i.payload.head.is_lost.eq(is_lost),
+            fills.i.payload.is_lost.eq(is_lost),
             self.o_passed.valid.eq(there & ~entry.is_stored & ~is_lost), self.o_passed.payload.eq(vertex),
             advances.eq(~self.o_passed.valid | self.o_passed.ready)]
         with m.If(moves & ~is_lost):
@@ -245,15 +259,14 @@ class PatchStore(wiring.Component):
         m.d.comb += [
             presence.i_write.valid.eq(fills.o.valid), fills.o.ready.eq(presence.i_write.ready),
             presence.i_write.payload.address.eq(fills.o.payload.frame),
-            presence.i_write.payload.data.eq(fills.o.payload.head)]
+            presence.i_write.payload.data.eq(fills.o.payload.is_lost)]
         with m.If(ends & is_lost & ~entry.is_stored):
             m.d.sync += [self.lost[0].eq(1), self.number.eq(entry.patch)]
         return filled, Mux(entry.is_stored, 0, filled)
 
     def _add_answers(self, m, *, entries, vertices, presence, forgets):
         """What has come into a frame is read for each request that waits for it; returns the entry, one-hot."""
-        step = StructLayout({"index": range(VERTICES), "frame": range(self._frames), "patch": self._formats.patch,
-                             "surface": self._formats.surface})
+        step = StructLayout({"index": range(VERTICES), "frame": range(self._frames), "patch": self._formats.patch})
         steps = stream.Signature(step).create(path=("steps",))
         pipeline = Pipeline(steps, self.o_stored)
         given, out = steps.payload, self.o_stored.payload
@@ -261,19 +274,19 @@ class PatchStore(wiring.Component):
                                    pipeline.input(given.frame))
         read = pipeline.delay(pipeline.read(vertices.read_port(), address), 1)
         for axis in range(3):
-            pipeline.output(out.vertex[axis], pipeline.combine(lambda read, axis=axis: read[axis], read))
-        for name in "patch", "surface":
-            pipeline.output(out[name], pipeline.input(given[name]))
+            pipeline.output(out.vertex[axis], pipeline.combine(lambda read, axis=axis: read.vertex[axis], read))
+        pipeline.output(out.surface, pipeline.combine(lambda read: read.surface, read))
+        pipeline.output(out.patch, pipeline.input(given.patch))
         pipeline.add_to(m)
 
         answer, index, ends = presence.o_read, Signal(range(VERTICES)), Signal()
-        entry, head = Signal(self._entry), answer.payload.data
+        entry, is_lost = Signal(self._entry), answer.payload.data
         m.d.comb += [
             entry.eq(entries[answer.payload.tag]), given.index.eq(index), given.frame.eq(entry.frame),
-            given.patch.eq(entry.patch), given.surface.eq(head.surface),
-            steps.valid.eq(answer.valid & ~head.is_lost), forgets.valid.eq(answer.valid & head.is_lost),
+            given.patch.eq(entry.patch), steps.valid.eq(answer.valid & ~is_lost),
+            forgets.valid.eq(answer.valid & is_lost),
             forgets.payload.eq(entry.frame),
-            ends.eq(Mux(head.is_lost, forgets.ready, steps.ready & (index == VERTICES - 1))),
+            ends.eq(Mux(is_lost, forgets.ready, steps.ready & (index == VERTICES - 1))),
             answer.ready.eq(ends)]
         with m.If(steps.valid & steps.ready):
             m.d.sync += index.eq(index + 1)

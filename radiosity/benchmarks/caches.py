@@ -17,6 +17,7 @@ from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from golden.output import whole_file
 from radiosity.benchmarks.cache_strings import POINTS, SCENES, Strings, cast_strings
+from radiosity.benchmarks.patch_stores import FRUSTA, store_table
 from radiosity.benchmarks.report import output_option, provenance, write_report
 from radiosity.chart import Line, write_chart
 
@@ -123,5 +124,9 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "## Resident set and cache of equal bytes", "",
         "Share of the clusters' requests for patches that are answered: by the cluster's own resident set; by that of "
         "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.", "",
-        "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, ""]
+        "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, "",
+        "## Patch store", "",
+        f"Share of one cluster's requests that its store serves in {FRUSTA} successive frusta, from the second one on, "
+        "by the patches that it keeps. Of so many misses that meet another patch one replaces it.", "",
+        *store_table(CONFIG, HEMISPHERE), ""]
     write_report(output, lines)

@@ -24,6 +24,9 @@ MESSAGES = [
     ("memsys.own_cells=131072", "configuration: Own cells (memsys.own_cells) must be at most memsys.scene_cells "
                                 "(65536), not 131072"),
     ("memsys.reply_ids=6", "configuration: Reply ids (memsys.reply_ids) must be a power of two, not 6"),
+    ("memsys.store_patches=1", "configuration: Store patches (memsys.store_patches) must be 2 to 8192, not 1"),
+    ("memsys.store_patches=96", "configuration: Store patches (memsys.store_patches) must be a power of two, not 96"),
+    ("memsys.store_requests=1", "configuration: Store requests (memsys.store_requests) must be 2 to 64, not 1"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
     ("ctu.subshell_bits=3", "configuration: Subshell bits (ctu.subshell_bits) must be 4 to 14, not 3"),

@@ -9,6 +9,7 @@ import numpy as np
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.ctu.sector import Sector
+from golden.memsys.patch_store import PatchStore
 from golden.memsys.reference_strings import ReferenceStrings
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.memory_system import MemorySystem
@@ -60,15 +61,19 @@ class Bench:
     ----------
     source, sink
         Stalls of the cells that come and of the vertices that are taken.
+    stores
+        The clusters' patch stores as they are; empty by default.
     given
         A `scene`, if not the run's.
     around
         Of `surround`.
     """
 
-    def __init__(self, dut, *, source="none", sink="none", given=None, **around):
+    def __init__(self, dut, *, source="none", sink="none", stores=None, given=None, **around):
         self.dut, self.seed, self.config = dut, options()["seed"], config_of(options()["changes"])
         self.clusters = options()["clusters"]
+        frames = self.config.memsys.store_patches
+        self.stores = stores or [PatchStore(frames) if frames else None for _ in range(self.clusters)]
         self.scene = given or json.loads(Path(options()["scene"]).read_text())
         members = MemorySystem(config=self.config).signature.members
         self.formats = PathFormats(self.config)
@@ -113,7 +118,8 @@ class Bench:
             left += all(int(wire.value) for wire in vertex[:2])
 
     async def load(self, policy="LRU"):
-        """Tables and resident sets, all clusters at once; empty caches."""
+        """Tables and resident sets, all clusters at once; empty caches and patch stores."""
+        self.clear_stores()
         dut, scene, formats = self.dut, self.scene, self.formats
         dut.scene.value = pack(formats.scene, {
             "cells": scene.get("cells_there", len(scene["count"])), "lists": len(scene["lists"]),
@@ -141,6 +147,12 @@ class Bench:
         await invalidate.send([CachePolicy[policy].value])
         await ClockCycles(dut.clk, 6)
 
+    def clear_stores(self):
+        """Nothing is kept."""
+        for store in self.stores:
+            if store is not None:
+                store.clear()
+
     def met(self, cluster, share=1.0):
         """The cells of a cluster's frustum as they are met: in another order, some of them again."""
         cells = self.scene["cells"][cluster]
@@ -148,11 +160,14 @@ class Bench:
         again = [self.random.choices(cells, k=self.random.choice([0, 0, 0, 2])) for _ in cells]
         return [cell for one, others in zip(cells, again, strict=True) for cell in [one, *others]]
 
+    def list_of(self, cell):
+        """Patches of a cell."""
+        scene = self.scene
+        return scene["lists"][scene["pointer"][cell]:scene["pointer"][cell] + scene["count"][cell]]
+
     def expected(self, cells):
         """Patches of some cells."""
-        scene = self.scene
-        return {patch for cell in cells
-                for patch in scene["lists"][scene["pointer"][cell]:scene["pointer"][cell] + scene["count"][cell]]}
+        return {patch for cell in cells for patch in self.list_of(cell)}
 
     async def begin(self):
         """A frustum; of the one before nothing is kept."""
@@ -213,11 +228,22 @@ class Bench:
         assert (counters["seen"], counters["opened"]) == (len(cells), len(set(cells)))
         assert counters["found"] == len(patches)
         assert counters["named"] == sum(scene["count"][cell] for cell in set(cells))
-        capacity = self.config.memsys.own_patches
-        where = [at if address < capacity else NONE for at, address in (scene["residence"][patch] for patch in patches)]
-        assert counters["own"] == where.count(cluster)
-        assert counters["remote"] == len(where) - where.count(cluster) - where.count(NONE)
-        assert counters["hits"] + counters["misses"] == where.count(NONE)
+        memsys, lists = self.config.memsys, [self.list_of(cell) for cell in dict.fromkeys(cells)]
+        where = {patch: at if address < memsys.own_patches else NONE
+                 for patch, (at, address) in enumerate(scene["residence"])}
+        # The patch store's requests, in their order if all lists are here.
+        others = [patch for patch in dict.fromkeys(patch for one in lists for patch in one) if where[patch] != cluster]
+        assert counters["own"] == len(patches) - len(others)
+        assert sum(counters[name] for name in ("kept", "remote", "hits", "misses")) == len(others)
+        if self.stores[cluster] is None:
+            assert counters["kept"] == 0
+        elif len(scene["count"]) <= memsys.own_cells and len(scene["lists"]) <= memsys.own_entries:
+            others = [patch for patch in others if not self.stores[cluster].request(patch)]
+            assert counters["kept"] == len(patches) - counters["own"] - len(others)
+        else:
+            return
+        assert counters["remote"] == sum(where[patch] != NONE for patch in others)
+        assert counters["hits"] + counters["misses"] == sum(where[patch] == NONE for patch in others)
 
     def fault(self, cluster):
         """Code and number."""
@@ -227,7 +253,7 @@ class Bench:
     def again(self, **given):
         """A bench like this one, stopped, with what stays of its surroundings."""
         self.stop()
-        return type(self)(self.dut, **given)
+        return type(self)(self.dut, stores=self.stores, **given)
 
     async def after_resets(self, waits, share):
         """After a reset so many cycles into a frustum nothing of before it comes, and a part of a frustum is right."""
@@ -240,6 +266,7 @@ class Bench:
                 task.cancel()
             bench.stop()
             await reset(bench.dut)
+            bench.clear_stores()
             bench = bench.again()
             await Source(bench.dut, "i_invalidate").send([CachePolicy.LRU.value])
             await ClockCycles(bench.dut.clk, 40)

@@ -34,6 +34,9 @@ SMALL = {"memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries
          "icu.patch_bits": 9, "noc.columns": CLUSTERS, "noc.rows": 1, "memory.timeout_bits": 10}
 CASES = ("whole_frusta", "what_is_malformed", "one_vertex_per_cycle")
 LONG = ("every_pair_of_stalls", "reset_in_flight")
+# A patch store that replaces patches; and one whose requests are in a known order, as all lists are here.
+STORE = {**SMALL, "memsys.store_patches": 8, "memsys.store_requests": 4}
+EXACT = {**STORE, "memsys.own_cells": 1024, "memsys.own_entries": 1024}
 POLICIES = [policy.name for policy in CachePolicy]
 
 
@@ -72,6 +75,20 @@ async def reset_in_flight(dut):
     await bench.after_resets((30, 90, 170), 0.3)
 
 
+@cocotb.test()
+async def store_counts(dut):
+    """Golden's counters, to the patch, of frusta that find what others have left in the stores; a load empties them."""
+    await start(dut, cycles=options()["cycles"])
+    bench = Bench(dut, source="random", sink="random")
+    for shares in ((1.0, 1.0, 0.3, 1.0), (0.5, 1.0)):
+        await bench.load()
+        for share in shares:
+            await bench.frustum(share)
+    requests = sum(store.hits + store.misses for store in bench.stores)
+    assert all(store.hits > 20 and store.misses > 20 for store in bench.stores), "both occur"
+    assert bench.mesh.request_count < requests
+
+
 def malformed():
     """A scene of eight patches in main memory, and of each kind of fault a cell that leads to it."""
     return {
@@ -92,6 +109,8 @@ async def what_is_malformed(dut):
     bench = Bench(dut, given=given, fails=[("patches", 2 * 64 + 24)])
     await bench.load()
     nowhere = [[0, 0, 0]] * 4
+    # A list that is none is found when a table is loaded, or when the bus reads it.
+    no_list = PathFault.BUS if bench.config.memsys.own_cells <= 65 else PathFault.LIST
     # Patch 7 is said to be at an address where cluster 1 has another one.
     loads = load_of(2, 3, 3, given["vertices"][3])
     await Source(dut, "i_load_geometry__1").send([pack(bench.shapes["i_load_geometry"], load) for load in loads])
@@ -99,7 +118,7 @@ async def what_is_malformed(dut):
     for cells, fault, number, extra in (
             ([0], PathFault.LIST, 0, []), ([1], PathFault.PATCH, 1 << 9, []), ([2], PathFault.RESIDENCE, 6, []),
             ([70], PathFault.CELL, 70, []), ([1 << 20], PathFault.CELL, 1 << 20, []), ([4], PathFault.BUS, 2, []),
-            ([65], PathFault.BUS, 65, []), ([3], PathFault.NONE, 0, [(7, nowhere)])):
+            ([65], no_list, 65, []), ([3], PathFault.NONE, 0, [(7, nowhere)])):
         await bench.begin()
         await bench.sources[0].send([*good[:1], *cells, *good[1:]])
         await bench.until_drained()
@@ -114,7 +133,8 @@ async def what_is_malformed(dut):
         await ClockCycles(dut.clk, 2)
         for k in range(CLUSTERS):
             getattr(dut, f"clear__{k}").value = 0
-    # The network never answers.
+    # The network never answers, and nothing is in a patch store.
+    await bench.load()
     bench.mesh.stop()
     await bench.begin()
     await bench.sources[0].send([64])
@@ -148,29 +168,66 @@ async def one_vertex_per_cycle(dut):
     assert cycles[0] - entered.cycles[0] == documented_latency(MemorySystem, bench.config)
 
 
-def run(name, cell, changes, simulator, cases=CASES + LONG, policies=POLICIES, share=0.15, cycles=40_000):
+@cocotb.test()
+async def one_kept_vertex_per_cycle(dut):
+    """Of patches that another cluster holds one vertex per cycle, from the second frustum on."""
+    await start(dut, cycles=20_000)
+    draw = random.Random(3)
+    count = options()["kept"]
+    given = {
+        "pointer": list(range(count)), "count": [1] * count, "lists": list(range(count)),
+        "vertices": [[[draw.randrange(1 << 20) for _ in range(3)] for _ in range(4)] for _ in range(count)],
+        "surface": [-1] * count, "residence": [(1, k) for k in range(count)]}
+    bench = Bench(dut, given=given)
+    await bench.load()
+    for frustum in range(3):
+        await bench.begin()
+        await bench.sources[0].send(range(count))
+        await bench.until_drained()
+        bench.compare(0, bench.sinks[0].items, list(range(count)))
+        cycles = bench.sinks[0].cycles
+        assert (cycles == list(range(cycles[0], cycles[0] + 4 * count))) == (frustum > 0), "one vertex per cycle"
+    assert bench.mesh.request_count == count
+
+
+def run(name, scene_name, cell, changes, simulator, cases=CASES + LONG, policies=POLICIES, share=0.15, cycles=40_000):
     path = (BUILD / "vectors" / f"memory_path-{name}.json").resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(scene(name, cell, CLUSTERS)))
+    path.write_text(json.dumps(scene(scene_name, cell, CLUSTERS)))
     simulate(MemoryPath(config=config_of(changes), clusters=CLUSTERS), MODULE, cases, simulator=simulator,
              name=f"memory_path-{name}-{simulator}", scene=str(path), changes=changes,
-             clusters=CLUSTERS, share=share, policies=policies, cycles=cycles)
+             clusters=CLUSTERS, share=share, policies=policies, cycles=cycles,
+             kept=changes.get("memsys.store_patches", 0))
 
 
 def test_frusta_and_faults():
-    run("cornell", 0.25, SMALL, "icarus", CASES, ["LRU"])
+    run("cornell", "cornell", 0.25, SMALL, "icarus", CASES, ["LRU"])
+
+
+def test_patch_stores():
+    run("stores", "cornell", 0.25, EXACT, "icarus", ("store_counts", "what_is_malformed", "one_kept_vertex_per_cycle"))
+
+
+@pytest.mark.nightly
+def test_patch_stores_with_lists_of_the_bus():
+    run("stores_bus", "cornell", 0.25, STORE, "icarus", (*CASES, *LONG), ["LRU"])
+
+
+@pytest.mark.nightly
+def test_patch_stores_under_stall_patterns():
+    run("stores_exact", "cornell", 0.25, EXACT, "icarus", LONG)
 
 
 @pytest.mark.nightly
 def test_all_policies_and_stall_patterns():
-    run("cornell", 0.25, SMALL, "icarus")
+    run("cornell", "cornell", 0.25, SMALL, "icarus")
 
 
 @pytest.mark.sim
 def test_in_verilator():
-    run("cornell", 0.25, SMALL, "verilator")
+    run("cornell", "cornell", 0.25, SMALL, "verilator")
 
 
 @pytest.mark.nightly
 def test_a_larger_scene():
-    run("lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)
+    run("lobby", "lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)

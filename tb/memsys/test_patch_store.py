@@ -8,6 +8,7 @@ import pytest
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.sim import Simulator
 
+from golden.memsys.patch_store import KEPT_OF
 from golden.memsys.patch_store import PatchStore as GoldenStore
 from hw.memsys.patch_store import VERTICES, PatchStore
 from tb.lib.configurations import config_of
@@ -173,16 +174,25 @@ def test_each_request_gets_its_patch_once(most, gap, stall):
     assert len(run.fetched) >= len({*patches}), "a patch that is not there is fetched"
 
 
-def test_one_request_after_the_other_meets_a_direct_mapped_memory():
-    patches = drawn(60, 7, most=24)
-    run, store = Run(patches, gap=None, restarts=(20, 21, 40)), GoldenStore(FRAMES)
-    expected = []
+def fetches(patches, restarts=()):
+    """What golden fetches of a string of requests."""
+    store, fetched = GoldenStore(FRAMES), []
     for number, patch in enumerate(patches):
-        if number in (20, 21, 40):
-            store = GoldenStore(FRAMES)
-        expected += [] if store.request(patch) else [patch]
-    assert run.fetched == expected
-    assert run.answers == patches
+        if number in restarts:
+            store.clear()
+        fetched += [] if store.request(patch) else [patch]
+    assert (store.hits, store.misses) == (len(patches) - len(fetched), len(fetched))
+    return fetched
+
+
+@pytest.mark.parametrize(("gap", "stall", "spread"), [(None, 0.0, 30), (0, 0.0, 30), (0, 0.6, 90), (12, 0.3, 5)])
+def test_fetches_follow_from_the_order_of_requests(gap, stall, spread):
+    """Whatever overlaps: the fetches are golden's, in its order; also of a store that was emptied."""
+    patches, restarts = drawn(240, 7, most=24), (80, 81, 160)
+    run = Run(patches, gap=gap, stall=stall, spread=spread, restarts=restarts)
+    assert run.fetched == fetches(patches, restarts)
+    assert Counter(run.answers) == Counter(patches)
+    assert {patch for patch in patches if fetches(patches).count(patch) > 2}, "patches are replaced"
 
 
 def test_one_fetch_serves_all_who_wait():
@@ -193,11 +203,22 @@ def test_one_fetch_serves_all_who_wait():
 
 
 def test_a_frame_in_use_is_not_renewed():
-    """Patches of one frame, all on their way at once: one of them is kept."""
+    """Patches of one frame, all in flight at once: the first one is kept; the one that replaces it waits for it."""
     patches = [1, 1 + FRAMES, 1 + 2 * FRAMES, 1, 1 + FRAMES]
     run = Run(patches, spread=60, gap=0)
     assert Counter(run.answers) == Counter(patches)
     assert run.fetched == [1, 1 + FRAMES, 1 + 2 * FRAMES, 1 + FRAMES]
+    others = [2 + FRAMES * (k % 3 + 1) for k in range(KEPT_OF - 1)]
+    run = Run([2, *others, 2, 1, 2 + 4 * FRAMES, 2 + 4 * FRAMES, 2], spread=60, gap=0)
+    assert run.fetched == [2, *others, 1, 2 + 4 * FRAMES, 2]
+
+
+def test_a_scene_larger_than_the_store_keeps_its_share():
+    """The same patches again and again: a store that replaced one at each miss would never hit."""
+    frustum = [*range(3 * FRAMES)]
+    run = Run(frustum * 8, gap=0, spread=3)
+    assert run.fetched == fetches(frustum * 8)
+    assert run.counts[0] > 0.2 * 8 * len(frustum)
 
 
 @pytest.mark.parametrize("seed", range(3))
