@@ -24,6 +24,7 @@ from golden.jobs.order import longest_first_at_the_end, proximity_order
 from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
 from golden.jobs.tile_sections import tile_sections
 from golden.memory_map import MemoryImage, phase_image
+from golden.memory_map.capacities import check_capacities
 from golden.memory_map.image_layout import aligned
 from golden.memory_map.layout import REGIONS
 from golden.memsys.cell_table import CellTable
@@ -309,6 +310,7 @@ class _Memory:
 def _phase(request, config, memory):
     table = request.table
     image = phase_image(request.records, request.geometry, table, config, weights=request.weights, plan=request.plan)
+    check_capacities(image, config)
     size = request.hit_format.bytes
     return JobPhase(
         request=request, image=image, address=memory.take(image.size),

@@ -166,9 +166,9 @@ def test_subshell_lists_pin_the_sections_of_their_schedule():
     config = CONFIG.replace({"ctu.subshell_bits": 10, "icu.rays": 1024})
     records = hemispheres(3)
     plan = schedule(records[0], scene().geometry, scene().shelling.table, config, clusters=2, ratio=4, capacity=64)
-    request = replace(requests()[0], records=records, cycles=None, plan=plan)
-    for one, pinned in ((config, True), (CONFIG, False)):
-        made = plan_job([request], one)
+    request = replace(requests()[0], records=records, cycles=None)
+    for one, given, pinned in ((config, plan, True), (CONFIG, plan.without_subshells(), False)):
+        made = plan_job([replace(request, plan=given)], one)
         listed = [section for section in made.sections if section]
         assert {section.cluster for section in listed} == ({0, 1} if pinned else {ANY_CLUSTER})
         for descriptor, section in zip(made.descriptors[1:], listed, strict=True):
@@ -180,7 +180,7 @@ def test_subshell_lists_pin_the_sections_of_their_schedule():
 @pytest.mark.parametrize(("change", "config", "options", "message"), [
     ({"cycles": [1.0]}, {}, {}, "Predicted cycles must be one for each of 5 frusta, not 1"),
     ({"hit_format": HitFormat.COMPACT}, {"icu.uv_bits": 9}, {}, "U and v must have at most 8 bits"),
-    ({}, {"ctu.near_cell_bits": 5, "ctu.shell_bits": 3}, {}, "last_shell must be 1 to"),
+    ({}, {"ctu.near_cell_bits": 5, "ctu.shell_bits": 3}, {}, "Shells must be at most 8"),
     ({}, {}, {"ring_bits": 32}, "Ring bits must be 0 to 31, not 32"),
     ({}, {}, {"ring_bits": -1}, "Ring bits must be 0 to 31, not -1"),
     ({}, {}, {"base": -1}, "Base must be at least 0, not -1")])

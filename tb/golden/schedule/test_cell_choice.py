@@ -10,7 +10,8 @@ from golden.config import PRESETS, Config
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
 from golden.icu.section_clip import SectionWindow
-from golden.memory_map import machine_image
+from golden.jobs.job import plan_job
+from golden.jobs.phase_request import phase_request
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
@@ -18,12 +19,10 @@ from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.cell_choice import CELLS, LIST_CELLS, choose_cell
 from golden.schedule.cycle_model import CELLS as WAITING
 from golden.schedule.cycle_model import END, FETCH, PATCH, SETUP, CycleModel, StageWork
-from golden.schedule.phase import machine_schedule
 from golden.schedule.square_scan import FEW, GROUP, SIDE, scanned_words
 from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.square_scan import SIDE_BITS
 from hw.ctu.survival import FEW as MACHINES_FEW
-from hw.host import check_image
 
 CONFIG = Config()
 
@@ -149,8 +148,7 @@ def test_cells_that_do_not_fit_are_no_candidates(cornell, changes):
     assert cell > min(CELLS)
     table = Shelling(geometry, config, cell=cell).table
     for record in records:
-        plan = machine_schedule(record, geometry, table, config, ratio=16)
-        check_image(machine_image(record, geometry, table, config, plan), config)
+        plan_job([phase_request([record], geometry, table, config, ratio=16)], config)
 
 
 def test_a_machine_too_small_for_any_cells_is_refused(cornell):
