@@ -113,7 +113,15 @@ class Host:
         return sum(word << 32 * k for k, word in enumerate(words))
 
     async def write(self, name: str, value: int) -> None:
-        """Write a register."""
+        """Write a register.
+
+        Raises
+        ------
+        ValueError
+            The value is out of the register's range.
+        """
+        if not 0 <= value < 1 << register(name).width:
+            raise ValueError(f"{name} must be from 0 to {(1 << register(name).width) - 1}, not {value!r}")
         for k in range(register(name).words):
             await self._port.write(self._addresses[name] + WORD_BYTES * k, value >> 32 * k & _WORD - 1)
 
@@ -227,17 +235,16 @@ class Host:
                                          f"for {idle} cycles")
             status = await self.status()
             if status["halted"] and not status["busy"]:
-                raise await self._error(job)
+                raise await self._error(job, records)
             await self._port.wait(POLL)
         return np.array(records, dtype=COMPLETION.dtype)
 
-    async def _error(self, job=None):
-        """That of the machine; with a job it names the descriptor that has ended in the same error."""
+    async def _error(self, job=None, records=()):
+        """That of the machine; of a job it names the descriptor that has ended in the same error."""
         code, work = ErrorCode(await self.read("error")), ""
-        if job is not None:
-            records = await self._arrived(job)
-            tags = records["tag"][records["error"] == code.value]
-            work = job.name(int(tags[0])) if len(tags) and tags[0] < len(job.sections) else ""
+        for record in [*records, *await self._arrived(job)] if job else []:
+            if record["error"] == code.value and record["tag"] < len(job.sections):
+                work = job.name(int(record["tag"]))
         return EngineError(code, await self.read("error_cluster"), await self.read("error_address"), work=work)
 
     async def command(self, *names: str) -> None:

@@ -1,264 +1,264 @@
-"""The host's driver at a machine that only has registers."""
+"""The host's driver at a machine that only has registers and rings."""
 
 import asyncio
 
 import numpy as np
 import pytest
 
-from golden.config import PRESETS
 from golden.errors import InputError
-from golden.memory_map import MemoryImage
-from hw.host import LIVES, POLL, EngineError, EngineTimeoutError, Host, Port, check_image
-from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
+from golden.jobs.completion import COMPLETION, lap
+from golden.jobs.descriptor import DESCRIPTOR, Kind
+from golden.jobs.job import plan_job
+from hw.cluster import COUNTERS
+from hw.host import POLL, EngineError, EngineTimeoutError, Host, Port, check_completions
+from hw.memsys.cache_policy import CachePolicy
+from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from tb.system.scenes import frusta
+from tb.golden.jobs.jobs import CONFIG, job, requests
 
-CONFIG = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
 ADDRESSES = addresses(ENGINE_REGISTERS)
+# Numbers of descriptors before the job: they wrap in it.
+BEFORE = (1 << 32) - 3
 
 
-class Registers(Port):
-    """Registers without a machine; busy for some reads of ``status``."""
+class Queue(Port):
+    """Registers and main memory, and a machine that completes some descriptors with each wait, the later ones first."""
 
-    def __init__(self):
-        self.values, self.memory, self.commands = {}, {}, []
-        self.set("magic", MAGIC)
-        self.set("version", VERSION)
-        self.set("clusters", 2)
-        self.looks, self.busy, self.waited = 0, 0, 0
-        # Commands that the machine refuses, with the error.
-        self.refuses = {}
+    def __init__(self, size=1 << 22):
+        self.values, self.memory, self.commands, self.waited = {}, bytearray(b"\xa5" * size), [], 0
+        for name, value in (("magic", MAGIC), ("version", VERSION), ("clusters", 2), ("doorbell", BEFORE),
+                            ("taken", BEFORE), ("completed", BEFORE)):
+            self.set(name, value)
+        # Descriptors per wait, and the tag after which the queue halts, with an error.
+        self.speed, self.halts_at, self.code = 2, None, ErrorCode.PATH_TIMEOUT
+        self.most = 0
 
     def set(self, name, value):
         """What a register holds."""
         for word in range(register(name).words):
             self.values[ADDRESSES[name] + 4 * word] = value >> 32 * word & 0xFFFFFFFF
 
+    def get(self, name):
+        """The same."""
+        return sum(self.values.get(ADDRESSES[name] + 4 * word, 0) << 32 * word for word in range(register(name).words))
+
     async def read(self, address):
-        if address == ADDRESSES["status"] and self.busy:
-            self.busy -= 1
-            return register("status").pack(loads=1, casts=1, writes=1)
         return self.values.get(address, 0)
 
     async def write(self, address, value):
         if address == ADDRESSES["command"]:
-            self.commands.append(command := register("command").unpack(value))
-            self.busy = self.looks
-            refused = next((self.refuses[name] for name, bit in command.items() if bit and name in self.refuses), None)
-            if refused is not None:
-                self.busy = 0
-                self.set("error", refused.value)
-            if refused is not None or command["clear"]:
-                self.set("status", register("status").pack(failed=int(not command["clear"])))
+            self.commands.append({name for name, bit in register("command").unpack(value).items() if bit})
         else:
             self.values[address] = value
 
     async def read_memory(self, address, size):
-        return self.memory[address][:size]
+        return bytes(self.memory[address:address + size])
 
     async def write_memory(self, address, data):
-        self.memory[address] = data
+        self.memory[address:address + len(data)] = data
 
     async def wait(self, cycles):
         self.waited += cycles
+        taken = self.get("taken")
+        count = (self.get("doorbell") - taken) % (1 << 32)
+        self.most = max(self.most, count)
+        for number in reversed(range(taken, taken + min(count, self.speed))):
+            self._complete(number % (1 << 32))
+        self.set("taken", (taken + min(count, self.speed)) % (1 << 32))
 
-
-@pytest.fixture(scope="module")
-def frustum():
-    return frusta("cornell", CONFIG, cell=0.5)[0]
+    def _complete(self, number):
+        bits, done = self.get("ring_bits"), self.get("completed")
+        entry = self.get("ring") + number % (1 << bits) * DESCRIPTOR.dtype.itemsize
+        descriptor = np.frombuffer(self.memory, DESCRIPTOR.dtype, 1, entry)[0]
+        record = np.zeros(1, COMPLETION.dtype)
+        record["tag"], record["lap"], record["cluster"] = descriptor["tag"], lap(done, bits), 1
+        if descriptor["tag"] == self.halts_at:
+            record["error"], record["address"] = self.code.value, 99
+            self.set("error", self.code.value)
+            self.set("error_cluster", 1)
+            self.set("error_address", 99)
+            self.set("status", register("status").pack(halted=1, failed=1))
+        at = self.get("completions") + done % (1 << bits) * COMPLETION.dtype.itemsize
+        self.memory[at:at + COMPLETION.dtype.itemsize] = record.tobytes()
+        self.set("completed", (done + 1) % (1 << 32))
 
 
 @pytest.fixture
 def port():
-    return Registers()
+    return Queue()
 
 
-def test_a_load_says_where_everything_is(port, frustum):
-    host, base = Host(port, CONFIG, base=0x12_0000_0040), 0x12_0000_0040
-    port.looks = 3
-    asyncio.run(host.identify())
-    asyncio.run(host.load(frustum.image))
-    data = frustum.image.to_bytes()
-    assert port.memory == {base: data}
-    assert [asyncio.run(host.read(name)) for name in ("image", "read_base", "read_limit")] == [
-        base, base, base + len(data)]
-    assert asyncio.run(host.read("regions")).bit_count() == sum(map(len, LIVES.values()))
-    assert [command["load"] for command in port.commands] == [1]
-    assert port.waited > 0
-    # A frustum from another address: the scene is still read from the first one.
-    asyncio.run(host.load(frustum.image, lives=("rays", "frustum"), base=base + (1 << 20)))
-    assert asyncio.run(host.read("read_base")) == base
-    assert asyncio.run(host.read("read_limit")) == base + (1 << 20) + len(data)
+def run(coroutine):
+    return asyncio.run(coroutine)
+
+
+def begun(port, **given):
+    """A host whose job has begun."""
+    host = Host(port, CONFIG)
+    run(host.begin(job(), **given))
+    return host
+
+
+def test_a_job_begins_with_its_tables_and_empty_rings(port):
+    host = begun(port)
+    for address, data in job().tables().items():
+        assert bytes(port.memory[address:address + len(data)]) == data
+    completions = slice(job().completions, job().completions + (64 << job().ring_bits))
+    assert not any(port.memory[completions])
+    assert {name: port.get(name) for name in ("ring", "completions", "ring_bits")} == {
+        name: getattr(job(), name) for name in ("ring", "completions", "ring_bits")}
+    for kind in "read", "write":
+        assert (port.get(f"{kind}_base"), port.get(f"{kind}_limit")) == (job().base, job().end)
+    assert port.get("policy") == CachePolicy[CONFIG.memsys.cache_policy.upper()].value
+    assert host.room(job()) == 8
+    begun(port, window=(64, 1 << 40), policy=CachePolicy.DIRECT)
+    assert (port.get("write_base"), port.get("read_limit"), port.get("policy")) == (64, 1 << 40, 0)
+
+
+def test_all_descriptors_pass_a_ring_that_is_shorter(port):
+    host, looks = begun(port), []
+
+    async def watch(completed):
+        looks.append((completed, port.get("doorbell")))
+
+    records = run(host.run(job(), watch=watch))
+    assert sorted(records["tag"]) == list(range(len(job().descriptors)))
+    assert records["tag"][:4].tolist() == [1, 0, 3, 2], "in the order of completion"
+    assert port.get("doorbell") == (BEFORE + len(job().descriptors)) % (1 << 32)
+    assert port.most == 8, "the ring is full"
+    # The first look is behind the first doorbell.
+    assert looks[0] == (0, (BEFORE + 8) % (1 << 32))
+    assert [completed for completed, _ in looks] == sorted(completed for completed, _ in looks)
+
+
+def test_other_descriptors_and_single_submissions(port):
+    host, two = begun(port), job().descriptors[[3, 1]]
+    assert sorted(run(host.run(job(), two))["tag"]) == [1, 3]
+    run(host.submit(job(), list(two)))
+    assert host.room(job()) == 6
+    assert len(run(host.collect(job()))) == 0
+    run(port.wait(1))
+    assert sorted(run(host.collect(job()))["tag"]) == [1, 3]
+    assert host.room(job()) == 8
 
 
 @pytest.mark.parametrize(("name", "message"), [("magic", "magic must be"), ("version", "version must be"),
-                                               ("clusters", "clusters must be 2, not 7")])
+                                               ("clusters", "clusters must be 0x2, not 0x7")])
 def test_another_machine_is_refused(port, name, message):
+    run(Host(port, CONFIG).identify())
     port.set(name, 7)
     with pytest.raises(InputError, match=message):
-        asyncio.run(Host(port, CONFIG).identify())
+        run(Host(port, CONFIG).identify())
 
 
-def test_errors_are_reported_and_cleared(port, frustum):
-    host = Host(port, CONFIG)
-    for name, value in ("error", ErrorCode.PATH_BUS.value), ("error_cluster", 1), ("error_address", 99):
+def test_a_queue_that_halts_is_an_error_that_names_the_frustum(port):
+    host, port.halts_at = begun(port), 5
+    one = job().sections[5]
+    with pytest.raises(EngineError, match=rf"^frustum {one.frustum} of phase 0, columns {one.section.first_column} to "
+                       r".*: PATH_TIMEOUT: a reply .* \(cluster 1, at 0x63\)$") as raised:
+        run(host.run(job()))
+    assert "\n" not in str(raised.value)
+    assert (raised.value.code, raised.value.cluster, raised.value.address) == (ErrorCode.PATH_TIMEOUT, 1, 99)
+    # What has not been taken is not taken by the next job.
+    port.set("status", 0)
+    begun(port)
+    assert port.get("doorbell") == port.get("taken")
+
+
+def test_a_queue_that_halts_by_itself_is_an_error(port):
+    host = begun(port)
+    for name, value in ("error", ErrorCode.RING.value), ("error_address", 9):
         port.set(name, value)
-    port.set("status", register("status").pack(failed=1))
-    with pytest.raises(EngineError, match=r"PATH_BUS: a cell or a patch .* \(cluster 1, at 0x63\)") as raised:
-        asyncio.run(host.load(frustum.image))
-    assert (raised.value.code, raised.value.cluster, raised.value.address) == (ErrorCode.PATH_BUS, 1, 99)
-    assert port.commands[-1]["clear"]
+    port.set("status", register("status").pack(halted=1, failed=1, busy=1))
+    port.speed = 0
+    original = port.wait
 
+    async def wait(cycles):
+        """Descriptors in flight end before the error is reported."""
+        await original(cycles)
+        if port.waited >= 3 * POLL:
+            port.set("status", register("status").pack(halted=1, failed=1))
 
-class Resets(Registers):
-    """After a command units are in reset for some reads of ``status``."""
-
-    async def read(self, address):
-        if address == ADDRESSES["status"] and self.busy:
-            self.busy -= 1
-            return register("status").pack(stops=1, failed=1)
-        return await super().read(address)
-
-
-def test_an_error_that_ends_in_a_reset_is_reported_after_it(frustum):
-    port = Resets()
-    port.looks = 3
-    port.set("error", ErrorCode.READ_TIMEOUT.value)
-    port.set("status", register("status").pack(failed=1))
-    with pytest.raises(EngineError, match="READ_TIMEOUT"):
-        asyncio.run(Host(port, CONFIG).load(frustum.image))
+    port.wait = wait
+    with pytest.raises(EngineError, match=r"^RING: the doorbell is .* \(cluster 0, at 0x9\)$"):
+        run(host.run(job()))
     assert port.waited == 3 * POLL
-    assert port.commands[-1]["clear"]
 
 
-def test_an_endless_command_times_out(port, frustum):
-    host = Host(port, CONFIG)
-    port.looks = 1000
-    with pytest.raises(EngineTimeoutError, match="loads after 5000 cycles still"):
-        asyncio.run(host.load(frustum.image, timeout=5000))
+def test_records_with_errors_are_a_line_each():
+    records = np.zeros(4, COMPLETION.dtype)
+    records["tag"], records["cluster"] = [0, 2, 3, 1], [0xFF, 1, 0, 1]
+    check_completions(job(), records)
+    records["error"][2:], records["address"][2] = [ErrorCode.OVERFLOW.value, ErrorCode.NOT_LOADED.value], 7
+    with pytest.raises(EngineError, match=r"^frustum \d of phase 0, columns \d+ to \d+, rows \d+ to \d+: OVERFLOW: the "
+                       r"sum .* \(cluster 0, at 0x7\)$"):
+        check_completions(job(), records)
+    records["error"][0] = ErrorCode.IMAGE.value
+    with pytest.raises(EngineError, match=r"^load of tables: IMAGE: .* \(no cluster, at 0x0\)$"):
+        check_completions(job(), records)
+    # Of a job of one phase the phase need not be named.
+    made = plan_job(requests()[:1], CONFIG)
+    with pytest.raises(EngineError, match=r"^frustum \d, columns"):
+        check_completions(made, records[2:])
 
 
-@pytest.mark.parametrize(("changes", "message"), [
-    ({"noc.columns": 4}, "must be for 4 clusters, not 2"),
-    ({"icu.rays": 64}, r"Tiles of a section must be at most 4 \(icu.rays\), not"),
-    ({"ctu.shell_bits": 3, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 6},
-     r"Columns of grid rays must be at most 64 \(ctu.grid_column_bits\), not")])
-def test_images_beyond_the_capacity_are_refused(frustum, changes, message):
-    check_image(frustum.image, CONFIG)
-    with pytest.raises(InputError, match=message):
-        check_image(frustum.image, CONFIG.replace(changes))
+def test_an_endless_job_times_out(port):
+    host, port.speed = begun(port), 0
+    with pytest.raises(EngineTimeoutError, match="completed 0 of 18 descriptors, and none for 5000 cycles"):
+        run(host.run(job(), timeout=5000))
+    assert len(job().descriptors) == 18
 
 
-# By region: its capacity, and the records that it can hold besides.
-CAPACITIES = {
-    "columns": ("Columns", 1 << CONFIG.icu.side_bits, 0), "rows": ("Rows", 1 << CONFIG.icu.side_bits, 0),
-    "patches": ("Patches", 1 << CONFIG.icu.patch_bits, 0), "cells": ("Cells", CONFIG.memsys.scene_cells, 0),
-    "near_cells": ("Cells of shell 1", 1 << CONFIG.ctu.near_cell_bits, 0),
-    "shells": ("Shells", 1 << CONFIG.ctu.shell_bits, 2),
-    "grid_rows": ("Rows of grid rays", 1 << CONFIG.ctu.grid_row_bits, 0),
-    "grid_columns": ("Columns of grid rays", 1 << CONFIG.ctu.grid_column_bits, 0)}
+def test_a_halted_queue_is_resumed_from_an_image(port):
+    host, (phase, *_) = begun(port), job().phases
+    original, port.values[ADDRESSES["status"]] = port.wait, register("status").pack(halted=1)
+
+    async def wait(cycles):
+        await original(cycles)
+        if port.waited >= 300:
+            port.set("status", 0)
+
+    port.wait = wait
+    run(host.resume(phase.address))
+    assert port.waited == 300
+    assert port.get("image") == phase.address
+    # Every cluster holds all patches of the scene: the tables of the first one are for all.
+    assert port.commands == [{"clear"}, {"resume", "copies"}]
 
 
-@pytest.mark.parametrize("region", CAPACITIES)
-def test_capacities(frustum, region):
-    what, most, besides = CAPACITIES[region]
-    for count in most - 1, most, most + 1:
-        records = np.zeros(count - besides, dtype=frustum.image[region].dtype)
-        image = MemoryImage({**frustum.image.regions, region: records})
-        if count <= most:
-            check_image(image, CONFIG)
-        else:
-            with pytest.raises(InputError, match=rf"{what} must be at most {most} \(.*\), not {count}"):
-                check_image(image, CONFIG)
+def test_a_resume_that_fails_or_never_ends(port):
+    host = begun(port)
+    port.set("status", register("status").pack(halted=1))
+    with pytest.raises(EngineTimeoutError, match="halted after 2000 cycles still"):
+        run(host.resume(64, timeout=2000))
+    assert port.commands[-1] == {"resume"}, "no image of a job"
+    port.set("status", register("status").pack(halted=1, failed=1))
+    port.set("error", ErrorCode.IMAGE.value)
+    with pytest.raises(EngineError, match=r"^IMAGE: "):
+        run(host.resume(64))
 
 
-@pytest.mark.parametrize(("field", "most", "message"), [
-    ("residents", CONFIG.memsys.own_patches, "Patches of a resident set"),
-    ("subshells", CONFIG.ctu.subshells, "Subshells of a cluster"), ("end_column", 256, "Tiles of a section")])
-def test_capacities_of_a_cluster(frustum, field, most, message):
-    clusters = frustum.image["clusters"].copy()
-    # Of 4 x 4 rays each.
-    clusters["first_column"], clusters["first_row"], clusters["end_row"] = 0, 0, 16
-    clusters["end_column"], clusters["subshells"], clusters["residents"] = 64, 0, 0
-    image = MemoryImage({**frustum.image.regions, "clusters": clusters})
-    for value in range(max(0, most - 1), most + 2):
-        clusters[field][1] = value
-        if value <= most:
-            check_image(image, CONFIG)
-        else:
-            with pytest.raises(InputError, match=f"{message} must be at most"):
-                check_image(image, CONFIG)
-
-
-@pytest.mark.parametrize(("name", "most"), [("total", (1 << 44) - 1), ("regions", (1 << 17) - 1), ("policy", 3),
-                                            ("image", (1 << 64) - 1)])
+@pytest.mark.parametrize(("name", "most"), [("ring", (1 << 64) - 1), ("doorbell", (1 << 32) - 1), ("policy", 3),
+                                            ("ring_bits", 31), ("image", (1 << 64) - 1)])
 def test_registers_hold_what_is_written(port, name, most):
     host = Host(port, CONFIG)
-    asyncio.run(host.write(name, most))
-    assert asyncio.run(host.read(name)) == most
+    run(host.write(name, most))
+    assert run(host.read(name)) == most
     for value in -1, most + 1:
         with pytest.raises(ValueError, match=f"{name} must be from 0 to {most}, not {value}"):
-            asyncio.run(host.write(name, value))
+            run(host.write(name, value))
 
 
-def test_clusters_are_their_nodes(frustum):
-    clusters = frustum.image["clusters"].copy()
-    clusters["processor"] = np.array([1, 0])
-    with pytest.raises(InputError, match="Cluster k must be processor k"):
-        check_image(MemoryImage({**frustum.image.regions, "clusters": clusters}), CONFIG)
+def test_counters_of_each_cluster(port):
+    for cluster in range(2):
+        for index in range(len(COUNTERS)):
+            port.values[COUNTERS_BASE + 4 * ((cluster << COUNTER_BITS) + index)] = 100 * cluster + index
+    found = run(Host(port, CONFIG).counters())
+    assert found == [{name: 100 * cluster + index for index, name in enumerate(COUNTERS)} for cluster in range(2)]
+    name = next(reversed(COUNTERS))
+    assert run(Host(port, CONFIG).counters([name])) == [{name: found[0][name]}, {name: found[1][name]}]
 
 
-def test_a_refused_command_changes_nothing(port, frustum):
-    host, far = Host(port, CONFIG), 1 << 20
-    image = frustum.image
-    size = image.offsets["hits"]
-    port.memory = {at + image.offsets[name]: image[name].tobytes() for at in (0, far) for name in ("hits", "sums")}
-
-    async def bench():
-        await host.load(image)
-        await host.cast()
-        port.refuses = {"load": ErrorCode.COMMAND}
-        with pytest.raises(EngineError, match="COMMAND"):
-            await host.load(image, base=far)
-        port.refuses = {"cast": ErrorCode.NOT_LOADED}
-        with pytest.raises(EngineError, match="NOT_LOADED"):
-            await host.start()
-        port.refuses = {}
-        # The frustum that was cast is the one at 0 still, and there is none before it.
-        await host.results()
-        assert await host.read("write_base") == size
-        with pytest.raises(InputError, match="A frustum must have been cast"):
-            await host.results(earlier=True)
-        # A load of a frustum reads the scene from 0, where the load was accepted.
-        await host.load(image, lives=("rays", "frustum"), base=far)
-        assert await host.read("read_base") == 0
-        await host.cast()
-        await host.results()
-        assert await host.read("write_base") == far + size
-        await host.results(earlier=True)
-        assert await host.read("write_base") == size
-
-    asyncio.run(bench())
-
-
-def test_nothing_is_left_after_a_stop(port, frustum):
-    host = Host(port, CONFIG)
-
-    async def bench():
-        await host.load(frustum.image)
-        await host.cast()
-        await host.stop()
-        with pytest.raises(InputError, match="A frustum must have been cast"):
-            await host.results()
-
-    asyncio.run(bench())
-
-
-def test_an_image_ends_within_memory(port, frustum):
-    top = 1 << CONFIG.memory.address_bits
-    size = len(frustum.image.to_bytes())
-    asyncio.run(Host(port, CONFIG, base=top - size).load(frustum.image))
-    assert asyncio.run(Host(port, CONFIG).read("read_limit")) == top
-    with pytest.raises(InputError, match="must end at 0x"):
-        asyncio.run(Host(port, CONFIG, base=top - size + 64).load(frustum.image))
+def test_loads_and_sections_are_in_the_job():
+    assert list(job().descriptors["kind"]).count(Kind.LOAD) == 3
