@@ -20,7 +20,7 @@ def words(image: MemoryImage, cluster: int) -> Iterator[dict]:
             listed = image.subshells(cluster)
             array = np.zeros(len(listed), dtype=array.dtype)
             array["patch"], array["shell"] = listed.T
-        if region.life == "result" or region.name in ("patches", "residents") or not len(array):
+        if region.name in ("patches", "residents") or not len(array):
             continue
         data = np.frombuffer(array.tobytes(), dtype="<u4" if region.dtype.itemsize == 4 else "<u8")
         for record, row in enumerate(data.reshape(len(array), -1)):

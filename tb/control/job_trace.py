@@ -9,8 +9,8 @@ from amaranth.hdl import Cat, Module, Signal, Value
 from amaranth.sim import Simulator
 
 from golden.config import Config
+from golden.control.job_control import COPIES, STATUS, Fault, Inputs, JobControl, Load, Outputs, Record, Registers
 from golden.jobs.load_regions import LOADED_REGIONS
-from golden.control.job_control import STATUS, Inputs, JobControl, Load, Outputs, Record, Registers
 from hw.control import job_control as hardware
 from hw.registers.error_code import NETWORK, ErrorCode
 from tb.lib.payload import pack, unpack
@@ -99,6 +99,9 @@ class Environment:
         self._host(said)
         if command is None and self._first is not None and event is None:
             command, self._first = self._first, None
+        if command is not None and cycle % 2:
+            # Of a resume alone it has an effect.
+            command |= 1 << COPIES
         self._fault(event)
         begins = self._clusters()
         self._dispatch(said)
@@ -173,7 +176,8 @@ class Environment:
                 self._phase = "unread"
             elif kind == "load":
                 self._phase = "load"
-                self._offered = Load(tag=self._tag, image=0x2000 + 64 * self._next, regions=LOADED_REGIONS)
+                self._offered = Load(tag=self._tag, image=0x2000 + 64 * self._next, regions=LOADED_REGIONS,
+                                     copies=self._next % 3 == 0)
             else:
                 self._phase, self._left = "sending", draw.randint(1, 6)
         elif self._phase == "sending":

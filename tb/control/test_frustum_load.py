@@ -1,4 +1,4 @@
-"""What an image says of a frustum comes to the units as their benches give it to them."""
+"""What an image says of the rays of a phase comes to the units as their benches give it to them."""
 
 import random
 
@@ -8,7 +8,7 @@ from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, Screen, screen_record
-from golden.memory_map import GRID_RAY_BITS, WEIGHT_BITS, machine_image
+from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, WEIGHT_BITS, phase_image
 from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
@@ -19,7 +19,7 @@ from hw.memsys.memory_formats import MemoryFormats
 from tb.control.image_words import words
 from tb.ctu.grid_load import unit_writes
 from tb.golden.schedule.scenes import Case, case
-from tb.icu.frustum_load import frustum_payload, table_writes
+from tb.icu.frustum_load import table_writes
 from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
@@ -36,7 +36,7 @@ def given(request):
     else:
         weights = Hemisphere(64, 16).polar_weights
     plan = schedule(made.record, made.geometry, made.shelling.table, CONFIG, clusters=2, ratio=16)
-    image = machine_image(made.record, made.geometry, made.shelling.table, CONFIG, plan, weights=weights)
+    image = phase_image([made.record], made.geometry, made.shelling.table, CONFIG, weights=weights, plan=plan)
     return made, weights, image, plan.partition.sections[CLUSTER]
 
 
@@ -44,7 +44,7 @@ def load(items):
     """What comes out, stream by stream, and what stays; the taker of the tables stalls at random."""
     dut, found, numbers = FrustumLoad(config=CONFIG), {}, {}
     shape, draw = MemoryFormats(CONFIG).table_word, random.Random(3)
-    streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_near", "o_subshell")}
+    streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_subshell")}
     found = {name: [] for name in streams}
 
     async def bench(ctx):
@@ -65,11 +65,8 @@ def load(items):
                 await ctx.tick()
         ctx.set(dut.i.valid, 0)
         await ctx.tick()
-        for name in ("numbers", "section"):
-            value = getattr(dut, name)
-            numbers[name] = unpack(value.shape(), ctx.get(value.as_value()))
-        for name in ("last_shell", "near_cells", "subshells"):
-            numbers[name] = ctx.get(getattr(dut, name))
+        numbers["cells"] = unpack(dut.cells.shape(), ctx.get(dut.cells.as_value()))
+        numbers["subshells"] = ctx.get(dut.subshells)
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
@@ -93,31 +90,21 @@ def test_tables_and_numbers(given):
         tables += [{"kind": 2, "index": row, "data": 0} for row in range(record.rows)]
     assert ordered(found["o_table"], table_write) == ordered(tables, table_write)
     unit = made.shelling.cluster(record, section).traversal
-    assert ordered(found["o_grid"], grid_write) == ordered(unit_writes(unit, config),
-                                                                         grid_write)
-    near = image["near_cells"]["cell"].tolist()
-    assert found["o_near"] == [{"address": address, "cell": cell} for address, cell in enumerate(near)]
+    assert ordered(found["o_grid"], grid_write) == ordered(unit_writes(unit, config), grid_write)
     listed = image.subshells(CLUSTER).tolist()
     assert found["o_subshell"] == [{"address": address, "patch": patch, "shell": shell}
                                    for address, (patch, shell) in enumerate(listed)]
     assert listed or record.is_screen
 
-    payload = frustum_payload(record, section, config)
-    assert numbers["section"] == payload.pop("section")
-    payload.pop("tiles_across")
-    assert {name: numbers["numbers"][name] for name in payload} == payload
-    assert numbers["numbers"]["to_global"] == record.to_global.tolist()
-    assert numbers["numbers"]["grid_origin"] == made.shelling.table.position(record.origin).tolist()
-    assert numbers["numbers"]["cells"] == made.shelling.table.shape.tolist()
-    assert (numbers["last_shell"], numbers["near_cells"], numbers["subshells"]) == (
-        unit.last_shell, len(near), len(listed))
+    assert numbers == {"cells": made.shelling.table.shape.tolist(), "subshells": len(listed)}
 
 
-def test_a_frustum_without_shells_follows_one_with_some(given):
-    *_, image, _ = given
-    items = list(words(image, CLUSTER))
-    _, numbers = load(items + [item for item in items if item["region"] == RegionNumber.FRUSTUM.value])
-    assert (numbers["last_shell"], numbers["near_cells"]) == (1, 0)
+def test_numbers_are_those_of_the_last_image(given):
+    image = given[2]
+    items, cells = list(words(image, CLUSTER)), RegionNumber.CELL_GRID.value
+    others = [item | {"data": 2 << 32 | 1} if item["region"] == cells else item for item in items]
+    _, numbers = load(others + [item for item in items if item["region"] != RegionNumber.CLUSTERS.value])
+    assert numbers == {"cells": image["cell_grid"]["shape"][0].tolist(), "subshells": len(image.subshells(CLUSTER))}
 
 
 def word(region, record, number, data):
@@ -127,24 +114,21 @@ def word(region, record, number, data):
 
 def test_the_largest_numbers_come_through():
     ctu, icu, weight = CONFIG.ctu, CONFIG.icu, (1 << WEIGHT_BITS) - 1
-    near, listed, shell = 1 << ctu.near_cell_bits, 1 << ctu.subshell_bits, 1 << ctu.shell_bits
+    listed, shell, shape = 1 << ctu.subshell_bits, 1 << ctu.shell_bits, (1 << GRID_SHAPE_BITS) - 1
     side, rays = 1 << icu.side_bits, (1 << GRID_RAY_BITS) - 1
     found, numbers = load([
-        *(word("FRUSTUM", 0, number, side << 32 | side) for number in range(3)), word("CLUSTERS", 0, 0, side << 32),
-        word("CLUSTERS", 0, 1, side << 32), word("CLUSTERS", 0, 3, listed), word("ROWS", side - 1, 1, weight),
-        word("NEAR_CELLS", near - 1, 0, 5), *(word("SHELLS", shell - 3, number, 0) for number in range(4)),
-        word("SHELLS", shell - 3, 4, rays), word("SUBSHELLS", listed - 1, 0, 7 << 32 | 3),
+        word("CELL_GRID", 0, 2, shape << 32 | shape), word("CELL_GRID", 0, 3, shape),
+        word("CLUSTERS", 0, 0, listed << 32), word("ROWS", side - 1, 1, weight),
+        *(word("SHELLS", shell - 3, number, 0) for number in range(4)), word("SHELLS", shell - 3, 4, rays),
+        word("SUBSHELLS", listed - 1, 0, 7 << 32 | 3),
         # A list that is too long is refused when it is cast; what does not fit the table is not written.
         word("SUBSHELLS", listed, 0, 9 << 32 | 9)])
     assert found["o_table"] == [{"kind": TableKind.WEIGHT.value, "index": side - 1, "data": weight}]
-    assert found["o_near"] == [{"address": near - 1, "cell": 5}]
     assert found["o_subshell"] == [{"address": listed - 1, "patch": 3, "shell": 7}]
     (grid,) = found["o_grid"]
     assert grid["index"] == shell - 1
     assert unpack(CtuFormats(CONFIG).grid_shell, grid["data"])["first_ray"] == rays
-    assert (numbers["near_cells"], numbers["last_shell"], numbers["subshells"]) == (near, shell - 1, listed)
-    assert (numbers["section"]["end_column"], numbers["section"]["end_row"]) == (side, side)
-    assert (numbers["numbers"]["columns"], numbers["numbers"]["rows"]) == (side, side)
+    assert numbers == {"cells": [shape] * 3, "subshells": listed}
 
 
 def test_latency():

@@ -31,7 +31,9 @@ def check(benches, plan):
         if expected.tag is None:
             one = replace(one, tag=None)
         if expected.load and one.load:
-            assert one.load == {"image": expected.load.image, "regions": one.load["regions"]}
+            load = expected.load
+            assert one.load == {"image": load.image, "regions": one.load["regions"], "copies": load.copies}
+            assert one.load["regions"] & load.regions == load.regions
             one = replace(one, load=expected.load)
         assert one == expected, f"cycle {cycle}, in which the control sees {seen}"
     return found, around
@@ -56,7 +58,8 @@ def test_a_queue_without_faults(benches, nodes, seed):
 @pytest.mark.parametrize("nodes", NODES)
 def test_an_event_at_any_time(benches, nodes, event):
     """Stops and faults with 0 to 3 sections of a cluster in flight, in a load, and while idle."""
-    coverage = Coverage(["in a load", "idle", *(f"{count} in flight" for count in range(4))])
+    coverage = Coverage(["in a load", "idle", "resumed with copies", "resumed without copies",
+                         *(f"{count} in flight" for count in range(4))])
     kinds = ("load", *("section",) * 9, "load", *("section",) * 3)
     is_thorough = (nodes, event) == (2, "stop")
     for cycle in range(3, 220, 6 if is_thorough else 43):
@@ -67,6 +70,9 @@ def test_an_event_at_any_time(benches, nodes, event):
         seen = found[cycle][1]
         coverage.hit("in a load", seen.status["loading"])
         coverage.hit("idle", not seen.status["busy"])
+        resumes = {said.load.copies for given, said in found if said.load and said.load.image == given.registers.image}
+        coverage.hit("resumed with copies", True in resumes)
+        coverage.hit("resumed without copies", False in resumes)
         for count in range(4):
             coverage.hit(f"{count} in flight", count in in_flight(found, cycle, nodes))
         assert any(said.status["halted"] for _, said in found[cycle:])

@@ -27,8 +27,8 @@ class Dispatch:
         self._simulator, self._given = Simulator(self._dut), None
         self._simulator.add_clock(1e-8)
 
-    def run(self, ones, *, seed=0, gaps=0.0, wants=None, loaded=True, errors=(), cycles=2000, enable=lambda cycle: 1,
-            slow=0.0):
+    def run(self, ones, *, seed=0, gaps=0.0, wants=None, loaded=True, last_shell=63, errors=(), cycles=2000,
+            enable=lambda cycle: 1, slow=0.0):
         """What happens, as (cycle, event) in order.
 
         Parameters
@@ -39,13 +39,16 @@ class Dispatch:
             How often no word is offered.
         wants
             From a cycle to the clusters that want a section; default: all, and again some cycles after each section.
+        last_shell
+            The last shell that has been loaded.
         errors
             Of words: number of the descriptor and index.
         slow
             How often loads and refusals are not accepted.
         """
         self._given = {"ones": ones, "seed": seed, "gaps": gaps, "wants": wants, "loaded": loaded,
-                       "errors": set(errors), "cycles": cycles, "enable": enable, "slow": slow}
+                       "last_shell": last_shell, "errors": set(errors), "cycles": cycles, "enable": enable,
+                       "slow": slow}
         if hasattr(self, "found"):
             self._simulator.reset()
         else:
@@ -70,6 +73,7 @@ class Dispatch:
         shape = dut.i.payload.shape()
         wanting = dict.fromkeys(range(nodes), 1)
         ctx.set(dut.loaded, int(given["loaded"]))
+        ctx.set(dut.last_shell, given["last_shell"])
         offered = False
         outputs = [dut.i.ready, dut.failed]
         for one in dut.o, dut.o_sent, dut.o_load, dut.o_refused:
@@ -126,7 +130,7 @@ def outcomes(found):
     return reported
 
 
-def check(ones, found, *, loaded=True):
+def check(ones, found, *, loaded=True, last_shell=63):
     """Each descriptor is sent, refused or loaded as golden's rules say."""
     reported = outcomes(found)
     assert len(reported) == len(ones)
@@ -141,13 +145,15 @@ def check(ones, found, *, loaded=True):
             assert [word["void"] for word in words] == [0] * (len(words) - 1) + [int(event != "sent")]
             assert len({word["cluster"] for word in words}) == 1
             assert one["cluster"] in (ANY_CLUSTER, words[0]["cluster"])
-        if refusal or (one["kind"] == 0 and not loaded):
-            code, byte = (refusal.code, refusal.byte) if refusal else ("NOT_LOADED", 0)
+        is_missing = one["kind"] == 0 and (not loaded or one["last_shell"] > last_shell)
+        if refusal or is_missing:
+            code, byte = (refusal.code, refusal.byte) if refusal else ("NOT_LOADED", 52 if loaded else 0)
             assert (event, ErrorCode(value["code"]).name, value["number"]) == ("refused", code, byte)
             assert value["cluster"] == NO_CLUSTER
         elif one["kind"] == 1:
             assert (event, words) == ("load", [])
             assert (value["image"], value["regions"]) == (int(one["hits"]), int(one["regions"]) & REGIONS)
+            assert value["copies"] == (one["cluster"] == 0)
         else:
             assert event == "sent"
             assert value["cluster"] == words[0]["cluster"]
@@ -180,7 +186,8 @@ LIMITS = [
     *({**WHOLE, "end_column": 16 * TILE + more, "columns": SIDE, "end_row": TILES // 16 * TILE + below, "rows": SIDE}
       for more in (-1, 0, 1) for below in (-1, 0, 1)),
     {"kind": 1, "hit_format": 9, "sums": 9, "near_cells": 1, "near_count": 1 << 20, "last_shell": 0, "end_column": 0},
-    {"kind": 1, "hits": 32}, {"kind": 1, "cluster": 77}, {"kind": 1, "context": 1}, {"kind": 1, "reserved": 2},
+    {"kind": 1, "hits": 32}, {"kind": 1, "context": 1}, {"kind": 1, "reserved": 2},
+    *({"kind": 1, "cluster": value} for value in (0, 1, CLUSTERS - 1, CLUSTERS, 77, ANY_CLUSTER - 1, ANY_CLUSTER)),
     {"kind": 1, "hits": 1 << 40}, {"version": 7, "kind": 9}, {"sums": 2, "reserved": 1}, {"kind": 9, "reserved": 1}]
 
 
@@ -201,7 +208,8 @@ def test_sections_loads_and_refusals(dispatch, gaps, slow):
     for seed in range(3):
         draw = random.Random(seed)
         ones = [changed(descriptor(CONFIG, draw), **draw.choice((
-            {}, {}, {}, {"cluster": 0}, {"cluster": 2}, {"kind": 1}, {"version": 3}, {"last_shell": 0})))
+            {}, {}, {}, {"cluster": 0}, {"cluster": 2}, {"kind": 1}, {"kind": 1, "cluster": 0},
+            {"version": 3}, {"last_shell": 0})))
                 for _ in range(20)]
         check(ones, dispatch.run(ones, seed=seed, gaps=gaps, slow=slow, cycles=9000))
 
@@ -212,6 +220,21 @@ def test_nothing_is_cast_before_a_load(dispatch):
     ones = [changed(descriptor(CONFIG, draw), **change) for change in changes]
     reported = check(ones, dispatch.run(ones, loaded=False), loaded=False)
     assert not any(words for *_, words in reported)
+
+
+@pytest.mark.parametrize("last_shell", [1, 7, 62])
+def test_a_section_beyond_the_loaded_shells_is_refused(dispatch, last_shell):
+    draw = random.Random(last_shell)
+    shells = (last_shell, last_shell + 1, 63, last_shell, 1)
+    ones = [descriptor(CONFIG, draw, last_shell=one) for one in shells]
+    # A load is none, and another rule comes first.
+    ones += [changed(ones[1], kind=1), changed(ones[1], reserved=1), ones[0]]
+    reported = check(ones, dispatch.run(ones, last_shell=last_shell), last_shell=last_shell)
+    assert [event for event, *_ in reported] == [
+        "sent", "refused", "refused", "sent", "sent", "load", "refused", "sent"]
+    assert all(words[-1]["void"] for event, _, words in reported if event == "refused")
+    (unloaded,) = check(ones[1:2], dispatch.run(ones[1:2], loaded=False, last_shell=last_shell), loaded=False)
+    assert unloaded[1]["number"] == 0
 
 
 def test_one_section_for_each_want(dispatch):

@@ -16,8 +16,8 @@ from hw.control.descriptor_fetch import DescriptorFetch
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_control import JobControl
 from hw.control.job_dispatch import JobDispatch
-from hw.registers.error_code import ErrorCode
 from hw.registers.engine_registers import register
+from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import byte_at, changed, descriptor
 from tb.lib.payload import unpack
 
@@ -56,6 +56,7 @@ class Queue(wiring.Component):
             m.d.comb += [slot.i.valid.eq(valid & (word.cluster == k)), slot.i.payload.eq(word)]
         m.d.comb += [
             dispatch.wants.eq(wants), dispatch.enable.eq(control.enable), dispatch.loaded.eq(control.loaded),
+            dispatch.last_shell.eq(-1),
             control.unread.eq(dispatch.failed), control.dispatches.eq(dispatch.busy),
             control.i_sent.valid.eq(dispatch.o_sent.valid), control.i_sent.payload.eq(dispatch.o_sent.payload),
             fetch.ring.eq(control.kept.ring), fetch.ring_bits.eq(control.kept.ring_bits),

@@ -10,11 +10,11 @@ from tb.sources.source_trees import ROOT, source_trees
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_host.py", ""),
-    "hw/control/cast_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/cast_control.py": ("tb/control/test_load_control.py", ""),
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
-    "hw/control/load_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/load_control.py": ("tb/control/test_load_control.py", ""),
     "hw/control/near_cells.py": ("tb/control/test_sums_and_cells.py", ""),
-    "hw/control/result_control.py": ("tb/control/test_sequences.py", ""),
+    "hw/control/result_control.py": ("tb/control/test_load_control.py", ""),
     "hw/control/sum_merge.py": ("tb/control/test_sums_and_cells.py", ""),
     "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
