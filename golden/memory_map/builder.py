@@ -11,11 +11,12 @@ from golden.frustum import FrustumRecord
 from golden.memory_map.check import check_image
 from golden.memory_map.image import MemoryImage
 from golden.memory_map.image_layout import IMAGE_LAYOUT
-from golden.memory_map.layout import EVERY_CLUSTER, NONE, REGIONS
+from golden.memory_map.layout import EVERY_CLUSTER, REGIONS
 from golden.memory_map.tables import grid_tables, list_tables, ray_tables, scene_tables
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import Schedule
+from golden.schedule.resident_sets import spread_sets
 from golden.schedule.subshells import SubshellList
 
 __all__ = ["phase_image"]
@@ -41,7 +42,8 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
         ``rows`` int64, form factor of one ray of each row in units of 2^-W (`Hemisphere.polar_weights`); 0 by default.
     plan
         The schedule whose resident sets and subshell lists the clusters hold. Default: every cluster holds all patches
-        if they fit (``memsys.own_patches``), and none otherwise; there are no subshells.
+        if they fit (``memsys.own_patches``), and otherwise each holds a share of them (`spread_sets`); there are no
+        subshells.
 
     Raises
     ------
@@ -53,12 +55,13 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
     farthest = max((CellTraversalUnit(record, table) for record in records), key=lambda unit: unit.last_shell)
     patches, clusters = len(geometry), config.noc.nodes
     if plan is None:
-        fits = patches <= config.memsys.own_patches
         none = np.zeros(0, dtype=np.int64)
-        cluster, address = (EVERY_CLUSTER, np.arange(patches)) if fits else (NONE, NONE)
-        lists = ((np.arange(patches) if fits else none, *[none] * (clusters - 1)),
-                 (SubshellList(none, none, none, none),) * clusters)
-        processor = np.arange(clusters)
+        if patches <= config.memsys.own_patches:
+            cluster, address, held = EVERY_CLUSTER, np.arange(patches), (np.arange(patches), *[none] * (clusters - 1))
+        else:
+            sets = spread_sets(patches, clusters=clusters, capacity=config.memsys.own_patches)
+            (cluster, address), held = sets.residence(patches), sets.patches
+        lists, processor = (held, (SubshellList(none, none, none, none),) * clusters), np.arange(clusters)
     else:
         cluster, address = plan.sets.residence(patches)
         lists, processor = (plan.sets.patches, plan.subshells), plan.processor

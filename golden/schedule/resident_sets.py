@@ -7,7 +7,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.schedule.usage import usage_order
 
-__all__ = ["ResidentSets", "fill_up", "resident_sets"]
+__all__ = ["ResidentSets", "fill_up", "resident_sets", "spread_sets"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,20 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
         own = np.flatnonzero(cluster == number)
         held.append(patches[own[np.sort(usage_order(frequency[own])[:capacity])]])
     return ResidentSets(tuple(held))
+
+
+def spread_sets(patches: int, *, clusters: int, capacity: int) -> ResidentSets:
+    """The sets without a casting: patch after patch in the next cluster, until all are full.
+
+    Parameters
+    ----------
+    patches
+        Number of patches.
+    capacity
+        As for `resident_sets`.
+    """
+    held = np.arange(min(patches, clusters * capacity))
+    return ResidentSets(tuple(held[number::clusters] for number in range(clusters)))
 
 
 def fill_up(sets: ResidentSets, patches: np.ndarray, cluster: np.ndarray, *, capacity: int) -> ResidentSets:

@@ -90,14 +90,21 @@ def test_every_cluster_holds_all_patches_and_cluster_0_lists_them(scene, phase):
     assert not image["clusters"]["subshells"].any()
 
 
-def test_a_scene_larger_than_the_memory_of_a_cluster_stays_in_main_memory(scene, hemispheres):
-    patches = len(scene.geometry)
-    for capacity, copied in ((1 << (patches - 1).bit_length(), True), (1 << (patches - 1).bit_length() - 1, False)):
-        config = CONFIG.replace({"memsys.own_patches": capacity})
-        image = phase_image(hemispheres[:1], scene.geometry, scene.shelling.table, config)
-        assert set(image["residence"]["cluster"].tolist()) == {-2 if copied else -1}
-        assert len(image["residents"]) == (patches if copied else 0)
-    assert set(image["residence"]["address"].tolist()) == {-1}
+@pytest.mark.parametrize("less", [1, 3])
+def test_the_clusters_share_a_scene_larger_than_the_memory_of_each(scene, hemispheres, less):
+    """Patch after patch in the next cluster; what is left when all are full stays in main memory."""
+    patches, clusters = len(scene.geometry), CONFIG.noc.nodes
+    capacity = 1 << (patches - 1).bit_length() - less
+    config = CONFIG.replace({"memsys.own_patches": capacity})
+    image = phase_image(hemispheres[:1], scene.geometry, scene.shelling.table, config)
+    held = min(patches, clusters * capacity)
+    assert (held < patches) == (less == 3)
+    residence = list(zip(image["residence"]["cluster"].tolist(), image["residence"]["address"].tolist(), strict=True))
+    assert residence[:held] == [(patch % clusters, patch // clusters) for patch in range(held)]
+    assert set(residence[held:]) <= {(-1, -1)}
+    for number in range(clusters):
+        assert image.residents(number).tolist() == list(range(number, held, clusters))
+    assert image["clusters"]["residents"].max() <= capacity
 
 
 def test_a_schedule_gives_each_cluster_its_own_residents_and_subshells(scene, hemispheres):
@@ -117,7 +124,8 @@ def test_a_schedule_gives_each_cluster_its_own_residents_and_subshells(scene, he
 def test_tables_of_cluster_0_are_for_all_unless_a_cluster_has_its_own(scene, hemispheres):
     table = scene.shelling.table
     assert phase_image(hemispheres[:1], scene.geometry, table, CONFIG).has_copies
-    assert phase_image(hemispheres[:1], scene.geometry, table, CONFIG.replace({"memsys.own_patches": 16})).has_copies
+    assert not phase_image(hemispheres[:1], scene.geometry, table,
+                           CONFIG.replace({"memsys.own_patches": 16})).has_copies
     plan = schedule(hemispheres[0], scene.geometry, table, CONFIG, clusters=4, ratio=16, capacity=20)
     image = phase_image(hemispheres[:1], scene.geometry, table, PRESETS["thesis"], plan=plan)
     assert not image.has_copies
