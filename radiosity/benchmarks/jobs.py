@@ -32,6 +32,8 @@ POINT = 5
 WARM = 3
 # Rays of the jobs that are always compared with golden's.
 CHECKED = 1 << 17
+# Presets whose network is the machine's own.
+WHOLE = ("thesis",)
 FORMATS = {one.name.lower(): one for one in HitFormat}
 HEAD = ("scene", "clusters", "cell", "cycles", "per frustum", "load", "cast", "tests", "patches", "memory",
         "bound : cycles", "efficiency", "speedup", "rays per cycle")
@@ -150,7 +152,8 @@ def _title(scene):
 
 def _configs(preset, assignments, clusters, rays):
     """The machines: of one cluster, of half as many, and of all."""
-    return [simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology="mesh",
+    topology = None if preset in WHOLE else "mesh"
+    return [simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology=topology,
                               given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
             for count in clusters]
 
