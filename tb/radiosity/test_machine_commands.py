@@ -25,7 +25,7 @@ from hw.simulator.simulated_machine import SAMPLE_CYCLES
 from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
 from hw.simulator.utilization import utilization
 from radiosity.machine_cast import write_counters
-from tb.system.small_machine import ONE_CLUSTER, SMALL
+from tb.system.job_machine import ONE_CLUSTER, SMALL
 
 # A small machine with little of everything.
 MACHINE = ("--method", "machine", "--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",

@@ -9,13 +9,9 @@ from tb.sources.source_trees import ROOT, source_trees
 
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
-    "hw/cluster.py": ("tb/system/test_host.py", ""),
-    "hw/control/cast_control.py": ("tb/control/test_load_control.py", ""),
+    "hw/cluster.py": ("tb/system/test_engine.py", "JobMachine"),
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
     "hw/control/load_control.py": ("tb/control/test_load_control.py", ""),
-    "hw/control/near_cells.py": ("tb/control/test_sums_and_cells.py", ""),
-    "hw/control/result_control.py": ("tb/control/test_load_control.py", ""),
-    "hw/control/sum_merge.py": ("tb/control/test_sums_and_cells.py", ""),
     "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/settle_sweep.py": ("tb/ctu/test_survival.py", "Survival"),
@@ -23,7 +19,6 @@ TESTED_IN = {
     "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
     "hw/ctu/traversal_start.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
-    "hw/cluster.py": ("tb/system/test_job_engine.py", "Engine"),
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
     "hw/lib/longest_waiting.py": ("tb/formal/test_arbiter.py", "LONGEST_WAITING"),
     "hw/lib/round_robin.py": ("tb/formal/test_arbiter.py", ""),
@@ -38,7 +33,6 @@ TESTED_IN = {
     "hw/memsys/patch_type_memory.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/read_share.py": ("tb/memsys/test_path_parts.py", ""),
     "hw/memsys/vertex_merge.py": ("tb/memsys/test_path_parts.py", ""),
-    "hw/memsys/word_writer.py": ("tb/memsys/test_write_dma.py", "WriteDma"),
     "hw/memsys/write_engine.py": ("tb/formal/test_memory_engines.py", ""),
     "hw/noc/input_queue.py": ("tb/formal/test_router.py", ""),
     "hw/noc/link_receiver.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),

@@ -1,49 +1,75 @@
-"""Machines with a queue, of two clusters for a commit's tests, of one for the nightly; each is compiled once."""
+"""Machines that cast jobs: of two clusters for a commit's tests, of one for the nightly; each is compiled once."""
+
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
-from golden.jobs.job import Job
-from golden.jobs.run_job import run_job
-from hw.host import Host
-from hw.simulator.machine_library import machine_library
+from golden.jobs.job import Job, PhaseRequest, plan_job
+from hw.host import POLL, Host
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
-from tb.system.small_machine import SMALL
+from tb.system.job_memory import JobMemory
+from tb.system.scenes import phase
 
-__all__ = ["CLUSTERS", "CONFIGS", "JobMachine"]
+__all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "JobMachine", "cornell", "planned"]
 
-# Resident sets, lists and caches are too small for the scene.
+# Beyond 2^32.
+BASE = 0x1_0000_4000
+# Capacities for small frusta only: resident sets, lists and caches are too small for the scene.
+SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generation_bits": 2,
+         "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
+         "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
+         "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
+         "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.near_cell_bits": 5, "noc.rows": 1}
+# With subshell lists.
+LISTS = {"ctu.subshell_bits": 6}
 CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters in (1, 2)}
-# A commit's tests compile the machine of two clusters alone.
-CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"queue {clusters}"),
+# For `pytest.mark.parametrize`: pytest-xdist runs the tests of one machine in one process, so that none waits for the
+# compiler in another one.
+CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"machine {clusters}"),
                                           *([pytest.mark.nightly] if clusters == 1 else [])]) for clusters in CONFIGS]
+ONE_CLUSTER = CLUSTERS[0].marks[0]
+# Bytes around a job that must not change.
+_MARGIN = 256
+
+
+def cornell(clusters: int, /, **given) -> PhaseRequest:
+    """`phase` of the scene `cornell` for one of `CONFIGS`; by default all patches are in main memory alone."""
+    return phase("cornell", CONFIGS[clusters], **{"cell": 0.25, "rays": (32, 16), "sets": [()] * clusters} | given)
+
+
+def planned(clusters: int, *requests: PhaseRequest, **given) -> Job:
+    """`plan_job` for one of `CONFIGS`."""
+    return plan_job(requests, CONFIGS[clusters], base=BASE, **given)
 
 
 class JobMachine:
-    """A simulated machine with a queue, its host, and the memory of one job.
+    """A simulated machine with its host, and a job in main memory. Around it are bytes that must not change.
 
     Parameters
     ----------
     job
-        The job, of the configuration of one of `CONFIGS`.
+        The job.
+    descriptors
+        Descriptors in place of the job's, see `run_job`.
+    extra
+        Byte strings in main memory behind the job, by address; the machine may access them.
+    expected
+        The results. Default: they are computed.
     memory
         Parameters of `SimulatedPort`.
     """
 
-    def __init__(self, job: Job, **memory):
-        self.config = job.config
-        self.job = job
-        self.port = SimulatedPort(self.config, size=job.end, library=machine_library(self.config), **memory)
+    def __init__(self, job: Job, descriptors: np.ndarray | None = None, *, extra: Mapping[int, bytes] | None = None,
+                 expected: JobMemory | None = None, **memory):
+        self.job, self.config, self._extra = job, job.config, dict(extra or {})
+        self._end = max([job.end, *(address + len(data) for address, data in self._extra.items())])
+        self._base = max(0, job.base - _MARGIN)
+        self.port = SimulatedPort(self.config, size=self._end + _MARGIN - self._base, base=self._base, **memory)
         self.host = Host(self.port, self.config)
+        self.memory = expected or JobMemory(job, descriptors)
         complete(self.host.identify())
-        self._before = bytearray(b"\xa5" * job.end)
-        complete(self.port.write_memory(0, bytes(self._before)))
-        self._expected = run_job(job)
-
-    def image(self, phase: int = 0) -> int:
-        """Address of the image of a phase."""
-        return self.job.phases[phase].address
 
     def __enter__(self):
         return self
@@ -51,62 +77,68 @@ class JobMachine:
     def __exit__(self, *_):
         self.port.close()
 
-    def begin(self) -> None:
-        """Tables into main memory, rings to the machine."""
-        complete(self.host.begin(self.job))
-        self._before = bytearray(complete(self.port.read_memory(0, self.port.size)))
+    def __call__(self, coroutine):
+        """The result of one of the host's coroutines."""
+        return complete(coroutine)
 
-    def run(self, descriptors: np.ndarray | None = None, **given) -> np.ndarray:
-        """The completion records of the job, or of these descriptors."""
-        return complete(self.host.run(self.job, descriptors, **given))
+    def read(self, address: int, size: int) -> bytes:
+        """Bytes of main memory."""
+        return complete(self.port.read_memory(address, size))
 
-    async def until(self, condition, *, timeout: int = 1 << 18) -> None:
-        """Wait until the machine's status meets a condition."""
-        for _ in range(timeout // 100):
-            if condition(await self.host.status()):
-                return
-            await self.port.wait(100)
-        raise AssertionError(f"the status is {await self.host.status()} still")
+    def write(self, address: int, data: bytes) -> None:
+        """Write bytes of main memory, which are to stay."""
+        complete(self.port.write_memory(address, data))
+        self._before = self.read(self._base, self.port.size)
 
-    def check(self, records, *, refused=(), aborted=()) -> None:
-        """Hits, sums and the number of sums are golden's, and no other byte has changed.
+    def begin(self, **given) -> None:
+        """Tables and images into main memory, whose other bytes are all the same; rings to the machine."""
+        complete(self.port.write_memory(self._base, b"\xa5" * self.port.size))
+        complete(self.host.begin(self.job, **{"window": (self.job.base, self._end)} | given))
+        for address, data in self._extra.items():
+            complete(self.port.write_memory(address, data))
+        self._before = self.read(self._base, self.port.size)
 
-        Parameters
-        ----------
-        records
-            The completion records.
-        refused, aborted
-            Tags of sections of which nothing, or a part, may have been written.
-        """
-        found = bytes(complete(self.port.read_memory(0, self.port.size)))
-        expected, job = bytearray(self._before), self.job
-        for first, size in ((job.ring, 192 << job.ring_bits), (job.completions, 64 << job.ring_bits)):
-            expected[first:first + size] = found[first:first + size]
-        without, partly = ({address for tag in tags for address in self._addresses(tag)} for tags in (refused, aborted))
-        for address, data in self._expected.memory.items():
-            extent = slice(address, address + len(data))
-            if address in partly:
-                both = zip(found[extent], data, expected[extent], strict=True)
-                assert all(now in (new, old) for now, new, old in both), f"results at {address:#x}"
-                expected[extent] = found[extent]
-            elif address not in without:
-                expected[extent] = data
-        wrong = np.flatnonzero(np.frombuffer(found, np.uint8) != np.frombuffer(expected, np.uint8))
-        assert not len(wrong), f"{len(wrong)} bytes of main memory are wrong, the first at {wrong[0]:#x}"
-        for record in records:
-            tag = int(record["tag"])
-            if tag not in (*refused, *aborted):
-                assert record["error"] == 0, f"descriptor {tag} must complete without an error, not {record['error']}"
-                assert record["sums"] == self._expected.completions["sums"][tag], f"words of sums of section {tag}"
+    def submit(self) -> None:
+        """All descriptors, which the rings can hold."""
+        complete(self.host.submit(self.job, self.memory.descriptors))
+
+    def run(self, **given) -> np.ndarray:
+        """The completion records of the job."""
+        return complete(self.host.run(self.job, self.memory.descriptors, **given))
+
+    def check(self, records: np.ndarray, errors=None) -> None:
+        """See `JobMemory.check`."""
+        self.memory.check(self._before, self.read(self._base, self.port.size), records, base=self._base, errors=errors)
         assert self.port.outside == 0
 
-    def _addresses(self, tag):
-        """Of the results of a section: where golden's extents begin."""
-        descriptor = self.job.descriptors[tag]
-        if descriptor["sums"]:
-            yield int(descriptor["sums_address"])
-        size = {0: 0, 1: 16, 2: 8, 3: 4}[int(descriptor["hit_format"])]
-        if size:
-            columns = int(descriptor["columns"])
-            for row in range(int(descriptor["first_row"]), int(descriptor["end_row"])):
-                yield int(descriptor["hits"]) + size * (row * columns + int(descriptor["first_column"]))
+    def right(self, errors=None, **given) -> np.ndarray:
+        """The completion records of the job, from the beginning; all is as it should be."""
+        self.begin(**given)
+        records = self.run()
+        self.check(records, errors)
+        return records
+
+    def until(self, name: str, value: int = 0, *, timeout: int = 1 << 18) -> None:
+        """Wait until a bit of the machine's status has a value."""
+        for _ in range(timeout // POLL):
+            status = complete(self.host.status())
+            if status[name] == value:
+                return
+            complete(self.port.wait(POLL))
+        raise AssertionError(f"the status is {status} still")
+
+    def ended(self, *, timeout: int = 1 << 16) -> list:
+        """Wait until the queue has halted or has nothing to do; the completion records since the last ones."""
+        for _ in range(timeout // POLL):
+            status = complete(self.host.status())
+            if not status["busy"]:
+                break
+            complete(self.port.wait(POLL))
+        assert status["halted"] or not status["busy"], f"the status is {status} still"
+        return [*complete(self.host.collect(self.job))]
+
+    def resumed(self, phase: int = 0) -> list:
+        """Let the queue go on with the image of a phase until it has nothing to do; the completion records."""
+        complete(self.host.resume(self.job.phases[phase].address))
+        self.until("busy")
+        return [*complete(self.host.collect(self.job))]

@@ -13,22 +13,23 @@ from dataclasses import dataclass, field
 import click
 import numpy as np
 
-from golden.cast.naive_fixed import NaiveFixed
 from golden.config import Config
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
-from golden.memory_map import machine_image
+from golden.jobs.job import Job, PhaseRequest, plan_job
+from golden.jobs.result_formats import HitFormat
+from golden.jobs.run_job import JobResults, run_job
 from golden.memsys.cell_table import CellTable
 from golden.scene import Scene
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import schedule
-from hw.host import LIVES, Host
+from hw.host import Host
 from hw.memsys.cache_policy import CachePolicy
+from hw.registers.error_code import ErrorCode
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.golden.soups import soup
 from tb.lib.configurations import config_of
-from tb.system.scenes import Frustum
 
 __all__ = ["Campaign", "cast_campaign", "configuration"]
 
@@ -37,14 +38,14 @@ _CHANGES = {"icu.rays": 1 << 12, "icu.side_bits": 8, "icu.patch_bits": 10, "icu.
             "memsys.scene_cells": 1024, "memsys.own_cells": 256, "memsys.own_entries": 512, "memsys.own_patches": 64,
             "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.lfu_lines": 8, "memory.data_bits": 128,
             "ctu.run_ahead": 6, "ctu.shell_bits": 6, "noc.rows": 1}
-# Azimuths and polars that fill the ray memories of so many clusters.
-_HEMISPHERES = {1: ((64, 64), (128, 32), (256, 16)), 2: ((128, 64), (256, 32), (64, 128)),
-                4: ((128, 128), (256, 64))}
-# Frusta of a phase.
-_FRUSTA = 6
+# Azimuths and polars: of frusta that fill a ray memory, and of larger ones.
+_HEMISPHERES = (64, 64), (128, 32), (256, 16), (128, 64), (64, 128), (256, 64)
+# Frusta of a phase, and phases of a job.
+_FRUSTA, _PHASES = 6, 2
 # Rays for each ray of the sparse casting.
 _RATIO = 16
 _BASE = 0x4000
+_NAMES = {code.value: code.name for code in ErrorCode}
 
 
 def configuration(clusters: int) -> Config:
@@ -58,22 +59,21 @@ class Campaign:
 
     Members
     -------
-    rays, cycles, differences
-        Rays, cycles of the machine from the first load to the last result, and rays or sums that differ.
+    rays, cycles
+        Rays, and cycles of the machine.
+    differences
+        What differs from golden, see `JobResults.differences`, and in which job.
     found
-        Rays and frusta by what they are: hits, hemispheres, screens.
+        Frusta and results by what they are: hits, words of sums, hemispheres, screens.
     seconds
         Processor time: ``golden``, ``machine``.
-    first
-        What differs first.
     """
 
     rays: int = 0
     cycles: int = 0
-    differences: int = 0
+    differences: list[str] = field(default_factory=list)
     found: Counter = field(default_factory=Counter)
     seconds: Counter = field(default_factory=Counter)
-    first: str = ""
 
 
 def _scene(draw: random.Random) -> Scene:
@@ -83,7 +83,7 @@ def _scene(draw: random.Random) -> Scene:
     return builtin_scene({"cornell": "cornell", "furnace": f"furnace:{draw.randrange(1, 4)}", "tetra": "tetra:1"}[kind])
 
 
-def _records(draw, scene, clusters, config) -> tuple[PatchGeometry, list[FrustumRecord], np.ndarray | None]:
+def _records(draw, scene, config) -> tuple[PatchGeometry, list[FrustumRecord], np.ndarray | None]:
     """Frusta of equal sizes from points inside the scene's box; the first one is for the schedule."""
     numpy = np.random.default_rng(draw.getrandbits(63))
     lower, upper = scene.bounds
@@ -91,42 +91,44 @@ def _records(draw, scene, clusters, config) -> tuple[PatchGeometry, list[Frustum
     geometry = PatchGeometry.of(scene, config.numbers, points)
     surfaces = [-1, *np.unique(geometry.surface).tolist()]
     if draw.random() < 0.7:
-        hemisphere = Hemisphere(*draw.choice(_HEMISPHERES[clusters]))
+        hemisphere = Hemisphere(*draw.choice(_HEMISPHERES))
         return geometry, [hemisphere_record(
             hemisphere, geometry.coordinates, point, numpy.normal(size=3), source=draw.choice(surfaces))
             for point in points], hemisphere.polar_weights
-    # Sections at any position cut tiles, so that they need more of the ray memory than they have rays.
-    width, height = draw.choice(_HEMISPHERES[clusters])
-    width, height = 3 * width // 4 - draw.randrange(4), height - draw.randrange(4)
+    width, height = draw.choice(_HEMISPHERES)
+    width, height = width - draw.randrange(4), height - draw.randrange(4)
     cameras = [Camera(eye=tuple(point), target=tuple(point + numpy.normal(size=3)), up=tuple(numpy.normal(size=3)),
                       fov=draw.choice((20.0, 50.0, 80.0))) for point in points]
     return geometry, [screen_record(Screen(camera=camera, width=width, height=height), geometry.coordinates)
                       for camera in cameras], None
 
 
-def _phases(draw: random.Random, clusters: int, config: Config, spent: Counter) -> Iterator[list[Frustum]]:
-    """Frusta of drawn scenes, phase by phase."""
+def _phase(draw, config) -> PhaseRequest:
+    """Frusta of a drawn scene; the clusters hold its patches, those of a schedule, or none."""
+    clusters, scene = config.noc.nodes, _scene(draw)
+    geometry, (sparse, *records), weights = _records(draw, scene, config)
+    table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(draw.choice((1.0, 0.5, 0.25))))
+    plan = draw.choice((None, schedule(
+        sparse, geometry, table, config, clusters=clusters, ratio=_RATIO, capacity=config.memsys.own_patches,
+        fill=draw.choice((False, True))).without_subshells()))
+    return PhaseRequest(geometry=geometry, table=table, records=records, weights=weights, sums=weights is not None,
+                        hit_format=draw.choice((HitFormat.FULL, HitFormat.COMPACT)),
+                        clusters=draw.choice((1, clusters)), plan=plan)
+
+
+def _jobs(draw: random.Random, config: Config, spent: Counter) -> Iterator[tuple[Job, JobResults]]:
+    """Jobs of drawn phases, and their results by brute force."""
     while True:
         begin = time.process_time()
-        scene = _scene(draw)
-        geometry, (sparse, *records), weights = _records(draw, scene, clusters, config)
-        table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(draw.choice((1.0, 0.5, 0.25))))
-        capacity = config.icu.rays if weights is not None else config.icu.rays * 13 // 16
-        plan = schedule(sparse, geometry, table, config, clusters=clusters, ratio=_RATIO, ray_capacity=capacity,
-                        capacity=config.memsys.own_patches, fill=draw.choice((False, True))).without_subshells()
-        brute_force = NaiveFixed(geometry, config.replace({"icu.rays": clusters * config.icu.rays}))
-        made = [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),
-                        hits=brute_force.cast(record),
-                        total=0 if weights is None else int(weights.sum()) * record.columns)
-                for record in records]
+        phases = [_phase(draw, config) for _ in range(_PHASES)]
+        job = plan_job(phases, config, base=_BASE, ring_bits=draw.choice((2, 6)))
+        expected = run_job(job, brute_force=True)
         spent["golden"] += time.process_time() - begin
-        yield made
+        yield job, expected
 
 
 def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False) -> Campaign:
-    """Cast drawn frusta until so many rays have been compared: every field of every hit, and every sum.
-
-    Results of a frustum are written while the next one is cast.
+    """Cast drawn jobs until so many rays have been compared: every field of every hit, and every sum.
 
     Parameters
     ----------
@@ -147,45 +149,35 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
     config, draw, campaign = configuration(clusters), random.Random(f"{clusters} {seed}"), Campaign()
     memory = {"latency": draw.choice((2, 10, 25)), "spread": draw.choice((0, 8)), "seed": draw.getrandbits(20)}
     with SimulatedPort(config, size=0, progress=progress, **memory) as port:
-        host = Host(port, config, base=_BASE)
+        host = Host(port, config)
         complete(host.identify())
-        for number, frusta in enumerate(_phases(draw, clusters, config, campaign.seconds)):
+
+        def read(address, size):
+            return complete(port.read_memory(address, size))
+
+        for number, (job, expected) in enumerate(_jobs(draw, config, campaign.seconds)):
             begin = time.process_time()
-            image_bytes = max(len(one.image.to_bytes()) for one in frusta)
-            if _BASE + 2 * image_bytes > port.size:
-                port.resize(_BASE + 2 * image_bytes)
-            policy = draw.choice(tuple(CachePolicy))
-            _cast_phase(port, host, frusta, image_bytes, policy, campaign, f"phase {number}")
+            port.resize(max(port.size, job.end))
+            complete(host.begin(job, policy=draw.choice(tuple(CachePolicy))))
+            records = complete(host.run(job, timeout=1 << 24))
+            campaign.differences += [f"job {number}: {one}" for one in expected.differences(records, read, _NAMES)]
+            _count(job, records, read, campaign)
             campaign.seconds["machine"] += time.process_time() - begin
             if campaign.rays >= rays:
                 campaign.cycles = port.cycles
                 assert port.outside == 0, "accesses outside main memory"
                 return campaign
-    raise AssertionError("phases never end")
+    raise AssertionError("jobs never end")
 
 
-def _cast_phase(port, host, frusta, image_bytes, policy, campaign, name):
-    """All frusta of a phase; each one's results are compared while the machine casts the next one."""
-    for number, frustum in enumerate(frusta):
-        complete(host.load(frustum.image, lives=("rays", "frustum") if number else tuple(LIVES), policy=policy,
-                           base=_BASE + number % 2 * image_bytes))
-        complete(host.start())
-        if number:
-            _compare(host, frusta[number - 1], campaign, f"{name}, frustum {number - 1}", earlier=True)
-        complete(host.finish("casts", timeout=1 << 24))
-    _compare(host, frusta[-1], campaign, f"{name}, frustum {len(frusta) - 1}")
-
-
-def _compare(host, frustum, campaign, name, **given):
-    image, expected = complete(host.results(total=frustum.total, **given)), frustum.written
-    rays = np.flatnonzero(image["hits"] != expected["hits"])
-    sums = np.flatnonzero(image["sums"] != expected["sums"])
-    if (len(rays) or len(sums)) and not campaign.first:
-        campaign.first = f"{name}: rays {rays[:5].tolist()}, sums {sums[:5].tolist()}"
-    campaign.differences += len(rays) + len(sums)
-    campaign.rays += len(expected["hits"])
-    campaign.found.update(hits=int((frustum.hits.patch >= 0).sum()), sums=len(expected["sums"]),
-                          **{"screens" if frustum.image["frustum"]["is_screen"][0] else "hemispheres": 1})
+def _count(job, records, read, campaign):
+    campaign.found["words of sums"] += int(records["sums"].sum())
+    for number, phase in enumerate(job.phases):
+        frusta = phase.request.records
+        campaign.rays += sum(map(len, frusta))
+        campaign.found["screens" if frusta[0].is_screen else "hemispheres"] += len(frusta)
+        campaign.found["hits"] += sum(int((job.hits(number, frustum, read).patch >= 0).sum())
+                                      for frustum in range(len(frusta)))
 
 
 @click.command()
@@ -195,7 +187,7 @@ def _compare(host, frustum, campaign, name, **given):
 def main(clusters: int, seed: int, rays: int) -> None:
     """Cast a campaign."""
     done = cast_campaign(clusters, seed=seed, rays=rays, progress=True)
-    click.echo(f"{done.rays} rays, {done.differences} differences {done.first}")
+    click.echo(f"{done.rays} rays, {len(done.differences)} differences {' '.join(done.differences[:1])}")
     seconds = ", ".join(f"{name} {spent:.1f} s" for name, spent in done.seconds.items())
     click.echo(f"{dict(done.found)}; {done.cycles} cycles; processor time: {seconds}")
 

@@ -1,56 +1,42 @@
-"""Whole frusta for the machine: the image that it is given, and what it must write."""
+"""Phases for the machine: frusta of built-in scenes, as a host requests them."""
 
-import shutil
-from dataclasses import dataclass
-from pathlib import Path
+import functools
+from collections.abc import Sequence
 
 import numpy as np
 
-from golden.cast.fixed_hits import FixedHits
-from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
-from golden.memory_map import MemoryImage, from_bytes, machine_image
+from golden.jobs.job import PhaseRequest
+from golden.jobs.result_formats import HitFormat
+from golden.memsys.cell_table import CellTable
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
 from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import schedule
+from golden.schedule.phase import Schedule, machine_schedule
+from golden.schedule.resident_sets import ResidentSets
+from golden.schedule.subshells import SubshellList
 
-__all__ = ["Frustum", "frusta", "load", "save"]
+__all__ = ["geometry", "phase"]
 
-# Of the sparse casting that finds sections and subshells.
-RATIO = 16
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Frustum:
-    """A frustum of a phase.
-
-    Parameters
-    ----------
-    image
-        Before the machine.
-    hits
-        Brute force's.
-    total
-        What the weights add up to; 0 of a screen.
-    """
-
-    image: MemoryImage
-    hits: FixedHits
-    total: int
-
-    @property
-    def written(self) -> MemoryImage:
-        """The image as the machine must leave it."""
-        return self.image.with_results(self.hits)
+# Of the sparse casting that finds resident sets and subshells, and the point that it is from.
+RATIO, REFERENCE = 16, 0
 
 
-def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (32, 8), points=(5,),
-           pixels: tuple[int, int] | None = None) -> list[Frustum]:
-    """Hemispheres from the ceiling, all of one phase that is scheduled from another point of it; or a screen.
+@functools.lru_cache(maxsize=8)
+def geometry(scene: str, config: Config, cell: float) -> tuple[PatchGeometry, CellTable]:
+    """Patches and cells of a built-in scene; ``cell`` as a share of its longest side."""
+    opened = open_scene(scene)
+    eye = (opened.camera or default_camera(opened)).eye
+    made = PatchGeometry.of(opened, config.numbers, [*ceiling_points(opened)[0], eye])
+    return made, Shelling(made, config, cell=cell, by_code=True).table
+
+
+def phase(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (32, 8), points=(5,),
+          pixels: tuple[int, int] | None = None, sets: str | Sequence[Sequence[int]] = (), **given) -> PhaseRequest:
+    """Hemispheres from the ceiling with all results, or screens with hits.
 
     Parameters
     ----------
@@ -59,49 +45,35 @@ def frusta(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (
     rays
         Azimuths and polars.
     points
-        Which of `ceiling_points`.
+        Which of `ceiling_points`, a frustum each.
     pixels
-        Across and down: the scene's view instead.
+        Across and down: the scene's view instead, as often as there are points.
+    sets
+        Patches in the memories of the clusters: "scheduled" for those of a schedule, or the numbers for each cluster.
+        Default: see `phase_image`.
+    given
+        Other parameters of `PhaseRequest`.
     """
-    opened = open_scene(scene)
-    ceiling, down = ceiling_points(opened)
-    camera = opened.camera or default_camera(opened)
-    geometry = PatchGeometry.of(opened, config.numbers, [*ceiling, camera.eye])
-    table, brute_force = Shelling(geometry, config, cell=cell, by_code=True).table, NaiveFixed(geometry, config)
-    weights = None
+    opened, (patches, table) = open_scene(scene), geometry(scene, config, cell)
     if pixels:
-        screen = Screen(camera=camera, width=pixels[0], height=pixels[1])
-        sparse, *records = [screen_record(screen, geometry.coordinates)] * 2
+        screen = Screen(camera=opened.camera or default_camera(opened), width=pixels[0], height=pixels[1])
+        reference, *records = [screen_record(screen, patches.coordinates)] * (1 + len(points))
+        results = {"hit_format": HitFormat.FULL}
     else:
+        ceiling, down = ceiling_points(opened)
         hemisphere = Hemisphere(*rays)
-        weights = hemisphere.polar_weights
-        sparse, *records = (hemisphere_record(hemisphere, geometry.coordinates, ceiling[point], down)
-                            for point in (0, *points))
-    plan = schedule(sparse, geometry, table, config, clusters=config.noc.nodes, ratio=RATIO,
-                    ray_capacity=config.icu.rays, capacity=config.memsys.own_patches)
-    if not config.ctu.subshells:
-        plan = plan.without_subshells()
-    return [Frustum(image=machine_image(record, geometry, table, config, plan, weights=weights),
-                    hits=brute_force.cast(record), total=0 if weights is None else int(weights.sum()) * record.columns)
-            for record in records]
+        reference, *records = (hemisphere_record(hemisphere, patches.coordinates, ceiling[point], down)
+                               for point in (REFERENCE, *points))
+        results = {"hit_format": HitFormat.FULL, "sums": True, "weights": hemisphere.polar_weights}
+    if sets:
+        results["plan"] = _plan(reference, patches, table, config, sets)
+    return PhaseRequest(geometry=patches, table=table, records=records, **results | given)
 
 
-def save(given: list[Frustum], folder: Path) -> Path:
-    """Into files that `load` reads."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    for number, one in enumerate(given):
-        (folder / f"{number}.bin").write_bytes(one.image.to_bytes())
-        np.savez(folder / f"{number}.npz", total=one.total, **{
-            name: getattr(one.hits, name) for name in ("inverse", "patch", "u", "v")})
-    return folder.resolve()
-
-
-def load(folder: Path) -> list[Frustum]:
-    """What `save` has written."""
-    found = []
-    for path in sorted(folder.glob("*.bin")):
-        with np.load(path.with_suffix(".npz")) as arrays:
-            hits = FixedHits(**{name: arrays[name] for name in ("inverse", "patch", "u", "v")})
-            found.append(Frustum(image=from_bytes(path.read_bytes()), hits=hits, total=int(arrays["total"])))
-    return found
+def _plan(reference, patches, table, config, sets) -> Schedule:
+    if sets == "scheduled":
+        return machine_schedule(reference, patches, table, config, ratio=RATIO)
+    none, clusters = np.zeros(0, dtype=np.int64), config.noc.nodes
+    return Schedule(found=None, partition=None, cluster=none, processor=np.arange(clusters),
+                    sets=ResidentSets(tuple(np.array(one, dtype=np.int64) for one in sets)),
+                    subshells=(SubshellList(none, none, none, none),) * clusters)

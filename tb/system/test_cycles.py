@@ -1,22 +1,21 @@
-"""A fixed set of frusta takes the cycles that it took: neither more nor fewer."""
+"""A fixed set of jobs takes the cycles that it took: neither more nor fewer."""
 
 import json
 
 import pytest
 
-from tb.system.cycles import BASELINE, FRUSTA, cycles_of
-from tb.system.small_machine import ONE_CLUSTER
+from tb.system.cycles import BASELINE, JOBS, cycles_of
+from tb.system.job_machine import CLUSTERS
 
-# What a frustum may take more or less; where that is meant, `python -m tb.system.cycles` writes the baseline anew.
+# What a job may take more or less; where that is meant, `python -m tb.system.cycles` writes the baseline anew.
 SHARE = 0.02
 
 
-@ONE_CLUSTER
-@pytest.mark.parametrize("name", FRUSTA)
-def test_cycles_stay(name):
-    expected = json.loads(BASELINE.read_text())[name]
-    found = cycles_of(name)
-    assert len(found) == len(expected)
-    for now, before in zip(found, expected, strict=True):
+@pytest.mark.parametrize("clusters", CLUSTERS)
+@pytest.mark.parametrize("name", JOBS)
+def test_cycles_stay(name, clusters):
+    expected = json.loads(BASELINE.read_text())[str(clusters)][name]
+    found = cycles_of(name, clusters)
+    for now, before in zip([found["job"], *found["casts"]], [expected["job"], *expected["casts"]], strict=True):
         assert abs(now - before) <= SHARE * before, (
             f"{name}: {found} cycles instead of {expected}; if that is meant: python -m tb.system.cycles")

@@ -1,258 +1,359 @@
-"""Faults of images, commands and memory on small machines; after each the next frustum is right."""
+"""Faults in a job: they end what they concern with their code, the other frusta are right, and so is the next job."""
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from golden.memory_map import MemoryImage
-from hw.host import EngineError
+from golden.jobs.result_formats import HitFormat
+from golden.memory_map import REGIONS
 from hw.registers.error_code import ErrorCode
-from tb.system.scenes import frusta
-from tb.system.small_machine import BASE, CLUSTERS, CONFIGS, SMALL, Driven, cut, resident
+from hw.simulator.simulated_port import complete
+from tb.lib.seed import SEED
+from tb.system.job_machine import CLUSTERS, SMALL, JobMachine, cornell, planned
 
-BUS = ErrorCode.READ_REPLY, ErrorCode.PATH_BUS
-SILENT = ErrorCode.READ_TIMEOUT, ErrorCode.PATH_BUS
-# Rays of a tile, and the tiles of a ray memory.
-TILE = 16
-TILES = SMALL["icu.rays"] // TILE
+POINTS = (5, 6, 9, 10, 0, 3)
 
 
-@pytest.fixture
-def given(clusters):
-    return frusta("cornell", CONFIGS[clusters], cell=0.5, points=(5,))[0]
+def codes(records):
+    """Error codes by tag, of what has ended with one."""
+    return {int(one["tag"]): ErrorCode(int(one["error"])) for one in records if one["error"]}
 
 
-@pytest.fixture
-def machine(given):
-    with Driven([given], latency=10) as machine:
-        yield machine
+def of_tag(records, tag):
+    """The completion record of a descriptor."""
+    (one,) = [one for one in records if one["tag"] == tag]
+    return one
 
 
-def right(machine, given):
-    """With a sound, idle memory and a long watchdog a whole frustum is right."""
+def sound(machine):
+    """With a memory that is sound again the next job is right."""
     machine.port.fault()
-    machine(machine.port.wait(200))
-    machine(machine.host.write("watchdog", 1 << 20))
-    machine.check(given)
+    complete(machine.port.wait(2000))
+    machine.right()
 
 
-def loading(machine, given):
-    return machine.host.load(given.image, base=BASE)
-
-
-@pytest.mark.parametrize("clusters", CLUSTERS)
-def test_commands_that_are_refused(machine, given):
-    machine.fails(ErrorCode.NOT_LOADED, machine.host.cast())
-    machine(machine.host.command("write"))
-    machine.fails(ErrorCode.COMMAND, machine.host.finish("writes", timeout=1000))
-    right(machine, given)
-    for name in ("load", "cast", "write"):
-        machine.load(given)
-        machine(machine.host.start())
-        machine(machine.host.command(name))
-        machine.fails(ErrorCode.COMMAND, machine.host.finish("casts", timeout=100_000))
-        machine.results(given)
+# A field, and what it must not be: for each rule of `golden.jobs.descriptor.RULES` one at least.
+MALFORMED = (
+    ("version", 2), ("kind", 2), ("hit_format", 4), ("sums", 2), ("context", 1), ("cluster", 2), ("cluster", 0xFFFE),
+    ("hits", 8), ("hits", 1 << 44), ("sums_address", 16), ("sums_address", 1 << 63), ("end_column", 0), ("end_row", 0),
+    ("first_column", 32), ("end_column", 33), ("end_row", 17), ("near_cells", 4), ("near_cells", 1 << 44),
+    ("near_count", 33), ("last_shell", 0), ("last_shell", 16), ("reserved", 1), ("columns", 65), ("rows", 65))
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_images_that_are_wrong(machine, given):
-    offsets, data = given.image.offsets, given.image.to_bytes()
-    for at, code in ((0, ErrorCode.IMAGE), (4, ErrorCode.IMAGE), (16, ErrorCode.REGION),
-                     (offsets["near_cells"] + 3, ErrorCode.POINTER)):
+def test_malformed_descriptors_harm_nobody(clusters):
+    """Each of them lies between two good ones; the codes and the fields named are golden's."""
+    points = [POINTS[number % len(POINTS)] for number in range(2 * len(MALFORMED) + 1)]
+    job = planned(clusters, cornell(clusters, points=points, rays=(32, 16), hit_format=HitFormat.IDS))
+    descriptors = job.descriptors.copy()
+    for number, (field, value) in enumerate(MALFORMED):
+        descriptors[field][2 * number + 2] = value
+    with JobMachine(job, descriptors) as machine:
+        refused = [code for code in machine.memory.expected.errors if code != "NONE"]
+        assert len(refused) == len(MALFORMED)
+        machine.right()
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_a_section_larger_than_the_ray_memory(clusters):
+    job = planned(clusters, cornell(clusters, points=(5, 6), rays=(64, 32)))
+    descriptors = job.descriptors.copy()
+    descriptors["first_column"][2] = max(0, descriptors["first_column"][2] - 1)
+    descriptors["end_column"][2] = descriptors["first_column"][2] + 33
+    assert SMALL["icu.rays"] == 32 * 32
+    with JobMachine(job, descriptors) as machine:
+        assert machine.memory.expected.errors[2] == "SECTION"
+        machine.right()
+
+
+def broken_images(image):
+    """What loads of an image end with, or else the sections after them: bytes, and both codes."""
+    offsets, data = image.offsets, image.to_bytes()
+
+    def changed(at, value, size=4):
         broken = bytearray(data)
-        broken[at] ^= 0x7F
-        machine.load(given)
-        machine.put(bytes(broken))
-        machine(machine.host.command("load"))
-        machine.fails(code, machine.host.finish("loads", timeout=100_000))
-        machine.fails(ErrorCode.NOT_LOADED, machine.host.cast())
-        machine.is_as_expected()
-        right(machine, given)
+        broken[at:at + size] = value.to_bytes(size, "little")
+        return bytes(broken)
+
+    lists, entry = len(image["patch_lists"]), 16
+    order = [region.name for region in REGIONS]
+    where = {name: entry + 16 * number for number, name in enumerate(order)}
+    yield changed(0, 1), "IMAGE", "NOT_LOADED"
+    yield changed(4, 2), "IMAGE", "NOT_LOADED"
+    for name in "cells", "columns", "grid_columns", "clusters":
+        yield changed(where[name], offsets[name] + 8, 8), "REGION", "NOT_LOADED"
+    yield changed(where["rows"] + 8, 1 << 32, 8), "REGION", "NOT_LOADED"
+    yield changed(offsets["clusters"] + 8, 999), "POINTER", "NOT_LOADED"
+    yield changed(offsets["cell_grid"] + 16, 1 << 20), "SIZE", "NOT_LOADED"
+
+    def table(name, **fields):
+        records, first = image[name].copy(), offsets[name]
+        for field, value in fields.items():
+            records[field] = value
+        return data[:first] + records.tobytes() + data[first + records.nbytes:]
+
+    yield table("cells", pointer=lists), "POINTER", "NOT_LOADED"
+    yield table("patch_lists", patch=len(image["patches"])), "POINTER", "NOT_LOADED"
+    # What a load accepts: the cluster does not hold the patches.
+    yield table("residence", cluster=0, address=SMALL["memsys.own_patches"] - 1), "NONE", "PATH_RESIDENCE"
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_errors_of_memory(machine, given):
-    offsets = given.image.offsets
-    for region in ("cells", "patch_lists", "clusters", "residents", "columns", "grid_columns"):
-        machine.port.fault(first=BASE + offsets[region], size=1)
-        error = machine.fails(ErrorCode.READ_REPLY, loading(machine, given))
-        assert error.address == BASE + offsets[region], region
-        right(machine, given)
-    # Patches that are read during a cast.
-    bus = resident(given, None)
-    machine.load(bus)
-    machine.port.fault(first=BASE + bus.image.offsets["patches"], size=bus.image["patches"].nbytes)
-    machine.fails(BUS, machine.host.cast())
-    right(machine, given)
-    for region in "hits", "sums":
-        machine.port.fault(first=BASE + offsets[region], size=1)
-        machine.fails(ErrorCode.WRITE_REPLY, machine.host.results(total=given.total))
-        right(machine, given)
+def test_images_that_are_wrong(clusters):
+    """In one job a load of each of them, a frustum, a load of what is right, a frustum."""
+    images = list(broken_images(planned(clusters, cornell(clusters)).phases[0].image))
+    job = planned(clusters, cornell(clusters, points=(5, 6) * len(images)))
+    extra, errors, order, address = {}, {}, [], job.end
+    for number, (data, *names) in enumerate(images):
+        extra[address] = data
+        errors |= {4 * number + k: ErrorCode[name] for k, name in enumerate(names)}
+        order += [(0, address), (1 + 2 * number, None), (0, None), (2 + 2 * number, None)]
+        address += -(-len(data) // 64) * 64
+    descriptors = job.descriptors[[number for number, _ in order]]
+    descriptors["tag"] = np.arange(len(order))
+    # The cluster that has been named in place of another one.
+    descriptors["cluster"][1::4] = 0
+    for number, (_, image) in enumerate(order):
+        descriptors["hits"][number] = image or descriptors["hits"][number]
+    job = replace(job, descriptors=descriptors, sections=tuple(job.sections[number] for number, _ in order))
+    with JobMachine(job, extra=extra) as machine:
+        machine.right(errors)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_memory_that_does_not_answer(machine, given):
-    machine.port.fault(mute_reads=True)
-    machine.fails(ErrorCode.READ_TIMEOUT, loading(machine, given))
-    right(machine, given)
-    machine.load(resident(given, None))
-    machine.port.fault(mute_reads=True)
-    machine.fails(SILENT, machine.host.cast())
-    right(machine, given)
-    machine.port.fault(mute_writes=True)
-    machine.fails(ErrorCode.WRITE_TIMEOUT, machine.host.results(total=given.total))
-    right(machine, given)
+def test_tables_that_change_after_their_load(clusters):
+    """Records of cells and lists in main memory that no cluster has room for, and near cells."""
+    job = planned(clusters, cornell(clusters, points=(5, 6)))
+    image, address = job.phases[0].image, job.phases[0].address
+    cells = image["cells"].copy()
+    cells["pointer"] = len(image["patch_lists"])
+    patches = np.full(len(image["patch_lists"]), len(image["patches"]), "<u4")
+    near = np.full(int(job.descriptors["near_count"][1]), SMALL["memsys.scene_cells"] - 1, "<u4")
+    with JobMachine(job) as machine:
+        for where, data, codes_of in (
+                (address + image.offsets["cells"], cells.tobytes(), ("PATH_BUS",) * 2),
+                (address + image.offsets["patch_lists"], patches.tobytes(), ("PATH_PATCH",) * 2),
+                (int(job.descriptors["near_cells"][1]), near.tobytes(), ("PATH_CELL", "NONE"))):
+            machine.begin()
+            machine(machine.host.submit(job, job.descriptors[:1]))
+            machine.until("busy")
+            machine.write(where, data)
+            machine(machine.host.submit(job, job.descriptors[1:]))
+            records = np.array(machine.ended())
+            assert [codes(records).get(tag, ErrorCode.NONE).name for tag in (1, 2)] == list(codes_of)
+            machine.check(records, codes(records))
+        sound(machine)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_accesses_outside_the_windows(machine, given):
-    right(machine, given)
-    size = len(given.image.to_bytes())
-    for base, limit in ((BASE, BASE + 4096), (BASE + 8, BASE + size), (BASE + (1 << 20), BASE + size)):
-        machine.load(given)
-        machine(machine.host.write("read_base", base))
-        machine(machine.host.write("read_limit", limit))
-        machine(machine.host.command("load"))
-        machine.fails(ErrorCode.READ_OUTSIDE, machine.host.finish("loads", timeout=100_000))
-        machine.fails(ErrorCode.NOT_LOADED, machine.host.cast())
-    right(machine, given)
-    offsets = given.image.offsets
-    for base, limit in ((offsets["hits"] + 8, size), (offsets["hits"], offsets["sums"] + 8)):
-        machine.load(given)
-        machine.cast()
-        machine(machine.host.write("write_base", BASE + base))
-        machine(machine.host.write("write_limit", BASE + limit))
-        machine(machine.host.write("total", given.total))
-        machine(machine.host.write("results", 3))
-        machine(machine.host.command("write"))
-        machine.fails(ErrorCode.WRITE_OUTSIDE, machine.host.finish("writes", timeout=100_000))
-        right(machine, given)
+def test_memory_that_refuses(clusters):
+    """What one descriptor reads or writes; then a region that a load reads."""
+    job = planned(clusters, cornell(clusters, points=POINTS[:4]))
+    tag, image = 3, job.phases[0].image
+    with JobMachine(job, latency=5) as machine:
+        for field, code in (("hits", "WRITE_REPLY"), ("sums_address", "WRITE_REPLY"), ("near_cells", "READ_REPLY")):
+            first = int(job.descriptors[field][tag])
+            machine.port.fault(first=first, size=8)
+            records = machine.right({tag: ErrorCode[code]})
+            assert of_tag(records, tag)["address"] == first
+        for region in "cells", "patch_lists", "residence", "clusters", "columns", "grid_columns":
+            first = job.phases[0].address + image.offsets[region]
+            machine.port.fault(first=first, size=1)
+            errors = dict.fromkeys(range(1, 5), ErrorCode.NOT_LOADED) | {0: ErrorCode.READ_REPLY}
+            assert of_tag(machine.right(errors), 0)["address"] == first, region
+        # Patches that are read during a cast.
+        machine.port.fault(first=job.phases[0].address + image.offsets["patches"], size=image["patches"].nbytes)
+        machine.begin()
+        records = machine.run()
+        assert {*codes(records).values()} <= {ErrorCode.PATH_BUS, ErrorCode.READ_REPLY}
+        machine.check(records, codes(records))
+        sound(machine)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_windows_rewritten_while_they_are_used(machine, given):
-    """The host rewrites them word by word, to any value; a command keeps the windows with which it began."""
-    host, data, draw = machine.host, given.image.to_bytes(), random.Random(1)
-    windows = {"read_base": BASE, "read_limit": BASE + len(data), "write_base": BASE + given.image.offsets["hits"],
-               "write_limit": BASE + len(data)}
-    machine.load(given)
-    for name, value in (("total", given.total), ("results", 3)):
-        machine(host.write(name, value))
-    for command, busy in (("load", "loads"), ("cast", "casts"), ("write", "writes")):
-        for name, value in windows.items():
-            machine(host.write(name, value))
-        machine(host.command(command))
-        while machine(host.status())[busy]:
-            machine(host.write(draw.choice([*windows]), draw.getrandbits(64)))
-        machine(host.finish(busy, timeout=100_000))
-    assert machine(machine.port.read_memory(BASE, len(data))) == given.written.to_bytes()
-    machine.put(data)
-    right(machine, given)
+@pytest.mark.parametrize("ring", ["ring", "completions"])
+def test_rings_that_memory_refuses(clusters, ring):
+    """The queue halts, with the entry's address, and resumes when memory is sound again."""
+    job = planned(clusters, cornell(clusters, points=POINTS[:4]))
+    with JobMachine(job) as machine:
+        machine.begin()
+        address = job.entry(3) if ring == "ring" else job.completion(2)
+        machine.port.fault(first=address, size=64)
+        machine.submit()
+        machine.until("halted", 1)
+        code = ErrorCode.READ_REPLY if ring == "ring" else ErrorCode.WRITE_REPLY
+        assert machine(machine.host.read("error")) == code.value
+        assert machine(machine.host.read("error_address")) == address
+        machine.port.fault()
+        records = [*machine(machine.host.collect(job)), *machine.resumed()]
+        machine.check(np.array(records), codes(records))
+        assert {*codes(records).values()} <= {ErrorCode.ABORTED, ErrorCode.NONE}
+        sound(machine)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(machine, given):
-    machine.load(given)
-    cycles = machine.cast()
-    machine.results(given)
-    # Longer than each command, shorter than two of them.
-    machine(machine.host.write("watchdog", 1 << 12))
-    for _ in range(2):
-        machine.load(given, "rays", "frustum")
-        machine(machine.port.wait(1 << 13))
-        assert machine.cast() < 1 << 12
-        machine.results(given)
-        machine(machine.port.wait(1 << 13))
-    assert not machine(machine.host.status())["failed"]
-    machine(machine.host.write("watchdog", cycles // 2))
-    machine.fails(ErrorCode.WATCHDOG, machine.host.cast())
-    assert not machine(machine.host.status())["loaded"]
-    right(machine, given)
-    machine(machine.host.write("watchdog", 100))
-    machine.fails(ErrorCode.WATCHDOG, loading(machine, given))
-    right(machine, given)
-    machine(machine.host.write("watchdog", 100))
-    machine.fails(ErrorCode.WATCHDOG, machine.host.results(total=given.total))
-    machine.stops_with_results_of(given)
-    right(machine, given)
-
-
-def too_large(given, cluster):
-    """A cluster's section has one tile more than its ray memory."""
-    side, columns, rows = 64, 20, 52
-    sizes = {"columns": side, "rows": side, "hits": side**2}
-    image = MemoryImage({**given.image.regions, "clusters": given.image["clusters"].copy(),
-                         "frustum": given.image["frustum"].copy(),
-                         **{name: np.zeros(size, given.image[name].dtype) for name, size in sizes.items()}})
-    image["frustum"]["columns"] = image["frustum"]["rows"] = side
-    section = image["clusters"][cluster]
-    section["first_column"], section["first_row"], section["end_column"], section["end_row"] = 0, 0, columns, rows
-    assert columns * rows == TILE * (TILES + 1)
-    return image
+def test_accesses_outside_the_windows(clusters):
+    """Of one section's results, of near cells, and of an image."""
+    job = planned(clusters, cornell(clusters, points=POINTS[:4]))
+    tag = 2
+    with JobMachine(job, latency=5) as machine:
+        for field, code in ("hits", "WRITE_REPLY"), ("sums_address", "WRITE_REPLY"), ("near_cells", "READ_REPLY"):
+            machine.begin()
+            descriptors = job.descriptors.copy()
+            descriptors[field][tag] = job.base - (1 << 12)
+            records = machine(machine.host.run(job, descriptors))
+            assert codes(records) == {tag: ErrorCode[code]}
+            assert of_tag(records, tag)["address"] == descriptors[field][tag]
+            machine.check(records, codes(records))
+        machine.begin()
+        machine(machine.host.write("read_limit", job.phases[0].address + 4096))
+        records = machine.run()
+        assert codes(records)[0] is ErrorCode.READ_OUTSIDE
+        # Neither can the near cells be read, which are behind the image.
+        assert {*codes(records).values()} == {ErrorCode.READ_OUTSIDE, ErrorCode.READ_REPLY}
+        machine.check(records, codes(records))
+        sound(machine)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_a_fault_of_one_cluster_names_it(given, clusters):
-    """Each cluster has a fault, alone: its section is too large, or it does not hold the patch that it should."""
-    with Driven([given], images=8, latency=10) as machine:
-        for cluster in range(clusters):
-            image = too_large(given, cluster)
-            machine(machine.host.load(image, check=False, base=BASE))
-            assert machine.fails(ErrorCode.SECTION, machine.host.cast()).cluster == cluster
-            # Memory has been written by the host only.
-            machine.put(image.to_bytes())
-            machine.check(given)
-            for patch in 3, len(given.image["patches"]) - 1:
-                broken = resident(given, None)
-                broken.image["residence"]["cluster"][patch], broken.image["residence"]["address"][patch] = cluster, 9
-                machine.load(broken)
-                error = machine.fails(ErrorCode.PATH_RESIDENCE, machine.host.cast())
-                assert (error.cluster, error.address) == (cluster, patch)
-                machine.check(given)
+def test_windows_rewritten_while_they_are_used(clusters):
+    """The host rewrites them and the ring's registers, word by word, to any value: they are taken over in a halt."""
+    job, draw = planned(clusters, cornell(clusters, points=POINTS[:4])), random.Random(SEED)
+    names = "read_base", "read_limit", "write_base", "write_limit", "ring", "completions", "ring_bits"
+    with JobMachine(job) as machine:
+        machine.begin()
+        machine.submit()
+        while machine(machine.host.status())["busy"]:
+            name = draw.choice(names)
+            machine(machine.host.write(name, draw.getrandbits(5 if name == "ring_bits" else 64)))
+        machine.check(machine(machine.host.collect(job)))
+        sound(machine)
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-@pytest.mark.parametrize("latency", [3, 40])
-def test_stops_at_any_time(given, clusters, latency):
-    """Of a load, a cast, and the writing of results: what has been written is golden's, and the next frustum is right,
-    although its sections are others.
-    """
-    other = cut(given, *((0, 20) if clusters > 1 else (0,)))
-    with Driven([given], latency=latency, spread=8, shuffles=True) as machine:
-        machine.load(given)
-        for cycles in (1, 5, 60, 131, 302, 555, 900):
-            machine(machine.host.command("load"))
-            machine(machine.port.wait(cycles))
-            machine(machine.host.stop())
-            machine.fails(ErrorCode.NOT_LOADED, machine.host.cast())
-            machine.check(other)
-            machine(machine.host.start())
-            machine(machine.port.wait(cycles))
-            machine(machine.host.stop())
-            status = machine(machine.host.status())
-            assert not any(status[name] for name in ("present", "earlier", "loaded", "casts"))
-            machine.check(given)
-            machine.load(given)
-            machine.cast()
-            machine(machine.host.write("results", 3))
-            machine(machine.host.command("write"))
-            machine(machine.port.wait(cycles // 2))
-            machine(machine.host.stop())
-            machine.stops_with_results_of(given)
-            machine.is_as_expected()
-            machine.check(given)
+def test_sums_that_overflow(clusters):
+    """The weights of one phase are too large."""
+    job = planned(
+        clusters, cornell(clusters, points=POINTS[:3], weights=np.full(16, 1 << 41), hit_format=HitFormat.NONE),
+        cornell(clusters, points=(1, 2)))
+    with JobMachine(job) as machine:
+        assert machine.memory.expected.errors.count("OVERFLOW") == 3
+        machine.right()
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-def test_resets_at_any_time(given, clusters):
+def test_commands_that_are_refused(clusters):
+    """A resume of a queue that is not halted, no bit, and a doorbell that is too far ahead."""
+    job = planned(clusters, cornell(clusters, points=POINTS), ring_bits=3)
+    with JobMachine(job) as machine:
+        host = machine.host
+        machine.begin()
+        machine.submit()
+        for command in {"resume": 1}, {}:
+            machine(host.command(*command))if command else machine(host.write("command", 0))
+            assert machine(host.status())["failed"]
+            assert machine(host.read("error")) == ErrorCode.COMMAND.value
+            machine(host.command("clear"))
+            assert not machine(host.status())["failed"]
+        machine.until("busy")
+        machine.check(machine(host.collect(job)))
+        taken = machine(host.read("taken"))
+        machine(host.write("doorbell", taken + 9))
+        machine.until("halted", 1)
+        assert machine(host.read("error")) == ErrorCode.RING.value
+        machine(host.write("doorbell", machine(host.read("taken"))))
+        machine.ended()
+        machine.resumed()
+        sound(machine)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+@pytest.mark.parametrize("muted", ["reads", "writes"])
+def test_memory_that_does_not_answer(clusters, muted):
+    """From some time on: in a load, in casts."""
+    job = planned(clusters, cornell(clusters, points=POINTS))
+    with JobMachine(job) as machine:
+        for cycles in 300, 2500, 5000:
+            machine.begin()
+            machine.submit()
+            complete(machine.port.wait(cycles))
+            machine.port.fault(**{f"mute_{muted}": True})
+            complete(machine.port.wait(5000))
+            machine.port.fault()
+            records = machine.ended()
+            if machine(machine.host.status())["halted"]:
+                records += machine.resumed()
+            found = codes(records)
+            kinds = ("READ", "PATH_BUS", "PATH_TIMEOUT", "NOT_LOADED", "ABORTED") if muted == "reads" else (
+                "WRITE", "ABORTED")
+            assert found
+            assert all(code.name.startswith(kinds) for code in found.values())
+            machine.check(np.array(records), found)
+            sound(machine)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+@pytest.mark.parametrize("cycles", [300, 4000, 6000, 9000])
+def test_a_stop_aborts_what_is_in_flight_and_the_queue_resumes(clusters, cycles):
+    job = planned(clusters, cornell(clusters, points=POINTS))
+    with JobMachine(job) as machine:
+        machine.begin()
+        machine.submit()
+        complete(machine.port.wait(cycles))
+        machine(machine.host.command("stop"))
+        records = machine.ended()
+        aborted = codes(records)
+        assert {*aborted.values()} == {ErrorCode.ABORTED}
+        assert len(aborted) <= 3 * clusters + 1, "what was in flight is aborted"
+        records += machine.resumed()
+        machine.check(np.array(records), aborted)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(clusters):
+    job = planned(clusters, cornell(clusters, points=POINTS))
+    with JobMachine(job) as machine:
+        host = machine.host
+        records = machine.right()
+        longest = int(records["cycles"].max())
+        load = int(of_tag(records, 0)["end"]) - int(of_tag(records, 0)["begin"])
+        machine(host.write("watchdog", 2 * (load + longest)))
+        machine.right()
+        for limit, tags in ((longest // 2, range(1, 7)), (100, range(1))):
+            machine.begin()
+            machine(host.write("watchdog", limit if limit > 100 else 1 << 20))
+            if limit > 100:
+                machine(host.write("watchdog", 0))
+                machine(host.submit(job, job.descriptors[:1]))
+                machine.until("busy")
+                machine(host.write("watchdog", limit))
+                machine(host.submit(job, job.descriptors[1:]))
+            else:
+                machine(host.write("watchdog", limit))
+                machine.submit()
+            records = machine.ended()
+            assert machine(host.read("error")) == ErrorCode.WATCHDOG.value
+            found = codes(records)
+            (culprit,) = (tag for tag, code in found.items() if code is ErrorCode.WATCHDOG)
+            assert culprit in tags
+            assert {*found.values()} <= {ErrorCode.WATCHDOG, ErrorCode.ABORTED}
+            machine(host.write("watchdog", 1 << 20))
+            records += machine.resumed()
+            machine.check(np.array(records), found)
+        sound(machine)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_resets_at_any_time(clusters):
     """Of machine and memory together."""
-    with Driven([given], latency=8) as machine:
-        for cycles in (1, 77, 300, 900, 1500):
-            machine.load(given)
-            machine(machine.host.start())
-            machine(machine.port.wait(cycles))
+    job = planned(clusters, cornell(clusters, points=POINTS[:2]))
+    with JobMachine(job, latency=8) as machine:
+        for cycles in (1, 77, 700, 3000, 6000):
+            machine.begin()
+            machine.submit()
+            complete(machine.port.wait(cycles))
             machine.port.reset()
-            with pytest.raises(EngineError):
-                machine.cast()
-            machine.check(given)
+            assert machine(machine.host.status()) == dict.fromkeys(machine(machine.host.status()), 0)
+            machine.right()

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET
 
 from golden.config import PRESETS
 from golden.errors import InputError
@@ -10,12 +11,11 @@ from golden.memory_map import MemoryImage
 from hw.cluster import COUNTERS
 from hw.host import LIVES, EngineError
 from hw.registers.error_code import ErrorCode
-from hw.simulator.cast_result import SHARED_COUNTERS, SINCE_RESET
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.lib.configurations import config_of
+from tb.system.job_machine import LISTS, ONE_CLUSTER, SMALL
 from tb.system.scenes import frusta
-from tb.system.small_machine import LISTS, ONE_CLUSTER, SMALL
 
 CONFIG = config_of(SMALL | {"noc.columns": 1})
 

@@ -19,8 +19,8 @@ from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
+from tb.system.job_machine import BASE, ONE_CLUSTER, SMALL
 from tb.system.scenes import frusta, save
-from tb.system.small_machine import BASE, ONE_CLUSTER, SMALL
 from tb.system.test_engine import Bench, third_party_memory
 
 CHANGES = SMALL | {"noc.columns": 1}

@@ -2,42 +2,31 @@
 
 import pytest
 
-from golden.cast.shelling import Shelling
 from golden.config import PRESETS
-from golden.frustum import Hemisphere, hemisphere_record
-from golden.memory_map import machine_image
-from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import machine_schedule
-from hw.simulator.simulated_machine import SimulatedMachine
+from golden.jobs.job import plan_job
 from hw.simulator.simulation_config import simulation_config
+from tb.system.job_machine import JobMachine
+from tb.system.scenes import phase
 
 # Cells of tables 6.1 and 6.4, 16384 rays; the phase is scheduled from point 1, with Hi_Low_Ratio 16.
-CELLS, RAYS, RATIO = (0.5, 0.0625), (256, 64), 16
-REFERENCE, POINT = 0, 4
+CELLS, RAYS = (0.5, 0.0625), (256, 64)
+POINTS = (4, 5)
 # Simulated with fewer rays per cluster: clearing the memory of the preset's rays takes 2^18 cycles after a reset.
 CONFIG = simulation_config(PRESETS["thesis"], clusters=8, topology="torus")
 
 
 def cast_on_the_machine(config, scene, *, cell, rays=RAYS):
-    """A hemisphere from the ceiling on the simulated machine: each cluster's counters, and the length of its list."""
-    opened, hemisphere = open_scene(scene), Hemisphere(*rays)
-    points, down = ceiling_points(opened)
-    geometry = PatchGeometry.of(opened, config.numbers, points)
-    shelling = Shelling(geometry, config, cell=cell, by_code=True)
-    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
-                         for point in (REFERENCE, POINT))
-    plan = machine_schedule(reference, geometry, shelling.table, config, ratio=RATIO)
-    listed = [len(one.patches) for one in plan.subshells]
+    """Hemispheres from the ceiling on the simulated machine, a section of each on its own cluster: each cluster's
+    counters, and the length of its list.
+    """
+    request = phase(scene, config, cell=cell, rays=rays, points=POINTS, sets="scheduled")
+    listed = [len(one.patches) for one in request.plan.subshells]
     assert sum(listed), "the machine has subshell lists"
-    image = machine_image(record, geometry, shelling.table, config, plan, weights=hemisphere.polar_weights)
-    expected = image.with_results(shelling.cast(record)[0])
-    with SimulatedMachine(config, latency=10) as machine:
-        done = machine.cast(image, total=int(hemisphere.polar_weights.sum()) * record.columns, sums=True)
-    for name in "hits", "sums":
-        assert done.image[name].tobytes() == expected[name].tobytes(), name
-    return list(zip(done.counters, listed, strict=True))
+    job = plan_job([request], config)
+    assert sorted(job.descriptors["cluster"][1:]) == sorted([*range(len(listed))] * len(POINTS))
+    with JobMachine(job, latency=10) as machine:
+        machine.right()
+        return list(zip(machine(machine.host.counters()), listed, strict=True))
 
 
 @pytest.mark.nightly

@@ -1,0 +1,90 @@
+"""Main memory after a job: each byte of it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from golden.jobs.completion import COMPLETION
+from golden.jobs.descriptor import DESCRIPTOR
+from golden.jobs.job import Job
+from golden.jobs.result_formats import HitFormat
+from golden.jobs.run_job import run_job
+from hw.registers.error_code import ErrorCode
+
+__all__ = ["JobMemory"]
+
+# With these a section ends after results of it may have been written.
+_PARTLY = {ErrorCode[name] for name in (
+    "WRITE_OUTSIDE", "WRITE_REPLY", "WRITE_TIMEOUT", "WRITE_PROTOCOL", "PATH_TIMEOUT", "WATCHDOG", "ABORTED")}
+
+
+class JobMemory:
+    """Brute force's results of a job.
+
+    Parameters
+    ----------
+    job
+        The job.
+    descriptors
+        Descriptors in place of the job's, see `run_job`.
+    """
+
+    def __init__(self, job: Job, descriptors: np.ndarray | None = None):
+        self.job = job
+        self.descriptors = job.descriptors if descriptors is None else descriptors
+        self.expected = run_job(job, descriptors, brute_force=True)
+
+    def check(self, before: bytes, after: bytes, records: np.ndarray, *, base: int,
+              errors: Mapping[int, ErrorCode] | None = None) -> None:
+        """Each descriptor completes once, hits and sums are brute force's, and no other byte has changed.
+
+        Parameters
+        ----------
+        before, after
+            Main memory from ``base`` on.
+        records
+            All completion records.
+        errors
+            Codes of the descriptors that golden would execute, by tag.
+        """
+        errors = {tag: ErrorCode[code] for tag, code in enumerate(self.expected.errors) if code != "NONE"} | (
+            dict(errors or {}))
+        assert sorted(records["tag"].tolist()) == list(range(len(self.descriptors))), "each descriptor completes once"
+        for record in records:
+            tag, code = int(record["tag"]), ErrorCode(int(record["error"]))
+            assert code is errors.get(tag, ErrorCode.NONE), f"descriptor {tag} completes with {code.name}"
+            expected = self.expected.completions[tag]
+            if code is ErrorCode.NONE:
+                assert record["sums"] == expected["sums"], f"words of sums of descriptor {tag}"
+            elif self.expected.errors[tag] == code.name:
+                assert record["address"] == expected["address"], f"descriptor {tag}: {code.name}"
+        without = {address for tag in errors for address in self._addresses(tag)}
+        partly = {address for tag, code in errors.items() if code in _PARTLY for address in self._addresses(tag)}
+        expected, job = bytearray(before), self.job
+        for first, entry in (job.ring, DESCRIPTOR), (job.completions, COMPLETION):
+            extent = slice(first - base, first - base + (entry.dtype.itemsize << job.ring_bits))
+            expected[extent] = after[extent]
+        # Of an overflow the machine has written some of the sums.
+        for tag in (tag for tag, code in errors.items() if code is ErrorCode.OVERFLOW):
+            first = int(self.descriptors["sums_address"][tag]) - base
+            extent = slice(first, first + 8 * len(job.phases[job.sections[tag].phase].request.geometry))
+            expected[extent] = after[extent]
+        for address, data in self.expected.memory.items():
+            extent = slice(address - base, address - base + len(data))
+            if address in partly:
+                both = zip(after[extent], data, expected[extent], strict=True)
+                assert all(now in (new, old) for now, new, old in both), f"results at {address:#x}"
+                expected[extent] = after[extent]
+            elif address not in without:
+                expected[extent] = data
+        wrong = np.flatnonzero(np.frombuffer(after, np.uint8) != np.frombuffer(expected, np.uint8))
+        assert not len(wrong), f"{len(wrong)} bytes of main memory are wrong, the first at {base + wrong[0]:#x}"
+
+    def _addresses(self, tag):
+        """Where golden's results of a section begin."""
+        one = self.descriptors[tag]
+        if one["sums"]:
+            yield int(one["sums_address"])
+        size = HitFormat(one["hit_format"]).bytes if one["hit_format"] in tuple(HitFormat) else 0
+        for row in range(int(one["first_row"]), int(one["end_row"]) if size else 0):
+            yield int(one["hits"]) + size * (row * int(one["columns"]) + int(one["first_column"]))
