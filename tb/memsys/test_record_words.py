@@ -12,7 +12,7 @@ CONFIG = PRESETS["tiny"]
 DUT = RecordWords(config=CONFIG)
 BENCH = ScheduleBench(DUT, ["i"], ["o"])
 # Records of one word, of several, and of a patch, which has padding.
-REGIONS = [RegionNumber.PATCHES, RegionNumber.RESIDENTS, RegionNumber.COLUMNS, RegionNumber.FRUSTUM]
+REGIONS = [RegionNumber.PATCHES, RegionNumber.RESIDENTS, RegionNumber.COLUMNS, RegionNumber.SHELLS]
 
 
 def run(schedule, region, *, limit=(1 << 32) - 1, start=0, record=0):

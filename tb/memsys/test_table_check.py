@@ -7,7 +7,7 @@ from amaranth.sim import Simulator
 from golden.config import PRESETS
 from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, REGIONS, WEIGHT_BITS
 from hw.memsys.fault import Fault
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.image_layout import PATCH_WORDS, RegionNumber
 from hw.memsys.table_check import TableCheck
 from tb.lib.timing import documented_latency
 
@@ -17,11 +17,10 @@ SHAPE, SIDE, RAYS = 1 << GRID_SHAPE_BITS, 1 << GRID_SIDE_BITS, 1 << GRID_RAY_BIT
 
 # A pointer, or a first record and a number of records, and the table that it points into.
 POINTERS = (("patch_lists", "patch", "patches"), ("patches", "id", "patches"), ("residence", "cluster", "clusters"),
-            ("subshells", "patch", "patches"), ("residents", "patch", "patches"), ("near_cells", "cell", "cells"))
+            ("subshells", "patch", "patches"), ("residents", "patch", "patches"))
 RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subshell", "subshells", "subshells"),
           ("clusters", "first_resident", "residents", "residents"), ("shells", "first_row", "rows", "grid_rows"),
           ("shells", "first_column", "columns", "grid_columns"))
-SECTIONS = (("first_column", "end_column", "columns"), ("first_row", "end_row", "rows"))
 NONE = (1 << 32) - 1
 
 
@@ -87,14 +86,22 @@ def test_weights_of_rays():
         assert found == [Fault.NONE, fault, Fault.NONE], weight
 
 
+@pytest.mark.parametrize("kind", [0, 1, 128, 255])
+def test_kinds_of_patches(kind):
+    """All other bytes of the record are not 0, but the id is small."""
+    (layout,) = (one for one in REGIONS if one.name == "patches")
+    record = np.frombuffer(b"\xff" * layout.dtype.itemsize, dtype=layout.dtype).copy()
+    record["id"], record["kind"] = 5, kind
+    (found,) = faults("PATCHES", [np.frombuffer(record.tobytes(), dtype="<u4")[:2 * PATCH_WORDS].tolist()])
+    assert found == [Fault.NONE, Fault.SIZE if kind else Fault.NONE, *[Fault.NONE] * (PATCH_WORDS - 2)]
+
+
 def check_limits(region, cases):
     """Each case: fields of a record, the others 0; records of the tables that it points into; whether it may pass."""
     (layout,) = (one for one in REGIONS if one.name == region)
     for tables in {tuple(tables.items()) for _, tables, _ in cases}:
         some = [(values, passes) for values, given, passes in cases if tuple(given.items()) == tables]
         records = np.zeros(len(some), dtype=layout.dtype)
-        if region == "clusters":
-            records["end_column"] = records["end_row"] = 1
         for record, (values, _) in zip(records, some, strict=True):
             for name, value in values.items():
                 record[name] = np.array(value, dtype="<u4").view(record[name].dtype)
@@ -119,17 +126,3 @@ def test_ranges(region, first, count, table):
     numbers += [(1 << 31, 1 << 31, NONE), (NONE, NONE, NONE)] if region != "shells" else []
     check_limits(region, [({first: begin, count: length}, {table: records}, begin + length <= records)
                           for begin, length, records in numbers])
-
-
-@pytest.mark.parametrize(("first", "end", "table"), SECTIONS)
-def test_sections(first, end, table):
-    numbers = ((0, 1, 1), (0, 0, 1), (1, 1, 1), (0, 2, 1), (3, 7, 7), (3, 8, 7), (6, 7, 7), (7, 7, 7), (5, 4, 7),
-               (NONE, 0, 7), (0, NONE, NONE))
-    check_limits("clusters", [({first: begin, end: last}, {table: records}, begin < last <= records)
-                              for begin, last, records in numbers])
-
-
-@pytest.mark.parametrize("field", ["columns", "rows"])
-def test_rays_of_a_frustum(field):
-    rays = {"columns": 16, "rows": 16}
-    check_limits("frustum", [(rays | {field: value}, rays, value == 16) for value in (0, 15, 16, 17, NONE)])
