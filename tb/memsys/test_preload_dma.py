@@ -38,7 +38,7 @@ STREAMS = ("i", "o", "o_done")
 SMALL = {"memory.outstanding": 8, "memory.burst_beats": 8, "memory.length_bits": 5, "memory.timeout_bits": 10}
 BASE = 0x7_0000_1000
 # Until late beats have come.
-ATTEMPTS = 40
+ATTEMPTS = 80
 OWN = ("clusters", "subshells", "residents", "patches")
 NUMBER = {region.name: k for k, region in enumerate(REGIONS)}
 
@@ -77,7 +77,7 @@ def words(image, region, cluster):
     elif region.name == "patches":
         array = array[image.residents(cluster)]
     size = region.dtype.itemsize
-    data = np.frombuffer(array.tobytes(), dtype="<u4" if size == 4 else "<u8").reshape(len(array), -1)
+    data = np.frombuffer(array.tobytes(), dtype="<u4" if size == 4 else "<u8").reshape(len(array), -(-size // 8))
     data = data[:, :PATCH_WORDS] if region.name == "patches" else data
     return [{"region": NUMBER[region.name], "record": record, "word": word, "data": int(value)}
             for record, row in enumerate(data) for word, value in enumerate(row)]
@@ -154,7 +154,7 @@ async def copies_of_all_clusters(dut):
     residence["cluster"], residence["address"] = NONE, NONE
     residence["cluster"][:count], residence["address"][:count] = EVERY_CLUSTER, np.arange(count)
     clusters["residents"], clusters["first_resident"] = [count, *[0] * (len(clusters) - 1)], 0
-    clusters["subshells"] = 0
+    clusters["first_subshell"] = clusters["subshells"] = 0
     residents = np.zeros(count, image["residents"].dtype)
     residents["patch"] = np.arange(count)
     data = MemoryImage({**image.regions, "clusters": clusters, "residence": residence, "residents": residents,
