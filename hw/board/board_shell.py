@@ -1,6 +1,6 @@
 """Board shell: a machine of its own, with clock and a serial line."""
 
-from amaranth.hdl import Module
+from amaranth.hdl import ClockDomain, ClockSignal, DomainRenamer, Module, ResetSignal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -16,13 +16,15 @@ __all__ = ["BoardShell"]
 
 
 class BoardShell(wiring.Component):
-    """After reset casts the frustum in its memory, and sends the results.
+    """After reset casts the frustum of the job in its memory, and sends the results.
 
     ::
 
-        Sequencer - registers - Engine - AXI4 - BlockMemory
-            |'- bytes - UartTransmitter - tx         |
-            '----------------- beats ----------------'
+        Sequencer - registers, interrupt - Engine - AXI4 - BlockMemory
+            |'- bytes - UartTransmitter - tx                    |
+            '----------------------- beats ---------------------'
+
+    ``again`` resets engine and memory, not the memory's contents: what the program finds is the same each time.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ class BoardShell(wiring.Component):
     tx : Out(1)
         The serial line: frames, see `hw.board.frame`.
     again : In(1)
-        Cast and send once more.
+        Cast and send once more, after the end.
     busy, failed : Out(1)
         See `Sequencer`.
 
@@ -56,9 +58,11 @@ class BoardShell(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self._config
-        m.submodules.engine = engine = Engine(config=config, black_boxes=self._black_boxes,
-                                              policies=(CachePolicy[config.memsys.cache_policy.upper()],))
-        m.submodules.memory = memory = BlockMemory(config=config, data=self._program.memory)
+        engine = Engine(config=config, black_boxes=self._black_boxes,
+                        policies=(CachePolicy[config.memsys.cache_policy.upper()],))
+        memory = BlockMemory(config=config, data=self._program.memory)
+        m.domains.machine = machine = ClockDomain(local=True)
+        m.submodules.engine, m.submodules.memory = (DomainRenamer("machine")(part) for part in (engine, memory))
         m.submodules.sequencer = sequencer = Sequencer(config=config, program=self._program)
         m.submodules.uart = uart = UartTransmitter(divisor=self._divisor)
         wiring.connect(m, sequencer.host, engine.host)
@@ -66,6 +70,7 @@ class BoardShell(wiring.Component):
         wiring.connect(m, sequencer.o_peek, memory.i_peek)
         wiring.connect(m, memory.o_peek, sequencer.i_peek)
         wiring.connect(m, sequencer.o, uart.i)
-        m.d.comb += [self.tx.eq(uart.tx), sequencer.again.eq(self.again), self.busy.eq(sequencer.busy),
-                     self.failed.eq(sequencer.failed)]
+        m.d.comb += [machine.clk.eq(ClockSignal()), machine.rst.eq(ResetSignal() | sequencer.restarts),
+                     sequencer.interrupt.eq(engine.interrupt), sequencer.again.eq(self.again), self.tx.eq(uart.tx),
+                     self.busy.eq(sequencer.busy), self.failed.eq(sequencer.failed)]
         return m

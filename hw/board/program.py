@@ -14,7 +14,8 @@ class Operation(enum.Enum, shape=3):
     WRITE = 0
     # Continue with the program's part for errors unless the register at the address holds the value.
     EXPECT = 1
-    # Read the status at the address until the machine is idle; likewise if it has failed then.
+    # Wait for the interrupt, acknowledge it, and read the status at the address; again while the machine is busy, once
+    # the queue has halted without an interrupt. Continue with the program's part for errors if the machine has failed.
     WAIT = 2
     # Start a frame: the value is kind and length.
     FRAME = 3

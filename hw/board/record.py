@@ -1,20 +1,19 @@
 """A program from the host's driver: its accesses are recorded instead of made."""
 
 import asyncio
-from itertools import groupby
 
-from golden.config import Config
-from golden.memory_map import MemoryImage
-from hw.board.frame import FrameKind, header, region_kind
+from golden.jobs.descriptor import DESCRIPTOR
+from golden.jobs.job import Job
+from hw.board.frame import FrameKind, header
 from hw.board.program import Operation, Program, Step
-from hw.host import EngineError, Host, Port
+from hw.host import Host, Port
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.register import WORD_BYTES, addresses
 
 __all__ = ["record"]
 
 _ADDRESSES = addresses(ENGINE_REGISTERS)
-_SENT = ("frustum", "hits", "sums")
+_ERROR = ("error", "error_cluster", "error_address")
 
 
 class _Recorder(Port):
@@ -22,28 +21,29 @@ class _Recorder(Port):
 
     Parameters
     ----------
-    config
-        The configuration.
-    regions
-        By address in memory: the region there that may be sent.
-    fails
-        The machine's ``status`` has ``failed``.
+    job
+        The job, the first one since the machine was reset.
+    sent
+        By address in memory: the kind of frame of what is read there.
     """
 
-    def __init__(self, config: Config, *, regions: dict[int, str] | None = None, fails: bool = False):
-        self.steps, self.memory = [], b""
-        self._regions, self._fails = regions or {}, fails
+    def __init__(self, job: Job, sent: dict[int, FrameKind]):
+        self.steps, self.memory = [], bytearray(job.end)
+        self._sent, self._waits = sent, False
         self._known = {_ADDRESSES[name]: value for name, value in (
-            ("magic", MAGIC), ("version", VERSION), ("clusters", config.noc.nodes))}
+            ("magic", MAGIC), ("version", VERSION), ("clusters", job.config.noc.nodes), ("taken", 0),
+            ("completed", 0))}
 
     def _add(self, operation, **given):
         self.steps.append(Step(operation=operation, **given))
 
     async def read(self, address: int) -> int:
         """A register: its value is expected if it is known, otherwise sent."""
+        if self._waits and address in (_ADDRESSES["completed"], _ADDRESSES["status"]):
+            self._add(Operation.WAIT, address=_ADDRESSES["status"])
+            self._waits = False
         if address == _ADDRESSES["status"]:
-            self._add(Operation.WAIT, address=address)
-            return register("status").pack(failed=int(self._fails))
+            return register("status").pack(loaded=1)
         if address in self._known:
             self._add(Operation.EXPECT, address=address, value=self._known[address])
             return self._known[address]
@@ -53,69 +53,62 @@ class _Recorder(Port):
     async def write(self, address: int, value: int) -> None:
         """Write a register."""
         self._add(Operation.WRITE, address=address, value=value)
+        if address == _ADDRESSES["doorbell"]:
+            # Before a read of the machine's state all that has been submitted is completed.
+            self._known[_ADDRESSES["completed"]], self._waits = value, value > 0
 
     async def read_memory(self, address: int, size: int) -> bytes:
-        """Send a region."""
-        self._add(Operation.FRAME, value=header(region_kind(self._regions[address]), size))
+        """Send what is there."""
+        self._add(Operation.FRAME, value=header(self._sent[address], size))
         self._add(Operation.BYTES, address=address, value=size)
         self._add(Operation.CHECK)
         return bytes(size)
 
     async def write_memory(self, address: int, data: bytes) -> None:
-        """The initial contents of memory: the image, once."""
-        if address or self.memory:
-            raise ValueError("Memory must be written once, from address 0 on")
-        self.memory = data
+        """The initial contents of memory: all descriptors are submitted at once."""
+        self.memory[address:address + len(data)] = data
 
     async def wait(self, cycles: int) -> None:
-        """Never called: the recorded machine is never busy."""
-        raise AssertionError("the recorded machine must not be busy")
-
-    def framed(self, kind: FrameKind) -> list[Step]:
-        """All steps, with a frame of that kind around consecutive registers that are sent."""
-        found = []
-        for sent, steps in groupby(self.steps, key=lambda step: step.operation is Operation.WORD):
-            steps = list(steps)
-            found += [Step(operation=Operation.FRAME, value=header(kind.value, WORD_BYTES * len(steps))), *steps,
-                      Step(operation=Operation.CHECK)] if sent else steps
-        return [*found, Step(operation=Operation.HALT)]
+        """The recorded machine is idle."""
 
 
-def record(image: MemoryImage, config: Config, *, total: int = 0) -> Program:
-    """The accesses of `hw.host.Host` that cast the frustum of an image, or report an error.
+def record(job: Job) -> Program:
+    """The accesses of `hw.host.Host` that cast the one frustum of a job, or report an error of the machine.
 
-    Cycles, frustum, hits and sums are sent, or code, cluster and address of an error.
-
-    Parameters
-    ----------
-    total
-        The sum of the weights of all rays.
+    Descriptors, completion records and hits are sent, or code, cluster and address of an error.
 
     Raises
     ------
-    InputError
-        The image exceeds a capacity of the machine.
+    ValueError
+        The ring is too small for all descriptors.
     """
-    offsets = image.offsets
-    usual = _Recorder(config, regions={offsets[name]: name for name in _SENT})
-    failed = _Recorder(config, fails=True)
+    count, entries = len(job.descriptors), 1 << job.ring_bits
+    if count > entries:
+        raise ValueError(f"The ring must have room for {count} descriptors, not for {entries}")
+    (phase,) = job.phases
+    (hits,) = phase.hits
+    usual = _Recorder(job, {job.ring: FrameKind.DESCRIPTORS, job.completions: FrameKind.COMPLETIONS,
+                            hits: FrameKind.HITS})
+    failed = _Recorder(job, {})
 
     async def cast():
-        host = Host(usual, config)
+        host = Host(usual, job.config)
         await host.identify()
-        await host.load(image)
-        await host.cast()
-        await usual.read_memory(offsets["frustum"], image["frustum"].nbytes)
-        await host.results(total=total)
+        await host.begin(job)
+        await host.write("interrupt", register("interrupt").pack(enable=1, pending=1))
+        await host.run(job)
+        await usual.read_memory(job.ring, DESCRIPTOR.dtype.itemsize * len(job.descriptors))
+        await usual.read_memory(hits, phase.request.hit_format.bytes * len(phase.request.records[0]))
 
     async def tell():
-        try:
-            await Host(failed, config).finish("casts", timeout=0)
-        except EngineError:
-            return
-        raise AssertionError("the driver must notice that the machine has failed")
+        host = Host(failed, job.config)
+        for name in _ERROR:
+            await host.read(name)
 
     asyncio.run(cast())
     asyncio.run(tell())
-    steps = usual.framed(FrameKind.CYCLES)
-    return Program(steps=(*steps, *failed.framed(FrameKind.ERROR)), error=len(steps), memory=usual.memory)
+    steps = [*usual.steps, Step(operation=Operation.HALT)]
+    return Program(steps=(
+        *steps, Step(operation=Operation.FRAME, value=header(FrameKind.ERROR, WORD_BYTES * len(failed.steps))),
+        *failed.steps, Step(operation=Operation.CHECK), Step(operation=Operation.HALT)),
+        error=len(steps), memory=bytes(usual.memory))

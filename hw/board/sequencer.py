@@ -11,13 +11,17 @@ from hw.board.frame import CHECK, CHECK_BYTES, HEADER_BYTES, LENGTH_BITS
 from hw.board.program import Operation, Program
 from hw.memsys.memory_formats import MemoryFormats
 from hw.registers.axi_lite_signature import AxiLiteSignature
-from hw.registers.engine_registers import ADDRESS_BITS, register
-from hw.registers.register import WORD_BYTES
+from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS, register
+from hw.registers.register import WORD_BYTES, addresses
 
 __all__ = ["Sequencer"]
 
-BUSY = register("status").pack(loads=1, casts=1, writes=1, stops=1)
+BUSY = register("status").pack(busy=1)
+HALTED = register("status").pack(halted=1)
 FAILED = register("status").pack(failed=1)
+# The acknowledgement of an interrupt.
+ACKNOWLEDGE = register("interrupt").pack(enable=1, pending=1)
+INTERRUPT = addresses(ENGINE_REGISTERS)["interrupt"]
 UNPRIVILEGED = 0b010
 
 
@@ -44,8 +48,12 @@ class Sequencer(wiring.Component):
         The beat.
     o : Out, stream of bytes
         Frames (`hw.board.frame`).
+    interrupt : In(1)
+        The machine's.
     again : In(1)
         Restart the program after its end.
+    restarts : Out(1)
+        The program restarts in the next cycle; the machine is to be reset.
     busy : Out(1)
         The program runs.
     failed : Out(1)
@@ -53,7 +61,8 @@ class Sequencer(wiring.Component):
 
     Timing
     ------
-    Three cycles for a step, and the access it waits for; one access at a time. Bytes stall with ``o``.
+    Three cycles for a step, and the access it waits for; one access at a time. A WAIT stalls until ``interrupt``, bytes
+    with ``o``.
     """
 
     def __init__(self, *, config: Config, program: Program):
@@ -62,7 +71,7 @@ class Sequencer(wiring.Component):
             "host": Out(AxiLiteSignature(address_bits=ADDRESS_BITS)),
             "o_peek": Out(stream.Signature(self._formats.beat_bits)),
             "i_peek": In(stream.Signature(config.memory.data_bits)), "o": Out(stream.Signature(8)),
-            "again": In(1), "busy": Out(1), "failed": Out(1)})
+            "interrupt": In(1), "again": In(1), "restarts": Out(1), "busy": Out(1), "failed": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -101,8 +110,15 @@ class Sequencer(wiring.Component):
                 m.next = "act"
             with m.State("act"):
                 self._act(m, port.data, check, send, beat, more)
+            with m.State("interrupt"), m.If(self.interrupt):
+                m.d.sync += [self.host.awvalid.eq(1), self.host.wvalid.eq(1)]
+                m.next = "write"
             with m.State("write"), m.If(self.host.bvalid):
-                advance_unless(self.host.bresp != 0)
+                with m.If((port.data.operation == Operation.WAIT) & (self.host.bresp == 0)):
+                    m.d.sync += self.host.arvalid.eq(1)
+                    m.next = "read"
+                with m.Else():
+                    advance_unless(self.host.bresp != 0)
             with m.State("read"):
                 self._read(m, port.data, send, advance_unless)
             with m.State("peek"):
@@ -126,6 +142,7 @@ class Sequencer(wiring.Component):
                         advance()
             with m.State("halt"):
                 m.d.comb += self.busy.eq(0)
+                m.d.comb += self.restarts.eq(self.again)
                 with m.If(self.again):
                     m.d.sync += [number.eq(0), self.failed.eq(0)]
                     m.next = "fetch"
@@ -139,7 +156,9 @@ class Sequencer(wiring.Component):
             with m.Case(Operation.WRITE):
                 m.d.sync += [host.awvalid.eq(1), host.wvalid.eq(1)]
                 m.next = "write"
-            with m.Case(Operation.EXPECT, Operation.WAIT, Operation.WORD):
+            with m.Case(Operation.WAIT):
+                m.next = "interrupt"
+            with m.Case(Operation.EXPECT, Operation.WORD):
                 m.d.sync += host.arvalid.eq(1)
                 m.next = "read"
             with m.Case(Operation.FRAME):
@@ -160,7 +179,10 @@ class Sequencer(wiring.Component):
             with m.Case(Operation.EXPECT):
                 advance_unless((host.rresp != 0) | (host.rdata != step.value))
             with m.Case(Operation.WAIT):
-                with m.If((host.rdata & BUSY) != 0):
+                with m.If((host.rdata & (BUSY | HALTED)) == BUSY):
+                    m.next = "interrupt"
+                with m.Elif((host.rdata & BUSY) != 0):
+                    # Units are being reset: no interrupt tells the end of that.
                     m.d.sync += host.arvalid.eq(1)
                 with m.Else():
                     advance_unless((host.rresp != 0) | ((host.rdata & FAILED) != 0))
@@ -169,10 +191,11 @@ class Sequencer(wiring.Component):
 
     def _add_offers(self, m, step):
         """AXI pins that depend on the step; an offer ends with its transfer."""
-        host = self.host
-        m.d.comb += [host.awaddr.eq(step.address), host.araddr.eq(step.address), host.wdata.eq(step.value),
-                     host.wstrb.eq(-1), host.awprot.eq(UNPRIVILEGED), host.arprot.eq(UNPRIVILEGED), host.bready.eq(1),
-                     host.rready.eq(1)]
+        host, waits = self.host, step.operation == Operation.WAIT
+        m.d.comb += [
+            host.awaddr.eq(Mux(waits, INTERRUPT, step.address)), host.araddr.eq(step.address),
+            host.wdata.eq(Mux(waits, ACKNOWLEDGE, step.value)), host.wstrb.eq(-1), host.awprot.eq(UNPRIVILEGED),
+            host.arprot.eq(UNPRIVILEGED), host.bready.eq(1), host.rready.eq(1)]
         for channel in "aw", "w", "ar":
             valid, ready = getattr(host, f"{channel}valid"), getattr(host, f"{channel}ready")
             with m.If(valid & ready):

@@ -6,7 +6,9 @@ from golden.cast.shelling import Shelling
 from golden.config import PRESETS, Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord, Screen, screen_record
-from golden.memory_map import MemoryImage, machine_image
+from golden.jobs.job import Job, PhaseRequest, plan_job
+from golden.jobs.result_formats import HitFormat
+from golden.jobs.tile_sections import tile_sections
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
@@ -31,17 +33,17 @@ RATIO = 16
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
-    """A view: the machine's image, and its rays and patches.
+    """A view: the job that casts it, and its rays and patches.
 
     Parameters
     ----------
-    image
-        For the machine.
+    job
+        A load and the sections of the view, in rings that have room for all of them.
     record, geometry
         Rays and patches.
     """
 
-    image: MemoryImage
+    job: Job
     record: FrustumRecord
     geometry: PatchGeometry
 
@@ -68,8 +70,9 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     geometry = PatchGeometry.of(opened, config.numbers, [camera.eye])
     table = Shelling(geometry, config, cell=cell, by_code=True).table
     record = screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates)
-    plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, ray_capacity=config.icu.rays,
-                    capacity=config.memsys.own_patches)
+    plan = schedule(record, geometry, table, config, clusters=1, ratio=RATIO, capacity=config.memsys.own_patches)
     if not config.ctu.subshells:
         plan = plan.without_subshells()
-    return View(image=machine_image(record, geometry, table, config, plan), record=record, geometry=geometry)
+    sections = len(tile_sections(record.columns, record.rows, config, clusters=1))
+    phase = PhaseRequest(geometry=geometry, table=table, records=[record], hit_format=HitFormat.FULL, plan=plan)
+    return View(job=plan_job([phase], config, ring_bits=sections.bit_length()), record=record, geometry=geometry)

@@ -37,7 +37,7 @@ def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assign
     if not no_bitstream:
         tool_versions()
     config = BOARD.with_parameters(assignments)
-    program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).image, config)
+    program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).job)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
     options = NEXTPNR if nextpnr is None else tuple(shlex.split(nextpnr))
     stage = "write Verilog" if no_bitstream else "synthesis, place and route"

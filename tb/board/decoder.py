@@ -5,36 +5,65 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.fixed_hits import FixedHits
 from golden.errors import InputError
 from golden.image import label_colours
-from golden.memory_map import MAGIC, REGIONS
+from golden.jobs.completion import parse_completions
+from golden.jobs.descriptor import Kind, parse_descriptors
+from golden.jobs.result_formats import HitFormat, unpack_hits
+from golden.memory_map import MAGIC
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES, FrameKind, header
 from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES
 
-__all__ = ["Frame", "encode", "frames", "hit_picture", "results"]
+__all__ = ["Cast", "Frame", "encode", "frames", "hit_picture", "results"]
 
 _MAGIC = MAGIC.to_bytes(4, "little")
+_PARTS = (FrameKind.COMPLETIONS, FrameKind.DESCRIPTORS, FrameKind.HITS)
 
 
 @dataclass(frozen=True)
 class Frame:
     """Kind and payload."""
 
-    kind: int
+    kind: FrameKind
     payload: bytes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cast:
+    """A whole cast.
+
+    Parameters
+    ----------
+    columns, rows
+        Rays.
+    hits
+        Their hits.
+    completions
+        The records of `golden.jobs.completion.COMPLETION` of all descriptors.
+    cycles
+        From the beginning of the first section to the end of the last one.
+    """
+
+    columns: int
+    rows: int
+    hits: FixedHits
+    completions: np.ndarray
+    cycles: int
 
 
 def frames(data: bytes) -> list[Frame]:
     """All whole frames among bytes; what does not begin with the magic number, or has a wrong checksum, is skipped."""
-    found, at = [], 0
+    found, at, kinds = [], 0, {kind.value: kind for kind in FrameKind}
     while (at := data.find(_MAGIC, at)) >= 0:
         kind, length = data[at + 4:at + 5], int.from_bytes(data[at + 5:at + HEADER_BYTES], "little")
         end = at + HEADER_BYTES + length
         check = data[end:end + CHECK_BYTES]
-        if len(check) == CHECK_BYTES and zlib.crc32(data[at:end]) == int.from_bytes(check, "little"):
-            found.append(Frame(kind[0], data[at + HEADER_BYTES:end]))
+        if (len(check) == CHECK_BYTES and zlib.crc32(data[at:end]) == int.from_bytes(check, "little")
+                and kind[0] in kinds):
+            found.append(Frame(kinds[kind[0]], data[at + HEADER_BYTES:end]))
             at = end + CHECK_BYTES
         else:
             at += 1
@@ -47,34 +76,39 @@ def encode(frame: Frame) -> bytes:
     return data + zlib.crc32(data).to_bytes(CHECK_BYTES, "little")
 
 
-def results(given: list[Frame]) -> tuple[int, dict[str, np.ndarray]]:
-    """Cycles of the last cast, and the regions that came with it.
+def results(given: list[Frame]) -> Cast:
+    """The last cast.
 
     Raises
     ------
     EngineError
-        It has ended with one.
+        It, or one of its descriptors, has ended with one.
     InputError
         There is none.
     """
-    cycles, regions = None, {}
+    parts = {}
     for frame in given:
-        if frame.kind == FrameKind.ERROR.value:
+        if frame.kind == FrameKind.ERROR:
             words = np.frombuffer(frame.payload, "<u4").tolist()
             raise EngineError(ErrorCode(words[0]), words[1], words[2] | words[3] << 8 * WORD_BYTES)
-        if frame.kind == FrameKind.CYCLES.value:
-            cycles, regions = int.from_bytes(frame.payload, "little"), {}
-        else:
-            region = REGIONS[frame.kind]
-            regions[region.name] = np.frombuffer(frame.payload, region.dtype)
-    missing = [name for name in ("frustum", "hits", "sums") if name not in regions]
-    if cycles is None or missing:
+        if frame.kind == FrameKind.COMPLETIONS:
+            parts = {}
+        parts[frame.kind] = frame.payload
+    missing = [kind.name.lower() for kind in _PARTS if kind not in parts]
+    if missing:
         raise InputError("board: There must be a whole cast among what was sent; there is no frame of "
-                         f"{', '.join(['cycles'] * (cycles is None) + missing)}")
-    return cycles, regions
+                         f"{', '.join(missing)}")
+    descriptors = parse_descriptors(parts[FrameKind.DESCRIPTORS])
+    completions = parse_completions(parts[FrameKind.COMPLETIONS])[:len(descriptors)]
+    for one in completions[completions["error"] != 0]:
+        raise EngineError(ErrorCode(int(one["error"])), int(one["cluster"]), int(one["address"]))
+    sections = descriptors[descriptors["kind"] == Kind.FRUSTUM]
+    cast = completions[np.isin(completions["tag"], sections["tag"])]
+    return Cast(columns=int(sections["columns"][0]), rows=int(sections["rows"][0]), completions=completions,
+                hits=unpack_hits(parts[FrameKind.HITS], HitFormat(sections["hit_format"][0])),
+                cycles=(int(cast["end"][-1]) - int(cast["begin"][0])) % (1 << 32))
 
 
-def hit_picture(regions: dict[str, np.ndarray]) -> np.ndarray:
+def hit_picture(cast: Cast) -> np.ndarray:
     """H x W x 3 uint8: a colour for each patch."""
-    (frustum,) = regions["frustum"]
-    return label_colours(regions["hits"]["patch"].reshape(int(frustum["rows"]), int(frustum["columns"])))
+    return label_colours(cast.hits.patch.reshape(cast.rows, cast.columns))

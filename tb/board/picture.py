@@ -19,12 +19,12 @@ __all__ = ["main"]
 def main(file, output) -> None:
     """Write the picture of the last cast in FILE."""
     try:
-        cycles, regions = results(frames(file.read()))
+        cast = results(frames(file.read()))
     except (EngineError, InputError) as error:
         raise click.ClickException(str(error)) from error
-    write_png(output, hit_picture(regions))
-    hits = int((regions["hits"]["patch"] >= 0).sum())
-    click.echo(f"{output}: {len(regions['hits'])} rays, {hits} hits, {cycles} cycles")
+    write_png(output, hit_picture(cast))
+    patch = cast.hits.patch
+    click.echo(f"{output}: {len(patch)} rays, {int((patch >= 0).sum())} hits, {cast.cycles} cycles")
 
 
 if __name__ == "__main__":

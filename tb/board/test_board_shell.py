@@ -10,9 +10,11 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from PIL import Image
 
 from golden.cast.naive_fixed import NaiveFixed
+from golden.control.job_control import NO_CLUSTER
 from golden.image import write_png
+from golden.jobs.result_formats import HitFormat, pack_hits
 from hw.board.board_shell import BoardShell
-from hw.board.frame import FrameKind, region_kind
+from hw.board.frame import FrameKind
 from hw.board.program import Operation, Step
 from hw.board.record import record
 from hw.board.view import BOARD, board_view
@@ -52,11 +54,11 @@ async def casts_twice(dut):
     Path(options()["result"]).write_bytes(line.received)
 
 
-def with_an_error(program):
-    """The program, with a command that means nothing at its end."""
-    offsets = addresses(ENGINE_REGISTERS)
+def with_an_error(job):
+    """The program of a job, with a doorbell beyond the ring at its end."""
+    program, offsets = record(job), addresses(ENGINE_REGISTERS)
     *usual, halt = program.steps[:program.error]
-    more = (Step(operation=Operation.WRITE, address=offsets["command"], value=0),
+    more = (Step(operation=Operation.WRITE, address=offsets["doorbell"], value=2 + (1 << job.ring_bits) + 1),
             Step(operation=Operation.WAIT, address=offsets["status"]))
     return dataclasses.replace(program, steps=(*usual, *more, halt, *program.steps[program.error:]),
                                error=program.error + len(more))
@@ -66,34 +68,32 @@ def with_an_error(program):
 def test_hits_come_out_of_the_serial_line():
     view = board_view(BOARD, scene="cornell", pixels=PIXELS, cell=0.25)
     expected = NaiveFixed(view.geometry, BOARD).cast(view.record)
-    shell = BoardShell(config=BOARD, program=with_an_error(record(view.image, BOARD)), divisor=DIVISOR,
-                       black_boxes=True)
+    shell = BoardShell(config=BOARD, program=with_an_error(view.job), divisor=DIVISOR, black_boxes=True)
     result = (BUILD / "vectors" / "board.bin").resolve()
     result.parent.mkdir(parents=True, exist_ok=True)
     simulate(verilog_of(shell, "top") + verilog_of(Cluster(config=BOARD), CLUSTER), "tb.board.test_board_shell",
              ("casts_twice",), name="board", visible=("clk", "rst", "tx", "again", "busy", "failed"), cycles=4_000_000,
              result=str(result))
     sent = frames(result.read_bytes())
-    one = [FrameKind.CYCLES.value, *map(region_kind, ("frustum", "hits", "sums")), FrameKind.ERROR.value]
-    assert [frame.kind for frame in sent] == 2 * one
+    kinds = [FrameKind.COMPLETIONS, FrameKind.DESCRIPTORS, FrameKind.HITS, FrameKind.ERROR]
+    assert [frame.kind for frame in sent] == 2 * kinds
     with pytest.raises(EngineError) as raised:
         results(sent)
-    assert raised.value.code == ErrorCode.COMMAND
-    written = view.image.with_results(expected)
-    times = []
-    for first in (0, len(one)):
-        cycles, regions = results(sent[first:first + len(one) - 1])
-        times.append(cycles)
-        assert regions["frustum"].tobytes() == view.image["frustum"].tobytes()
-        different = np.flatnonzero(regions["hits"] != written["hits"])
-        assert not len(different), f"{len(different)} of {len(written['hits'])} rays differ"
-        for name in "hits", "sums":
-            assert regions[name].tobytes() == written[name].tobytes(), name
-        assert (regions["hits"]["patch"] >= 0).mean() > 0.8
-    # The second time the caches are as they were left.
-    assert 0 < times[1] <= times[0] < 1_000_000
+    assert raised.value.code == ErrorCode.RING
+    # The second time the machine is as it was: also its cycle counter and its rings.
+    assert sent[:len(kinds)] == sent[len(kinds):]
+    cast = results(sent[:len(kinds) - 1])
+    assert sent[1].payload == view.job.descriptors.tobytes()
+    assert [(one["tag"], one["cluster"], one["sums"], one["lap"]) for one in cast.completions] == [
+        (0, NO_CLUSTER, 0, 1), (1, 0, 0, 1)]
+    assert 0 < cast.completions["cycles"][1] <= cast.cycles < 1_000_000
+    for name, values in vars(expected).items():
+        different = np.flatnonzero(getattr(cast.hits, name) != values)
+        assert not len(different), f"{len(different)} of {len(values)} rays differ in {name}"
+    assert sent[2].payload == pack_hits(expected, HitFormat.FULL).tobytes()
+    assert (expected.patch >= 0).mean() > 0.8
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    write_png(PICTURE, hit_picture(regions))
+    write_png(PICTURE, hit_picture(cast))
     with Image.open(PICTURE) as picture:
         colours = np.asarray(picture)
     patches = expected.patch.reshape(PIXELS[1], PIXELS[0])

@@ -1,5 +1,6 @@
 """A host in hardware, at a machine that only has registers."""
 
+import dataclasses
 import random
 import zlib
 
@@ -7,8 +8,9 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.errors import InputError
+from golden.jobs.completion import COMPLETION
 from golden.memory_map import MAGIC as IMAGE_MAGIC
-from hw.board.frame import FrameKind, header, region_kind
+from hw.board.frame import FrameKind, header
 from hw.board.program import Operation, Program, Step
 from hw.board.record import record
 from hw.board.sequencer import Sequencer
@@ -19,7 +21,11 @@ from hw.registers.register import addresses
 from tb.board.decoder import Frame, frames
 
 ADDRESSES = addresses(ENGINE_REGISTERS)
+SENT = FrameKind.COMPLETIONS, FrameKind.DESCRIPTORS, FrameKind.HITS
+ACKNOWLEDGE = (ADDRESSES["interrupt"], register("interrupt").pack(enable=1, pending=1))
 MEMORY = random.Random(7).randbytes(8 * 20)
+# Reads of the status while units are being reset.
+RESETTING = 4
 WHERE = 0x12_3456_789A_BCD0
 
 
@@ -37,16 +43,22 @@ async def _when(ctx, condition, value=None):
 
 
 class Machine:
-    """Registers and memory that are slow; busy for some looks at the status after each command."""
+    """Registers and memory that are slow. A doorbell brings interrupts; the machine is busy until the last one.
 
-    def __init__(self, component, *, values=(), fails=None, memory=MEMORY, seed=1):
+    It is reset by a program's restart, and completes ``count`` descriptors then.
+    """
+
+    def __init__(self, component, *, values=(), fails=False, memory=MEMORY, interrupts=3, count=2, seed=1):
         self.component, self.memory, self.random = component, memory, random.Random(seed)
         self.values = {ADDRESSES["magic"]: MAGIC, ADDRESSES["version"]: VERSION, ADDRESSES["clusters"]: 1,
                        **dict(values)}
-        self.fails, self.writes, self.sent = fails, [], bytearray()
+        self.fails, self.interrupts, self.count = fails, interrupts, count
+        # Interrupts still to come, and reads of the status since the last one.
+        self.coming, self.looks = 0, 0
+        self.writes, self.sent = [], bytearray()
         self.simulator = Simulator(component)
         self.simulator.add_clock(1e-8)
-        for process in self._reads, self._writes, self._peeks, self._takes:
+        for process in self._reads, self._writes, self._peeks, self._takes, self._interrupts:
             self.simulator.add_testbench(process, background=True)
 
     async def _stall(self, ctx):
@@ -54,7 +66,7 @@ class Machine:
             await ctx.tick()
 
     async def _reads(self, ctx):
-        host, looks = self.component.host, 2
+        host = self.component.host
         while True:
             await self._stall(ctx)
             ctx.set(host.arready, 1)
@@ -63,10 +75,12 @@ class Machine:
             await self._stall(ctx)
             value = self.values.get(address, 0)
             if address == ADDRESSES["status"]:
-                looks -= 1
-                value = register("status").pack(casts=1) if looks else register("status").pack(
-                    loaded=1, present=1, failed=int(self.fails is not None and self.fails == len(self.writes)))
-                looks = looks or 3
+                self.looks += 1
+                assert self.looks == 1 or self.fails, "the status is read once after each interrupt"
+                # Units are still being reset when a queue that halts interrupts.
+                value = register("status").pack(busy=1) if self.coming else register("status").pack(
+                    loaded=not self.fails, failed=self.fails, halted=self.fails,
+                    busy=self.fails and self.looks < RESETTING)
             ctx.set(host.rdata, value)
             ctx.set(host.rresp, 0 if address < 0x100 else 2)
             ctx.set(host.rvalid, 1)
@@ -87,11 +101,28 @@ class Machine:
                 found[name] = await _when(ctx, valid, value)
                 ctx.set(ready, 0)
             self.writes.append((found["aw"], found["w"]))
+            if found["aw"] == ADDRESSES["doorbell"]:
+                self.coming = self.interrupts if found["w"] else 0
+                self.values[ADDRESSES["completed"]] = self.count if found["w"] else 0
+            if self.writes[-1] == ACKNOWLEDGE:
+                ctx.set(self.component.interrupt, 0)
             await self._stall(ctx)
             ctx.set(host.bresp, 0 if found["aw"] < 0x100 else 2)
             ctx.set(host.bvalid, 1)
             await _when(ctx, host.bready)
             ctx.set(host.bvalid, 0)
+
+    async def _interrupts(self, ctx):
+        interrupt = self.component.interrupt
+        while True:
+            await ctx.tick()
+            if self.coming:
+                await ctx.tick().repeat(self.random.choice((1, 5, 40)))
+                assert not ctx.get(interrupt), "an interrupt is acknowledged"
+                self.coming, self.looks = self.coming - 1, 0
+                ctx.set(interrupt, 1)
+                while ctx.get(interrupt) or not self.looks:
+                    await ctx.tick()
 
     async def _peeks(self, ctx):
         component = self.component
@@ -123,10 +154,14 @@ class Machine:
             for number in range(times):
                 if number:
                     ctx.set(component.again, 1)
+                    assert ctx.get(component.restarts)
+                    self.values[ADDRESSES["completed"]] = 0
                     await ctx.tick()
                     ctx.set(component.again, 0)
                 for _ in range(200_000):
-                    *_, busy, bad = await ctx.tick().sample(component.busy, component.failed)
+                    *_, busy, bad, restarts = await ctx.tick().sample(
+                        component.busy, component.failed, component.restarts)
+                    assert not restarts
                     if not busy:
                         break
                 else:
@@ -140,64 +175,88 @@ class Machine:
 
 
 def test_a_recorded_program_is_what_the_driver_does(view):
-    program, image = record(view.image, BOARD, total=5), view.image
-    assert program.memory == image.to_bytes()
+    program, job = record(view.job), view.job
+    assert len(program.memory) == job.end
+    tables = {**job.tables(), job.ring: job.descriptors.tobytes(), job.completions: bytes(64 << job.ring_bits)}
+    for address, data in tables.items():
+        assert program.memory[address:address + len(data)] == data
     register_names = {address: name for name, address in ADDRESSES.items()}
     wrote = [(register_names.get(step.address), step.value) for step in program.steps
              if step.operation is Operation.WRITE]
-    offsets = image.offsets
-    for name, value in ("image", 0), ("read_limit", len(program.memory)), ("write_base", offsets["hits"]), ("total", 5):
+    for name, value in (("ring", job.ring), ("completions", job.completions), ("ring_bits", job.ring_bits),
+                        ("read_limit", job.end), ("write_limit", job.end), ("interrupt", ACKNOWLEDGE[1])):
         assert (name, value) in wrote
-    assert [value for name, value in wrote if name == "command"] == [
-        register("command").pack(**{name: 1}) for name in ("load", "cast", "write", "clear")]
+    # The doorbell comes last: all descriptors at once.
+    assert wrote[-1] == ("doorbell", len(job.descriptors))
+    assert [value for name, value in wrote if name == "doorbell"][:-1] == [0]
     assert [step.operation for step in program.steps[:3]] == [Operation.EXPECT] * 3
+    (wait,) = (k for k, step in enumerate(program.steps) if step.operation is Operation.WAIT)
+    assert program.steps[wait + 1] == Step(operation=Operation.EXPECT, address=ADDRESSES["completed"], value=2)
     kinds = [step.value >> 32 & 0xFF for step in program.steps if step.operation is Operation.FRAME]
-    assert kinds == [FrameKind.CYCLES.value, *map(region_kind, ("frustum", "hits", "sums")), FrameKind.ERROR.value]
+    assert kinds == [kind.value for kind in (*SENT, FrameKind.ERROR)]
     assert [k for k, step in enumerate(program.steps) if step.operation is Operation.HALT] == [
         program.error - 1, len(program.steps) - 1]
-    with pytest.raises(InputError, match="Columns must be at most"):
-        record(board_view(BOARD.replace({"icu.side_bits": 7, "icu.rays": 1 << 14}), scene="cornell", pixels=(80, 8),
-                          cell=0.5).image, BOARD)
+
+
+def test_a_view_larger_than_the_ray_memory_has_several_sections():
+    job = board_view(BOARD.replace({"icu.side_bits": 7}), scene="cornell", pixels=(80, 64), cell=0.5).job
+    assert len(job.descriptors) == 3
+    program = record(job)
+    assert program.memory[job.ring:][:192 * 3] == job.descriptors.tobytes()
+    with pytest.raises(InputError, match=r"2\^icu.side_bits"):
+        board_view(BOARD, scene="cornell", pixels=(80, 8), cell=0.5)
+
+
+def test_a_ring_has_room_for_all_descriptors(view):
+    with pytest.raises(ValueError, match=r"^The ring must have room for 2 descriptors, not for 1$"):
+        record(dataclasses.replace(view.job, ring_bits=0))
+
+
+def sent_by(job, memory):
+    """The frames of a cast."""
+    (hits,) = job.phases[0].hits
+    return [Frame(kind, memory[address:address + size]) for kind, address, size in zip(
+        SENT, (job.completions, job.ring, hits), (COMPLETION.dtype.itemsize << job.ring_bits, job.descriptors.nbytes,
+                                                  16 * 8 * 8), strict=True)]
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.nightly)])
 def test_a_program_runs_any_number_of_times(view, seed):
-    program, image = record(view.image, BOARD), view.image
-    machine = Machine(Sequencer(config=BOARD, program=program), values={ADDRESSES["cycles"]: 0x12345678},
-                      memory=program.memory, seed=seed)
+    program = record(view.job)
+    memory = bytearray(program.memory)
+    # What the machine writes: anything.
+    for frame, address in zip(sent_by(view.job, memory), (view.job.completions, view.job.ring,
+                                                          *view.job.phases[0].hits), strict=True):
+        memory[address:address + len(frame.payload)] = random.Random(address).randbytes(len(frame.payload))
+    machine = Machine(Sequencer(config=BOARD, program=program), memory=memory, seed=seed)
     assert machine.run(times=2) == [False, False]
     writes = [(step.address, step.value) for step in program.steps[:program.error] if step.operation is Operation.WRITE]
-    assert machine.writes == 2 * writes
-    expected = [Frame(FrameKind.CYCLES.value, (0x12345678).to_bytes(4, "little")),
-                *(Frame(region_kind(name), image[name].tobytes()) for name in ("frustum", "hits", "sums"))]
+    assert machine.writes == 2 * (writes + [ACKNOWLEDGE] * machine.interrupts)
+    expected = sent_by(view.job, bytes(memory))
     assert frames(bytes(machine.sent)) == 2 * expected
     assert len(machine.sent) == 2 * sum(len(frame.payload) + 12 for frame in expected)
 
 
-def test_an_error_is_reported_and_cleared(view):
-    program = record(view.image, BOARD)
+def test_an_error_is_reported(view):
+    program = record(view.job)
     reported = {ADDRESSES["error"]: ErrorCode.WATCHDOG.value, ADDRESSES["error_cluster"]: 3,
                 ADDRESSES["error_address"]: WHERE & 0xFFFFFFFF, ADDRESSES["error_address"] + 4: WHERE >> 32}
-    usual = [step for step in program.steps[:program.error] if step.operation is Operation.WRITE]
-    # After the command to load, and after that to cast.
-    commands = [k for k, step in enumerate(usual, 1) if step.address == ADDRESSES["command"]]
-    for at in commands[:2]:
-        machine = Machine(Sequencer(config=BOARD, program=program), values=reported, fails=at, memory=program.memory)
-        assert machine.run(times=2) == [True, False]
-        first, *others = frames(bytes(machine.sent))
-        assert first == Frame(FrameKind.ERROR.value, b"".join(
-            word.to_bytes(4, "little") for word in (ErrorCode.WATCHDOG.value, 3, WHERE & 0xFFFFFFFF, WHERE >> 32)))
-        assert machine.writes[at] == (ADDRESSES["command"], register("command").pack(clear=1))
-        assert [frame.kind for frame in others] == [FrameKind.CYCLES.value, *map(
-            region_kind, ("frustum", "hits", "sums"))]
+    error = Frame(FrameKind.ERROR, b"".join(
+        word.to_bytes(4, "little") for word in (ErrorCode.WATCHDOG.value, 3, WHERE & 0xFFFFFFFF, WHERE >> 32)))
+    # The machine has failed, or a descriptor has not been completed.
+    for fails, count in (True, 2), (False, 1):
+        machine = Machine(Sequencer(config=BOARD, program=program), memory=program.memory, fails=fails, count=count,
+                          values=reported)
+        assert machine.run(times=2) == [True, True]
+        assert frames(bytes(machine.sent)) == 2 * [error]
 
 
-@pytest.mark.parametrize(("name", "value"), [("magic", 1), ("version", 7), ("clusters", 2)])
+@pytest.mark.parametrize(("name", "value"), [("magic", 1), ("version", 7), ("clusters", 2), ("taken", 1)])
 def test_another_machine_is_refused(view, name, value):
-    machine = Machine(Sequencer(config=BOARD, program=record(view.image, BOARD)), values={ADDRESSES[name]: value})
+    machine = Machine(Sequencer(config=BOARD, program=record(view.job)), values={ADDRESSES[name]: value})
     assert machine.run() == [True]
-    assert [frame.kind for frame in frames(bytes(machine.sent))] == [FrameKind.ERROR.value]
-    assert machine.writes == [(ADDRESSES["command"], register("command").pack(clear=1))]
+    assert [frame.kind for frame in frames(bytes(machine.sent))] == [FrameKind.ERROR]
+    assert machine.writes == []
 
 
 @pytest.mark.parametrize("operation", [Operation.WRITE, Operation.WORD, Operation.EXPECT, Operation.WAIT])
@@ -206,16 +265,20 @@ def test_registers_that_are_not_there(operation):
     steps = (Step(operation=operation, address=0x200), Step(operation=Operation.HALT),
              Step(operation=Operation.WRITE, address=0x300, value=9), Step(operation=Operation.HALT))
     machine = Machine(Sequencer(config=BOARD, program=Program(steps=steps, error=2, memory=MEMORY)))
+    if operation is Operation.WAIT:
+        machine.coming = 1
     assert machine.run() == [True]
-    assert machine.writes == [(0x200, 0)] * (operation is Operation.WRITE) + [(0x300, 9)]
+    before = {Operation.WRITE: [(0x200, 0)], Operation.WAIT: [ACKNOWLEDGE]}
+    assert machine.writes == [*before.get(operation, ()), (0x300, 9)]
 
 
 @pytest.mark.parametrize("size", [8, 1, 7, 9, 160])
 def test_bytes_of_any_length(size):
-    steps = (Step(operation=Operation.FRAME, value=header(5, size)),
+    steps = (Step(operation=Operation.FRAME, value=header(FrameKind.HITS, size)),
              Step(operation=Operation.BYTES, address=0, value=size), Step(operation=Operation.CHECK),
              Step(operation=Operation.HALT))
     machine = Machine(Sequencer(config=BOARD, program=Program(steps=steps, error=3, memory=MEMORY)))
     assert machine.run() == [False]
-    data = IMAGE_MAGIC.to_bytes(4, "little") + bytes([5]) + size.to_bytes(3, "little") + MEMORY[:size]
+    head = bytes([FrameKind.HITS.value]) + size.to_bytes(3, "little")
+    data = IMAGE_MAGIC.to_bytes(4, "little") + head + MEMORY[:size]
     assert bytes(machine.sent) == data + zlib.crc32(data).to_bytes(4, "little")
