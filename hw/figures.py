@@ -19,7 +19,7 @@ MAIN = {
     "icu": ("IntersectionUnit",),
     "ctu": ("TraversalUnit",),
     "memsys": ("MemorySystem", "SystemBusInterface"),
-    "control": ("EngineControl",),
+    "control": ("JobControl",),
     "registers": ("Registers",),
     "noc": ("Router-72-2",),
 }

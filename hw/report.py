@@ -71,7 +71,7 @@ UNITS = {
         "EdgePlanes": {}, "PlaneFactor": {}, "Sbb": {}, "Ipbb": {}, "SectionClip": {}, "InverseDistanceBound": {},
         "PatchSlots": TAG, "IcRayGenerator": {}, "WindowWalk": {}, "RayIssue": {}, "SettleMap": TAG,
         "RayDirection": TAG, "Screening": TAG, "InverseDistance": TAG, "UvAlignment": TAG, "UvSubdivision": TAG,
-        "RayMemory": TAG, "ReadOut": {}, "Collector": {}, "PatchSums": {},
+        "RayMemory": TAG, "ReadOut": {}, "PatchSums": {},
     },
     "ctu": {
         "SubshellGenerator": {}, "CtRayGenerator": {}, "StageRows": {},
@@ -82,8 +82,7 @@ UNITS = {
     "memsys": {
         # A location per grid ray of a shell.
         "IStructure": lambda config: IStructure(18, depth=4096, version_bits=4, deferred=64, tag=20),
-        "MainMemoryPort": {"tag": 2}, "PreloadDma": {}, "WriteDma": {}, "ResultWriter": {},
-        "WriteMerge": {"count": 4},
+        "MainMemoryPort": {"tag": 2}, "PreloadDma": {}, "ResultWriter": {}, "WriteMerge": {"count": 4},
         # Patches, under all placements and without the fully associative one.
         "PatchCache": _patch_cache(tuple(CachePolicy)),
         "PatchCache-sets": _patch_cache((CachePolicy.DIRECT, CachePolicy.LRU)),
@@ -95,10 +94,9 @@ UNITS = {
             config=config, frames=config.memsys.store_patches, requests=config.memsys.store_requests),
     },
     "control": {
-        "FrustumLoad": {}, "NearCells": {}, "CastControl": {}, "SectionCast": {}, "SectionResults": {},
-        "LoadControl": {}, "ResultControl": {}, "SumMerge": {"count": 2}, "EngineControl": {}, "DescriptorFetch": {},
-        "DescriptorCheck": {}, "JobDispatch": {}, "JobControl": {}, "CompletionWriter": {}, "FrustumSlot": {},
-        "NearCellBanks": {},
+        "JobControl": {}, "DescriptorFetch": {}, "DescriptorCheck": {}, "JobDispatch": {}, "CompletionWriter": {},
+        "LoadControl": {}, "FrustumLoad": {}, "FrustumSlot": {}, "NearCellBanks": {}, "SectionCast": {},
+        "SectionResults": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},
     "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},

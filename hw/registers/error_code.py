@@ -33,11 +33,10 @@ ABOUT = {
     "IMAGE": "there is no image, or one of another version",
     "REGION": "a region outside the image, not at a multiple of 64, or of a length that it must not have",
     "POINTER": "a record points outside the table that it points into",
-    "NO_RECORD": "a result has no record in its region",
+    "NO_RECORD": "a cluster has sent another number of hits than its section has",
     "SIZE": "a record has a number that is too large for the machine: of cells along an axis, of grid "
             "rays, or the weight of a ray",
-    "OVERFLOW": "the sum of the weights of a patch's rays exceeds its format: the weights are too large, or too many "
-                "frusta are summed",
+    "OVERFLOW": "the sum of the weights of a patch's rays exceeds its format",
     "PATH_CELL": "the scene has no such cell",
     "PATH_LIST": "a cell's list reaches beyond the patch lists",
     "PATH_PATCH": "a list names a patch that does not exist",
@@ -50,13 +49,13 @@ ABOUT = {
     "LIST_LENGTH": "a list of subshells does not fit its table",
     "LIST_PATCH": "a subshell of a patch that does not exist",
     "LIST_SHELL": "a subshell whose last shell is 0",
-    "COMMAND": "the command is not possible now, there is nothing to write, or no bit is set",
-    "NOT_LOADED": "a cast before all regions have been loaded without an error",
-    "SECTION": "a section with more tiles than the ray memory has",
-    "WATCHDOG": "loads, casts and results have taken more cycles since the last start than `watchdog`; ends in a reset",
-    "ABORTED": "a reset has ended the work; it was not the cause of the reset",
-    "DESCRIPTOR": "a descriptor with a number that it must not have",
-    "RING": "the doorbell is more than a ring ahead of the descriptors taken",
+    "COMMAND": "the command is not possible now, or no bit is set",
+    "NOT_LOADED": "a section before all regions are loaded without an error, or of more shells than are loaded",
+    "SECTION": "a section without rays, not within its frustum, or with more tiles than the ray memory has",
+    "WATCHDOG": "a load or a section has taken more cycles than `watchdog`; ends in a reset",
+    "ABORTED": "a reset has ended the descriptor, which was not its cause",
+    "DESCRIPTOR": "a number of a descriptor that it must not have, see [the rules](job-format.md)",
+    "RING": "the doorbell is more than a ring ahead of `taken`; the queue halts",
 }
 
 

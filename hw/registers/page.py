@@ -19,22 +19,26 @@ write to a read-only register are answered with SLVERR and change nothing. Bytes
 those of a command are 0.
 
 {registers}
-## A frustum
+## A job
 
-1. Put an image into main memory ([the memory map](memory-map.md)) and write its address and the windows.
-2. `regions`, and `command.load`. What has been loaded stays, so a phase or a frustum needs its own regions only: a
-   phase `residence`, `clusters`, `subshells` and `patches`, of which each cluster reads its own; a frustum those
-   whose life is one, and `columns`, `rows`, `grid_rows` and `grid_columns` if its rays are others or its shells more.
-3. `command.cast`.
-4. `total`, `results`, `command.write`: the hits of each ray and the sums of each patch are in the image.
+1. Put an image ([the memory map](memory-map.md)), the cells of shell 1 of each frustum and the descriptors
+   ([the format of jobs](job-format.md)) into main memory.
+2. While the machine is idle write the addresses of the two rings, `ring_bits` and the windows, which have to hold
+   everything that descriptors point to and both rings.
+3. Write the number of descriptors ever submitted into `doorbell`. The first one is a load.
+4. `completed` counts the completion records in their ring. Each one makes an interrupt pending, and so does a queue
+   that halts. Acknowledge it before `completed` and `status` are read: no event is lost then.
+5. Further descriptors go into the entries of those that have been taken, at any time, and then into `doorbell`.
 
-Results of a frustum may be written while the next one is cast (`results.earlier`); otherwise wait until `status` is
-idle. A command that is not possible is an error and changes nothing.
+A command that is not possible is an error and changes nothing.
 
 ## Errors
 
-The first error stays in `error` until `command.clear`. After an error results are undefined. After a fault of the
-tables, and after a reset by a stop or by an error, load all regions again (`status.loaded`).
+An error of a descriptor is in its completion record, its results are undefined, and the queue goes on. The other errors
+halt the queue: the first one stays in `error` until `command.clear`. [The engine](engine.md) has the rules. A queue
+that has halted is idle when `status.busy` is 0: no interrupt tells that units are no longer being reset. Then write the
+address of an image into `image`, and `command.resume`; or write `taken` into `doorbell` before, which drops the
+descriptors that are left. After an error of a load, load all regions again (`status.loaded`).
 
 After `READ_TIMEOUT` all reads end as errors until each late beat of before has come: a load that begins earlier fails
 with `READ_REPLY`, whatever memory does now. Repeat the load until it ends without an error. If a burst never ends, none
@@ -44,7 +48,7 @@ does: reset the machine and its memory together. After `WRITE_TIMEOUT` the same 
 ## Counters
 
 Words from {base:#x} on, {stride} bytes for each cluster; beyond the last one they read as 0. They count from the
-beginning of the frustum, `memory_answered` and `memory_stalls` since reset.
+beginning of the section, `memory_answered` and `memory_stalls` since reset.
 
 | offset | counter | counts |
 |---|---|---|

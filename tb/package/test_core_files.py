@@ -110,7 +110,7 @@ def test_latencies_are_those_of_the_units_that_a_core_has(router):
 def test_latencies_of_black_boxes_are_listed():
     config = PRESETS["tiny"]
     found = unit_latencies(*(make(config) for make in (TOPS["engine"].make, *TOPS["engine"].parts)))
-    assert {"memsys.MainMemoryPort", "control.EngineControl", "icu.PatchSetup", "ctu.Survival"} <= set(found)
+    assert {"memsys.MainMemoryPort", "control.JobControl", "icu.PatchSetup", "ctu.Survival"} <= set(found)
 
 
 def lint(folder, top):

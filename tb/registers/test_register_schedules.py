@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
-from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.register import Access, Field, Register
 from hw.registers.registers import OKAY
 from tb.lib.coverage import Coverage
@@ -27,7 +26,7 @@ SMALL = (
     Register(name="go", access=Access.COMMAND, width=12, about="A command."),
     Register(name="run", access=Access.COMMAND, about="Another one."),
     Register(name="both", access=Access.CONTROL, width=7, about="A command that reads as a number of the machine."))
-TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS), "jobs": (ENGINE_REGISTERS, ADDRESS_BITS)}
+TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS)}
 COMMANDS = {name: [one.name for one in table if one.access in (Access.COMMAND, Access.CONTROL)]
             for name, (table, _) in TABLES.items()}
 CYCLES = st.sampled_from((0, 0, 0, 0, 1, 2, 3, 6))
