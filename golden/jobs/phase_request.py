@@ -1,4 +1,4 @@
-"""What the host requests of a phase by its rules: clusters for each frustum, equal sections, resident sets."""
+"""What the host requests of a phase by its rules: clusters for each frustum, sections of equal work, subshell lists."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,18 @@ from golden.jobs.job import PhaseRequest
 from golden.jobs.tile_sections import most_sections
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.low_density import low_density
 from golden.schedule.phase import machine_schedule
 
-__all__ = ["clusters_per_frustum", "phase_request"]
+__all__ = ["phase_request", "sections_per_frustum"]
+
+# Of each cluster, where several clusters share a frustum: results of one are written while the other is cast.
+SECTIONS = 2
 
 
-def clusters_per_frustum(frusta: int, clusters: int) -> int:
-    """1 if each cluster has a frustum of its own; otherwise the fewest that give each cluster the same number of
-    sections.
+def sections_per_frustum(frusta: int, clusters: int) -> int:
+    """Sections of a frustum: 1 if each cluster has a frustum of its own; otherwise as many as give each cluster the
+    same number of sections, `SECTIONS` or a multiple.
 
     Parameters
     ----------
@@ -24,8 +28,7 @@ def clusters_per_frustum(frusta: int, clusters: int) -> int:
     clusters
         Clusters of the machine, a power of two.
     """
-    even = frusta & -frusta
-    return 1 if frusta >= clusters else max(1, clusters // even)
+    return 1 if frusta >= clusters else SECTIONS * clusters // (frusta & -frusta)
 
 
 def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, table: CellTable, config: Config, *,
@@ -33,8 +36,8 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
                   **results) -> PhaseRequest:
     """The request of a phase.
 
-    Frusta that several clusters share are cut by the work that a sparse casting expects. The same casting chooses
-    resident sets where a cluster cannot hold all patches, and makes subshell lists where the machine has them.
+    Frusta that several clusters share are cut by the work that a sparse casting expects. Where the machine has subshell
+    lists, the sparse casting makes them and chooses resident sets.
 
     Parameters
     ----------
@@ -45,7 +48,8 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     ratio
         Rays of the frustum for each ray of the sparse casting.
     clusters
-        Clusters for each frustum. Default: `clusters_per_frustum`. At most `most_sections`.
+        Sections of each frustum that clusters share, a power of two. Default: `sections_per_frustum`. At most
+        `most_sections`.
     reference
         The frustum of the sparse casting. Default: the first one.
     results
@@ -54,15 +58,16 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     Raises
     ------
     InputError
-        See `golden.schedule.phase.schedule`.
+        See `golden.schedule.phase.schedule` and `golden.schedule.low_density.low_density`.
     """
     first, nodes = records[0], config.noc.nodes
-    clusters = clusters_per_frustum(len(records), nodes) if clusters is None else clusters
+    clusters = sections_per_frustum(len(records), nodes) if clusters is None else clusters
     clusters = min(clusters, most_sections(first.columns, first.rows, config))
-    needs_plan = config.ctu.subshells > 0 or len(geometry) > config.memsys.own_patches
-    plan = None
-    if needs_plan or clusters > 1:
+    plan = workload = None
+    if config.ctu.subshells:
         plan = machine_schedule(reference or first, geometry, table, config, ratio=ratio)
-    return PhaseRequest(
-        geometry=geometry, table=table, records=records, clusters=clusters, plan=plan if needs_plan else None,
-        workload=None if clusters == 1 else plan.found.frusta.share(plan.found.tests), **results)
+    elif clusters > 1:
+        found = low_density(reference or first, geometry, table, config, ratio=ratio)
+        workload = found.frusta.share(found.tests)
+    return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, workload=workload,
+                        plan=plan, **results)

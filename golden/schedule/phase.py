@@ -65,11 +65,10 @@ def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: Cell
                      ratio: int) -> Schedule:
     """`schedule` for the machine of a configuration: its clusters, their capacities, its rule for resident sets.
 
-    Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty, and any cluster may cast any section: then
-    its sections need not fit the ray memory.
+    Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty.
     """
     made = schedule(record, geometry, table, config, clusters=config.noc.nodes, ratio=ratio,
-                    ray_capacity=config.icu.rays if config.ctu.subshells else None, capacity=config.memsys.own_patches,
+                    ray_capacity=config.icu.rays, capacity=config.memsys.own_patches,
                     fill=config.memsys.resident_set == "filled")
     return made if config.ctu.subshells else made.without_subshells()
 

@@ -12,7 +12,8 @@ from tb.lib.configurations import config_of
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase
 
-__all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "JobMachine", "cornell", "planned"]
+__all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "TWO_CLUSTERS", "JobMachine", "cornell",
+           "planned"]
 
 # Beyond 2^32.
 BASE = 0x1_0000_4000
@@ -29,7 +30,7 @@ CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters i
 # compiler in another one.
 CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"machine {clusters}"),
                                           *([pytest.mark.nightly] if clusters == 1 else [])]) for clusters in CONFIGS]
-ONE_CLUSTER = CLUSTERS[0].marks[0]
+ONE_CLUSTER, TWO_CLUSTERS = (one.marks[0] for one in CLUSTERS)
 # Bytes around a job that must not change.
 _MARGIN = 256
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from golden.errors import InputError
 from golden.jobs.job import plan_job
-from golden.jobs.phase_request import clusters_per_frustum, phase_request
+from golden.jobs.phase_request import phase_request, sections_per_frustum
 from golden.jobs.result_formats import HitFormat
 from tb.golden.jobs.jobs import CONFIG, RAYS, hemispheres, scene
 
@@ -14,14 +15,15 @@ def request(records, config, **given):
 
 
 @pytest.mark.parametrize(("frusta", "clusters", "shared"), [
-    (1, 1, 1), (9, 1, 1), (1, 4, 4), (2, 4, 2), (3, 4, 4), (4, 4, 1), (5, 4, 1), (6, 8, 4), (8, 16, 2), (12, 16, 4)])
+    (1, 1, 1), (9, 1, 1), (1, 4, 8), (2, 4, 4), (3, 4, 8), (4, 4, 1), (5, 4, 1), (6, 8, 8), (8, 16, 4), (12, 16, 8)])
 def test_each_cluster_has_the_same_number_of_sections(frusta, clusters, shared):
-    assert clusters_per_frustum(frusta, clusters) == shared
-    assert frusta >= clusters or frusta * shared % clusters == 0
+    assert sections_per_frustum(frusta, clusters) == shared
+    assert frusta >= clusters or frusta * shared % (2 * clusters) == 0
 
 
 def test_frusta_that_fill_the_machine_are_not_scheduled(monkeypatch):
     monkeypatch.setattr("golden.jobs.phase_request.machine_schedule", None)
+    monkeypatch.setattr("golden.jobs.phase_request.low_density", None)
     made = request(hemispheres(2), CONFIG, weights=RAYS.polar_weights, hit_format=HitFormat.COMPACT, sums=True)
     assert (made.clusters, made.plan, made.workload) == (1, None, None)
     assert (made.hit_format, made.sums, made.weights.tolist()) == (HitFormat.COMPACT, True, RAYS.polar_weights.tolist())
@@ -29,7 +31,8 @@ def test_frusta_that_fill_the_machine_are_not_scheduled(monkeypatch):
 
 def test_a_single_frustum_is_cut_by_expected_work():
     config = CONFIG.replace({"icu.rays": 1024})
-    made = request(hemispheres(1), config)
+    assert request(hemispheres(1), config).clusters == 4
+    made = request(hemispheres(1), config, clusters=2)
     assert (made.clusters, made.plan) == (2, None)
     first, second = (one.section for one in plan_job([made], config).sections if one)
     work = [made.workload[:, one.first_column:one.end_column].sum() for one in (first, second)]
@@ -40,11 +43,13 @@ def test_a_single_frustum_is_cut_by_expected_work():
     assert request(hemispheres(1, type(RAYS)(16, 8)), CONFIG, clusters=16).clusters == 8
 
 
-def test_resident_sets_where_patches_do_not_fit_and_lists_where_there_are_any():
-    few = CONFIG.replace({"memsys.own_patches": 64})
-    made = request(hemispheres(3), few, reference=hemispheres(4)[3])
-    assert (made.clusters, made.workload) == (1, None)
+def test_subshell_lists_and_resident_sets_where_the_machine_has_them():
+    few = {"memsys.own_patches": 64}
+    assert request(hemispheres(3), CONFIG.replace(few)).plan is None
+    listed = CONFIG.replace({"ctu.subshell_bits": 10, "icu.rays": 1024, **few})
+    made = request(hemispheres(3), listed, reference=hemispheres(4)[3])
     assert [len(one) for one in made.plan.sets.patches] == [64, 64]
-    listed = CONFIG.replace({"ctu.subshell_bits": 10, "icu.rays": 1024})
-    job = plan_job([request(hemispheres(1), listed)], listed)
-    assert {one.cluster for one in job.sections if one} == {0, 1}
+    assert {one.cluster for one in plan_job([made], listed).sections if one} == {0, 1}
+    # Their sections are pinned, and have to fit.
+    with pytest.raises(InputError, match="the capacity is 256"):
+        request(hemispheres(1), listed.replace({"icu.rays": 256}))
