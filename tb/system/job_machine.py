@@ -31,6 +31,8 @@ CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters i
 CLUSTERS = [pytest.param(clusters, marks=[pytest.mark.xdist_group(f"machine {clusters}"),
                                           *([pytest.mark.nightly] if clusters == 1 else [])]) for clusters in CONFIGS]
 ONE_CLUSTER, TWO_CLUSTERS = (one.marks[0] for one in CLUSTERS)
+# Polls of a halted queue in which all records of what was in flight are written.
+_RECORDS = 100
 # Bytes around a job that must not change.
 _MARGIN = 256
 
@@ -128,15 +130,18 @@ class JobMachine:
             complete(self.port.wait(POLL))
         raise AssertionError(f"the status is {status} still")
 
-    def ended(self, *, timeout: int = 1 << 16) -> list:
-        """Wait until the queue has halted or has nothing to do; the completion records since the last ones."""
+    def ended(self, *, timeout: int = 1 << 18) -> list:
+        """Wait until the queue has nothing to do, or has halted and a record cannot be written; the completion records
+        since the last ones.
+        """
+        halted = 0
         for _ in range(timeout // POLL):
             status = complete(self.host.status())
-            if not status["busy"]:
-                break
+            halted += status["halted"]
+            if not status["busy"] or halted == _RECORDS:
+                return [*complete(self.host.collect(self.job))]
             complete(self.port.wait(POLL))
-        assert status["halted"] or not status["busy"], f"the status is {status} still"
-        return [*complete(self.host.collect(self.job))]
+        raise AssertionError(f"the status is {status} still")
 
     def resumed(self, phase: int = 0) -> list:
         """Let the queue go on with the image of a phase until it has nothing to do; the completion records."""

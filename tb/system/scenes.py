@@ -17,6 +17,7 @@ from golden.scene.view import default_camera
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.phase import Schedule, machine_schedule
 from golden.schedule.resident_sets import ResidentSets
+from golden.schedule.sections import Partition
 from golden.schedule.subshells import SubshellList
 
 __all__ = ["geometry", "phase"]
@@ -74,6 +75,7 @@ def _plan(reference, patches, table, config, sets) -> Schedule:
     if sets == "scheduled":
         return machine_schedule(reference, patches, table, config, ratio=RATIO)
     none, clusters = np.zeros(0, dtype=np.int64), config.noc.nodes
-    return Schedule(found=None, partition=None, cluster=none, processor=np.arange(clusters),
+    return Schedule(found=None, partition=Partition(reference.columns, reference.rows, ()), cluster=none,
+                    processor=np.arange(clusters),
                     sets=ResidentSets(tuple(np.array(one, dtype=np.int64) for one in sets)),
                     subshells=(SubshellList(none, none, none, none),) * clusters)

@@ -1,5 +1,6 @@
 """Connections of a cluster and of the engine, around units that do nothing but what a test lets them do."""
 
+import numpy as np
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
@@ -8,14 +9,16 @@ from amaranth.sim import Simulator
 import hw.cluster
 import hw.engine
 from golden.config import PRESETS
+from golden.ctu.near_cells import near_cells
 from golden.frustum import Hemisphere
-from golden.memory_map import machine_image
+from golden.jobs.descriptor import frustum_descriptor
+from golden.memory_map import phase_image
 from golden.schedule.phase import schedule
 from hw.cluster import Cluster
 from hw.control.control_formats import ControlFormats
-from hw.engine import Engine
+from hw.control.job_formats import NEAR_INDEX
+from hw.engine import FETCH, PRELOAD, Engine
 from hw.lib.inspection import inspect
-from hw.memsys.system_bus_interface import READERS
 from tb.control.image_words import words
 from tb.golden.schedule.scenes import case
 from tb.icu.frustum_load import frustum_payload
@@ -23,8 +26,8 @@ from tb.lib.payload import pack, unpack
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
 UNITS = ("MemorySystem", "IntersectionUnit", "TraversalUnit")
-BLOCKS = ("Registers", "EngineControl", "MainMemoryPort", "PreloadDma", "WriteDma", "LoadControl", "ResultControl",
-          "LocalBus", "SystemBusInterface", "PatchNetwork")
+BLOCKS = ("Registers", "JobControl", "MainMemoryPort", "CompletionWriter", "DescriptorFetch", "JobDispatch",
+          "PreloadDma", "LoadControl", "WriteMerge", "LocalBus", "SystemBusInterface", "PatchNetwork", "Cluster")
 # No two of them are the same.
 SCENE = {"cells": 700, "lists": 1234, "patches": 300}
 LIMIT = 100
@@ -37,57 +40,77 @@ class _Unit(wiring.Component):
         return Module()
 
 
-def _without(monkeypatch, module, names):
-    """The units of ``module`` do nothing from now on; those that are made, by name."""
-    units = {}
+class Connections:
+    """A component around units that do nothing; it is elaborated once.
 
-    def replace(name, real):
+    Parameters
+    ----------
+    module, names
+        The module of the component, and the units in it.
+    make
+        Constructs the component.
+
+    Members
+    -------
+    dut, units
+        The component, and its units by name, the last one of several.
+    """
+
+    def __init__(self, module, names, make):
+        self.units, self._bench = {}, None
+        with pytest.MonkeyPatch.context() as patch:
+            for name in names:
+                patch.setattr(module, name, self._replaced(name, getattr(module, name)))
+            self.dut = make()
+            self._simulator = Simulator(self.dut)
+        self._simulator.add_clock(1e-8)
+        self._simulator.add_testbench(self._run)
+
+    def _replaced(self, name, real):
         def make(*given, **named):
-            units[name] = _Unit(inspect(lambda: real(*given, **named), lambda unit: unit.signature))
-            return units[name]
+            self.units[name] = _Unit(inspect(lambda: real(*given, **named), lambda unit: unit.signature))
+            return self.units[name]
 
-        monkeypatch.setattr(module, name, make)
+        return make
 
-    for name in names:
-        replace(name, getattr(module, name))
-    return units
+    async def _run(self, ctx):
+        await self._bench(ctx)
 
-
-@pytest.fixture
-def cluster(monkeypatch):
-    """Cluster 1 of two, and its units by name."""
-    units = _without(monkeypatch, hw.cluster, UNITS)
-    return Cluster(config=CONFIG), units
-
-
-@pytest.fixture
-def blocks(monkeypatch):
-    """An engine, and its blocks by name, the last one of its clusters among them."""
-    return Engine(config=CONFIG), _without(monkeypatch, hw.engine, (*BLOCKS, "Cluster"))
-
-
-def simulate(dut, bench):
-    """Run a testbench."""
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    def simulate(self, bench):
+        """Run a testbench from reset on."""
+        if self._bench:
+            self._simulator.reset()
+        self._bench = bench
+        self._simulator.run()
 
 
 @pytest.fixture(scope="module")
-def given():
+def cluster():
+    """Cluster 1 of two."""
+    return Connections(hw.cluster, UNITS, lambda: Cluster(config=CONFIG))
+
+
+@pytest.fixture(scope="module")
+def engine():
+    """An engine."""
+    return Connections(hw.engine, BLOCKS, lambda: Engine(config=CONFIG))
+
+
+def test_units_begin_with_what_was_loaded(cluster):
+    """The tables of the cluster, and the numbers of the section in its slot."""
     made = case("cornell", rays=(64, 16), cell=0.25)
-    plan = schedule(made.record, made.geometry, made.shelling.table, CONFIG, clusters=2, ratio=16)
-    image = machine_image(made.record, made.geometry, made.shelling.table, CONFIG, plan,
-                          weights=Hemisphere(64, 16).polar_weights)
+    table = made.shelling.table
+    plan = schedule(made.record, made.geometry, table, CONFIG, clusters=2, ratio=16)
+    image = phase_image([made.record], made.geometry, table, CONFIG, plan=plan,
+                        weights=Hemisphere(64, 16).polar_weights)
     assert len(image.subshells(0)) != len(image.subshells(1)) > 0
-    return made, image, plan.partition.sections
-
-
-def test_units_begin_with_what_was_loaded(cluster, given):
-    (dut, units), (made, image, sections) = cluster, given
-    memory, intersection, traversal = (units[name] for name in UNITS)
-    shape, found = ControlFormats(CONFIG).load_word, {}
+    section = plan.partition.sections[1]
+    descriptor = frustum_descriptor(made.record, table, section=section)
+    near = near_cells(made.record, table, made.record.slopes).astype("<u4")
+    sent = [*enumerate(np.frombuffer(descriptor.tobytes(), "<u8").tolist()),
+            *((NEAR_INDEX, word) for word in np.frombuffer(np.pad(near, (0, len(near) % 2)).tobytes(), "<u8").tolist())]
+    dut, (memory, intersection, traversal) = cluster.dut, (cluster.units[name] for name in UNITS)
+    shape, found, cells = ControlFormats(CONFIG).load_word, {}, []
 
     async def bench(ctx):
         ctx.set(dut.number, 1)
@@ -100,76 +123,84 @@ def test_units_begin_with_what_was_loaded(cluster, given):
                 await ctx.tick().until(dut.i_word.ready)
         ctx.set(dut.i_word.valid, 0)
         await ctx.tick().until(~dut.loads)
-        ctx.set(dut.i_cast.valid, 1)
-        for port in memory.i_start, intersection.i_frustum, traversal.i_frustum:
+        ctx.set(memory.drained, 1)
+        # Those of the other cluster come between.
+        for number in 0, 1:
+            for place, (index, data) in enumerate(sent):
+                ctx.set(dut.i_job.payload, {"cluster": number, "index": index, "data": data if number else ~data,
+                                            "last": place == len(sent) - 1, "void": 0})
+                ctx.set(dut.i_job.valid, 1)
+                await ctx.tick()
+        ctx.set(dut.i_job.valid, 0)
+        for port in memory.i_start, intersection.i_frustum, traversal.i_frustum, traversal.i_near:
             ctx.set(port.ready, 1)
         for _ in range(LIMIT):
             for name, port in ("intersection", intersection.i_frustum), ("traversal", traversal.i_frustum):
                 if ctx.get(port.valid):
+                    assert name not in found
                     found[name] = unpack(port.payload.shape(), ctx.get(port.payload.as_value()))
+            if ctx.get(traversal.i_near.valid):
+                cells.append(unpack(traversal.i_near.payload.shape(), ctx.get(traversal.i_near.payload.as_value())))
             await ctx.tick()
-            ctx.set(dut.i_cast.valid, 0)
-        found["sections"] = unpack(dut.sections.shape(), ctx.get(dut.sections.as_value()))
 
-    simulate(dut, bench)
-    frustum = frustum_payload(made.record, sections[1], CONFIG)
+    cluster.simulate(bench)
+    frustum = frustum_payload(made.record, section, CONFIG)
     assert found["intersection"] == frustum
-    assert found["sections"][0] == frustum["section"]
     assert found["traversal"] == {
         "traversal": {"frustum": frustum, "to_global": made.record.to_global.tolist(),
-                      "grid_origin": made.shelling.table.position(made.record.origin).tolist(),
-                      "cells": made.shelling.table.shape.tolist()},
-        "last_shell": made.shelling.cluster(made.record, sections[1]).traversal.last_shell,
+                      "grid_origin": table.position(made.record.origin).tolist(), "cells": table.shape.tolist()},
+        "last_shell": int(descriptor["last_shell"]),
         "subshells": {"first": 0, "count": len(image.subshells(1)), "patches": SCENE["patches"]}}
+    assert [one["cell"] for one in cells if one["is_cell"]] == near.tolist()
+    assert [one["last"] for one in cells] == [0] * (len(cells) - 1) + [1]
 
 
-@pytest.mark.parametrize(("command", "kind"), [("loading", "read"), ("casting", "read"), ("writing", "write")])
-def test_a_command_keeps_the_window_with_which_it_begins(blocks, command, kind):
-    dut, units = blocks
-    found = []
+def test_windows_are_taken_over_when_the_control_says_so(engine):
+    units = engine.units
 
     async def bench(ctx):
         registers, control, port = (units[name] for name in BLOCKS[:3])
-        windows = {name: (getattr(port, f"{name}_window"), getattr(registers, f"{name}_base"),
-                          getattr(registers, f"{name}_limit")) for name in ("read", "write")}
+        sides = [(getattr(getattr(port, f"{name}_window"), side), getattr(registers, f"{name}_{side}"))
+                 for name in ("read", "write") for side in ("base", "limit")]
         for step in 1, 2, 3:
-            for number, (_, base, limit) in enumerate(windows.values()):
-                ctx.set(base, step << 40 | number)
-                ctx.set(limit, step << 50 | number)
-            ctx.set(getattr(control, command), step == 2)
+            for number, (_, register) in enumerate(sides):
+                ctx.set(register, step << 40 | number)
+            ctx.set(control.takes, step == 2)
             await ctx.tick()
-        found.extend((name, ctx.get(window.base), ctx.get(window.limit)) for name, (window, *_) in windows.items())
+            expected = [0 if step == 1 else 2 << 40 | number for number in range(len(sides))]
+            assert [ctx.get(window) for window, _ in sides] == expected
 
-    simulate(dut, bench)
-    number = ("read", "write").index(kind)
-    assert found[number] == (kind, 2 << 40 | number, 2 << 50 | number)
-    assert found[1 - number][1:] == (0, 0)
+    engine.simulate(bench)
 
 
-def test_a_stop_ends_what_memory_has_accepted_and_nothing_else(blocks):
+def test_a_stop_ends_what_memory_has_accepted_and_nothing_else(engine):
     """Whatever the blocks in reset show: replies are taken and given to nobody, outstanding beats write no byte."""
-    dut, units = blocks
+    units = engine.units
 
     async def bench(ctx):
-        control, port, preload, write = (units[name] for name in ("EngineControl", "MainMemoryPort", "PreloadDma",
-                                                                  "WriteDma"))
-        interface, every = units["SystemBusInterface"], (1 << CONFIG.memory.beat_bytes) - 1
-        for stream in write.o_request, port.o_read, port.o_written, preload.o_request:
+        control, port, writes = (units[name] for name in ("JobControl", "MainMemoryPort", "WriteMerge"))
+        readers = {None: units["SystemBusInterface"], PRELOAD: units["PreloadDma"], FETCH: units["DescriptorFetch"]}
+        every = (1 << CONFIG.memory.beat_bytes) - 1
+        for stream in (writes.o_request, writes.o_data, port.o_read, port.o_written,
+                       *(reader.o_request for reader in readers.values())):
             ctx.set(stream.valid, 1)
-        ctx.set(write.o_data.payload.strobe, every)
+        ctx.set(writes.o_data.payload.strobe, every)
         for stops in 0, 1:
             ctx.set(control.stops, stops)
-            for is_preload in 0, 1:
-                ctx.set(port.o_read.payload.tag, READERS if is_preload else 0)
+            for tag, reader in readers.items():
+                ctx.set(port.o_read.payload.tag, tag or 0)
                 assert ctx.get(port.o_read.ready) == stops
-                assert ctx.get(preload.i_reply.valid) == (is_preload and not stops)
-                assert ctx.get(interface.i_reply.valid) == (not is_preload and not stops)
-            assert ctx.get(port.i_write_data.valid) == stops
+                for other in readers.values():
+                    assert ctx.get(other.i_reply.valid) == (other is reader and not stops)
+            assert ctx.get(port.i_write_data.valid) == 1
             assert ctx.get(port.i_write_data.payload.strobe) == (0 if stops else every)
             assert ctx.get(port.o_written.ready) == stops
-            assert ctx.get(write.i_written.valid) == (not stops)
+            assert ctx.get(writes.i_written.valid) == (not stops)
             await ctx.tick()
             # The request that was merged before the stop is not passed on.
             assert ctx.get(port.i_read.valid) == ctx.get(port.i_write.valid) == (not stops)
+            for name, unit in units.items():
+                if name == "Cluster":
+                    assert ctx.get(unit.reset) == stops
 
-    simulate(dut, bench)
+    engine.simulate(bench)
