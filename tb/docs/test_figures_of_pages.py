@@ -13,7 +13,7 @@ from tb.docs.page_commands import commands_of
 
 
 def test_bytes_of_a_view():
-    program = record(board_view(BOARD, scene="cornell", pixels=(64, 64), cell=0.25).image, BOARD)
+    program = record(board_view(BOARD, scene="cornell", pixels=(64, 64), cell=0.25).job)
     # The frames of a cast; an error's frame replaces those that remain.
     steps = program.steps[:program.error]
     frames = sum(step.operation == Operation.FRAME for step in steps)
