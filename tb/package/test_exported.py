@@ -3,9 +3,8 @@
 import pytest
 
 from golden.config import PRESETS
-from tb.lib.runner import BUILD, SIMULATORS, simulate
+from tb.lib.runner import SIMULATORS, simulate
 from tb.package.test_core_files import written
-from tb.system.scenes import frusta, save
 
 CYCLES = 20_000_000
 
@@ -31,8 +30,6 @@ def test_the_intersection_unit(preset, simulator, tmp_path):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 @pytest.mark.parametrize("preset", ["tiny"])
 def test_the_engine(preset, simulator, tmp_path):
-    config, name = PRESETS[preset], f"exported-engine-{preset}-{simulator}"
-    folder = save(frusta("cornell", config, cell=0.25), BUILD / "vectors" / name)
-    simulate(exported("engine", preset, tmp_path), "tb.system.test_engine", ("whole_frusta",), simulator=simulator,
-             name=name, visible=("clk", "rst", "host__*", "axi__*"), changes=config.parameters(), folder=str(folder),
-             cycles=CYCLES)
+    simulate(exported("engine", preset, tmp_path), "tb.system.test_engine_bus", ("whole_job",), simulator=simulator,
+             name=f"exported-engine-{preset}-{simulator}", visible=("clk", "rst", "host__*", "axi__*"),
+             changes=PRESETS[preset].parameters(), cycles=CYCLES)
