@@ -4,6 +4,7 @@ import csv
 import json
 import re
 from contextlib import nullcontext
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,24 +12,28 @@ import pytest
 from click.testing import CliRunner
 
 import golden.cli
-import golden.memory_map
 import radiosity.cli
+import radiosity.machine_cast
+from golden.cast.fixed_frusta import shares
+from golden.cast.fixed_hits import FixedHits
 from golden.cast.rays import Rays
 from golden.config import PRESETS
 from golden.frustum import Hemisphere
+from golden.jobs.completion import COMPLETION
+from golden.jobs.result_formats import HitFormat
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
 from hw.memsys.cache_policy import CachePolicy
-from hw.simulator.cast_result import SHARED_COUNTERS, CastResult
+from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
 from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
 from hw.simulator.utilization import utilization
 from radiosity.machine_cast import write_counters
-from tb.system.job_machine import ONE_CLUSTER, SMALL
+from tb.system.job_machine import SMALL, TWO_CLUSTERS
 
-# A small machine with little of everything.
-MACHINE = ("--method", "machine", "--preset", "tiny", "--cell", "0.5", "-P", "ctu.run_ahead=2",
+# The small machine of two clusters that tb/system has too.
+MACHINE = ("--method", "machine", "--preset", "tiny", "--clusters", "2", "--cell", "0.5", "-P", "ctu.run_ahead=2",
            *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
 COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
 CAST = ("cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
@@ -63,7 +68,8 @@ BAD = {
                                 "--clusters sets noc.rows (--clusters 1 here), so -P noc.rows cannot be given"),
     "two topologies": (("cast", "cornell", "--patch", "0", *ON, "--preset", "thesis", "--topology", "ring", "-P",
                         "noc.topology=mesh"), "--topology sets noc.topology (--topology ring here)"),
-    "room": (("cast", "cornell", "--patch", "0", *ON, "--rays", "256x128"), "the capacity is 16384"),
+    "room": (("cast", "cornell", "--patch", "0", *ON, "--preset", "thesis", "--cell", "0.5", "--rays", "1024x256"),
+             "the capacity is 16384"),
     "timeline": (("cast", "cornell", "--patch", "0", *ON, "--timeline", "a.png"), "must end in .svg"),
     "waves": (("cast", "cornell", "--patch", "0", *ON, "--waves", "a.fst"), "must end in .vcd"),
     "counters": (("cast", "cornell", "--patch", "0", *ON, "--csv", "a.json"), "must end in .csv"),
@@ -72,7 +78,10 @@ BAD = {
     "rays": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "10x3"), "power"),
     "numbers": (("formfactors", "cornell", *ON, "-o", "a.npz", "-P", "numbers.scene_bits=18"), "numbers."),
     "image": (("render", "cornell", *ON, "-o", "a.jpg"), "must end in .png or .exr"),
-    "size": (("render", "cornell", *ON, "-o", "a.png", "--size", "512x512"), "at most 16384 rays"),
+    "size": (("render", "cornell", *ON, "-o", "a.png", "--size", "5000x4"), "at most 4096 columns and rows of rays "
+              "(icu.side_bits), not 10000 x 8"),
+    "many rays": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "128x32", "-P", "icu.side_bits=6"),
+                  "at most 64 columns and rows of rays (icu.side_bits), not 128 x 32"),
     "dark": (("render", "tetra:1", *ON, "-o", "a.png", "--size", "0x4"), "Width must be 1 to"),
     "another method's option": (("render", "cornell", "-o", "a.png", "--topology", "ring"),
                                 "--topology needs --method machine"),
@@ -181,8 +190,8 @@ def test_what_the_simulation_overrides_is_named():
     assert set(changes) == {"icu.rays", "icu.generation_bits"}
     noc = SimpleNamespace(nodes=8, topology="torus")
     caster = SimpleNamespace(_simulated=SimpleNamespace(config=SimpleNamespace(noc=noc)), _changes=changes,
-                             frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None)
-    assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, cell 0.5 (chosen), 1 frusta")
+                             jobs=1, frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None)
+    assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, cell 0.5 (chosen), 1 job, 1 frusta")
     assert MachineCaster.summary(caster).endswith(text)
     assert overridden_text({}) == ""
 
@@ -197,6 +206,23 @@ def test_a_cell_size_is_a_number_or_the_methods_choice(folder):
         assert (result.exit_code, "is not a finite number above 0" in result.stderr) == (2, True)
 
 
+def result(request, *, sums=True):
+    """The results of a machine that finds nothing, and of the sums that it says so, or none."""
+    count, patches = len(request.records[0]), len(request.geometry)
+    nothing = np.full(count, -1)
+    zeros = np.zeros(count, dtype=np.int64)
+    hits = nothing if request.hit_format == HitFormat.IDS else FixedHits(
+        inverse=zeros, patch=nothing, u=zeros, v=zeros)
+    record = np.zeros(1, COMPLETION.dtype)
+    record["tested"], record["steps"] = 2 * count + 1, 3
+    one = FrustumResult(hits=hits, records=record,
+                        sums=np.full(patches, 0 if sums else 1, dtype=np.int64) if request.sums else None)
+    return JobResult(job=None, frusta=((one,) * len(request.records),), records=record,
+                     cycles=JobCycles(total=9, load=3, cast=4, results=2),
+                     counters=[dict.fromkeys(COUNTERS, 0)] * request.clusters,
+                     shared=dict.fromkeys(SHARED_COUNTERS, 0))
+
+
 def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
     """On a machine that finds nothing."""
     class Machine:
@@ -209,70 +235,108 @@ def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
         def __exit__(self, *_):
             pass
 
-        def cast(self, image, **_):
-            return CastResult(image=image.with_results(image.hits()), cycles=1, load_cycles=0, result_cycles=0,
-                              counters=[dict.fromkeys(COUNTERS, 0)] * self._config.noc.nodes,
-                              shared=dict.fromkeys(SHARED_COUNTERS, 0))
+        def run(self, requests, **_):
+            (request,) = requests
+            return result(request)
 
     monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
     words = (*COMMAND_WORDS["cast"], *ON, "--preset", "thesis")
+    text = run(radiosity.cli.main, *words).stdout
     assert ("machine: 8 clusters, torus, 20 patches, cell 0.5; simulated with icu.rays 16384 instead of 262144, "
-            "icu.generation_bits 8 instead of 4\n") in run(radiosity.cli.main, *words).stdout
+            "icu.generation_bits 8 instead of 4\n") in text
+    assert "cycles 9: cast 4, results 2 after it; the first time 9, of which tables 3\n" in text
     assert json.loads(run(radiosity.cli.main, *words, "--json").stdout)["machine"]["overridden"] == {
         "icu.rays": {"simulated": 16384, "given": 262144}, "icu.generation_bits": {"simulated": 8, "given": 4}}
 
 
 @pytest.mark.parametrize("right", [True, False])
 def test_sums_that_are_not_those_of_the_hits_are_refused(right):
-    """A machine without hits, whose sums say so or say nothing."""
+    """A machine without hits, whose sums say so or say something else."""
     hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
     config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
 
-    def cast(image, **_):
-        written = image.with_results(image.hits()) if right else image
-        return CastResult(image=written, cycles=1, load_cycles=0, result_cycles=0, shared={},
-                          counters=[{"intersection_tested": 0, "traversal_steps": 0}])
+    def cast(requests, **_):
+        return result(*requests, sums=right)
 
-    caster = MachineCaster(scene, SimpleNamespace(config=config, cast=cast), cell=0.5)
+    caster = MachineCaster(scene, SimpleNamespace(config=config, run=cast), cell=0.5)
     point, frames = scene.vertices.mean(axis=(0, 1))[None], np.eye(3)[None]
     found, first = caster.hemispheres(hemisphere, point, frames, np.array([-1])), np.zeros(1, dtype=np.int64)
     with nullcontext() if right else pytest.raises(RuntimeError, match="sums are not those of its hits"):
         assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
 
 
+class Request:
+    """Hemispheres at some points of a scene, requested from a caster."""
+
+    count = 9
+
+    def __init__(self, caster, scene):
+        self._points = scene.vertices.mean(axis=(0, 1)) + np.arange(self.count)[:, None] * 1e-3
+        self._frames = np.repeat(np.eye(3)[None], self.count, axis=0)
+        self._found = caster.hemispheres(Hemisphere(16, 4), self._points, self._frames, np.full(self.count, -1))
+
+    def cast(self, *numbers):
+        """The hits of one ray of each of some hemispheres."""
+        which = np.array(numbers)
+        return self._found(which, np.zeros(len(which), dtype=np.int64), Rays(
+            origin=self._points[which], direction=self._frames[which, 2]))
+
+
 def test_cells_are_chosen_for_each_request(monkeypatch):
     """From four of its frusta, when the first of them is cast."""
-    hemisphere, scene = Hemisphere(16, 4), open_scene("tetra:1")
-    config, cells = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), [0.5, 0.25]
-    requested, tables = [], []
+    scene, config = open_scene("tetra:1"), simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    cells, requested, tables = [0.5, 0.25], [], []
 
     def choose(records, _, given):
         assert given is config
         requested.append([record.origin.tolist() for record in records])
         return SimpleNamespace(cell=cells[len(requested) - 1])
 
-    def cast(image, **_):
-        tables.append(len(image["cells"]))
-        return CastResult(image=image.with_results(image.hits()), cycles=1, load_cycles=0, result_cycles=0, shared={},
-                          counters=[{"intersection_tested": 0, "traversal_steps": 0}])
+    def cast(requests, **_):
+        tables.append(len(requests[0].table))
+        return result(*requests)
 
     monkeypatch.setattr("hw.simulator.machine_caster.choose_cell", choose)
-    caster = MachineCaster(scene, SimpleNamespace(config=config, cast=cast), cell=None)
-    middle, frames, count = scene.vertices.mean(axis=(0, 1)), np.repeat(np.eye(3)[None], 9, axis=0), 9
-    for request in range(2):
-        points = middle + np.arange(count)[:, None] * 1e-3
-        found = caster.hemispheres(hemisphere, points, frames, np.full(count, -1))
-        assert len(requested) == request
-        for number in range(3):
-            one = np.array([number])
-            found(one, np.zeros(1, dtype=np.int64), Rays(origin=points[one], direction=frames[one, 2]))
+    monkeypatch.setattr(MachineCaster, "together", 3 * 64)
+    caster = MachineCaster(scene, SimpleNamespace(config=config, run=cast), cell=None)
+    for number in range(2):
+        request = Request(caster, scene)
+        assert len(requested) == number
+        for frustum in range(6):
+            request.cast(frustum)
     assert [len(origins) for origins in requested] == [4, 4]
     assert len(set(map(tuple, requested[0]))) == 4
-    assert caster.cells == {0.5: 3, 0.25: 3}
-    assert len(set(tables[:3])) == len(set(tables[3:])) == 1
+    assert caster.cells == {0.5: 6, 0.25: 6}
+    assert len(tables) == 4
+    assert len(set(tables[:2])) == len(set(tables[2:])) == 1
     assert tables[0] < tables[3]
-    assert ", cell 0.5, 0.25 (chosen), 6 frusta, " in caster.summary()
-    assert caster.counts()["cells"] == {0.5: 3, 0.25: 3}
+    assert ", cell 0.5, 0.25 (chosen), 4 jobs, 12 frusta, " in caster.summary()
+    assert caster.counts()["cells"] == {0.5: 6, 0.25: 6}
+
+
+@pytest.mark.parametrize(("together", "frusta"), [(1 << 22, [9]), (4 * 64, [4, 4, 1]), (64, [1] * 9), (1, [1] * 9)])
+def test_all_hemispheres_of_a_request_are_a_job(monkeypatch, together, frusta):
+    """Or several, of as many rays as are cast together."""
+    scene, config = open_scene("tetra:1"), simulation_config(PRESETS["tiny"], clusters=4, topology="mesh")
+    jobs = []
+
+    def cast(requests, **_):
+        (request,) = requests
+        jobs.append((len(request.records), request.clusters, request.hit_format, request.sums))
+        return result(request)
+
+    monkeypatch.setattr(MachineCaster, "together", together)
+    caster = MachineCaster(scene, SimpleNamespace(config=config, run=cast), cell=0.5)
+    found = Request(caster, scene).cast(*range(9))
+    assert [count for count, *_ in jobs] == frusta
+    # Fewer frusta than clusters are cut, as far as there are tiles.
+    assert [clusters for _, clusters, *_ in jobs] == [1 if count >= 4 else 2 for count in frusta]
+    assert {tuple(job[2:]) for job in jobs} == {(HitFormat.IDS, True)}
+    assert (caster.jobs, caster.frusta, caster.rays, caster.cycles) == (len(frusta), 9, 9 * 64, 9 * len(frusta))
+    # Of each frustum the first rays have what does not divide evenly.
+    assert found.tests.tolist() == [3] * 9
+    assert found.steps.tolist() == [1] * 9
+    assert caster.tested == 9 * 129
 
 
 def test_utilization_of_a_timeline():
@@ -290,33 +354,42 @@ def test_utilization_of_a_timeline():
 
 
 def test_tests_are_shared_out_to_the_last_one():
-    shares_of = MachineCaster._shares(11, 4)
-    assert shares_of.tolist() == [3, 3, 3, 2]
+    assert shares(11, 4).tolist() == [3, 3, 3, 2]
+
+
+def job_result(counters, *, cast=100, **shared):
+    """Of a job, the counters alone."""
+    return JobResult(job=None, frusta=(), records=None, counters=counters, shared=shared,
+                     cycles=JobCycles(total=2 * cast, load=0, cast=cast, results=0))
 
 
 def test_a_cast_adds_up_its_clusters():
     one = {"traversal_steps": 90, "traversal_requests": 40, "traversal_rays": 30, "traversal_cells": 35,
-           "intersection_tested": 70, "intersection_patches": 20, "memory_remote": 10}
-    cast = CastResult(image=None, cycles=100, load_cycles=0, result_cycles=0,
-                      counters=[one, one | {"memory_remote": 0}], shared={"flits": 120})
+           "intersection_tested": 70, "memory_found": 20, "memory_remote": 10}
+    cast = job_result([one, one | {"memory_remote": 0}], flits=120)
     assert cast.bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
     cast.counters[1]["traversal_cells"] = 46
     assert cast.bound(PRESETS["tiny"])["traversal"] == 46
     assert cast.total("memory_remote") == 10
     assert cast.links(PRESETS["tiny"]) == 1.0
+    # Clusters that have cast several sections have fewer counters.
+    few = {name: one[name] for name in ("traversal_steps", "intersection_tested", "memory_found")}
+    assert job_result([few]).bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
 
 
-@ONE_CLUSTER
+@TWO_CLUSTERS
 def test_cast(folder):
     report = json.loads(run(radiosity.cli.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)
     found = report["machine"]
     assert found["differences"] == found["sums"] == report["naive"]["differences"] == 0
     assert report["hits"] == found["hits"] > 0
-    assert found["cycles"] <= found["first_cycles"]
+    assert found["cycles"] <= found["first_cycles"] - found["load_cycles"]
+    assert 0 < found["cast_cycles"] < found["cycles"] - found["result_cycles"]
+    assert found["sections"] == found["clusters"] == len(found["each"]) == 2
     assert 0 < found["efficiency"] <= 1
     assert 0 < found["of_bound"] <= 1
     assert found["overridden"] == {}
-    assert sum(found["sources"].values()) == found["each"][0]["memory_found"]
+    assert sum(found["sources"].values()) == sum(one["memory_found"] for one in found["each"])
     run(golden.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
     with np.load("hits.npz") as machine, np.load("expected.npz") as expected:
         assert {name: machine[name].tobytes() for name in machine} == {
@@ -331,7 +404,7 @@ def test_cast(folder):
     assert len(re.search(r'<polyline points="([^"]*)"', chart)[1].split()) > 4
 
 
-@ONE_CLUSTER
+@TWO_CLUSTERS
 def test_the_timeline_ends_with_the_cast(folder, monkeypatch):
     kept = []
     monkeypatch.setattr("radiosity.machine_cast.write_timeline", lambda path, samples, *_, **__: kept.extend(samples))
@@ -343,8 +416,7 @@ def test_the_timeline_ends_with_the_cast(folder, monkeypatch):
 
 
 def test_counters_as_a_table(tmp_path):
-    casts = [CastResult(image=None, cycles=cycles, load_cycles=0, result_cycles=0, shared={},
-                        counters=[{"cycles": cycles, "b": 2}, {"cycles": 3, "b": 4}]) for cycles in (100, 90)]
+    casts = [job_result([{"cycles": cycles, "b": 2}, {"cycles": 3, "b": 4}], cast=cycles) for cycles in (100, 90)]
     write_counters(tmp_path / "counters.csv", casts)
     with (tmp_path / "counters.csv").open(newline="") as file:
         header, *rows = csv.reader(file)
@@ -373,22 +445,43 @@ def test_waveforms(folder, clusters):
     assert len((folder / "counters.csv").read_text().splitlines()) == 1 + 3 * clusters
 
 
-@ONE_CLUSTER
+@TWO_CLUSTERS
 def test_a_difference_is_reported(folder, monkeypatch):
-    expected = golden.memory_map.MemoryImage.with_results
+    class Another(radiosity.machine_cast.Shelling):
+        def cast(self, record, *arguments, **given):
+            hits, counts = super().cast(record, *arguments, **given)
+            patch = hits.patch.copy()
+            patch[3] += 1
+            return replace(hits, patch=patch), counts
 
-    def another(image, hits):
-        result = expected(image, hits)
-        result["hits"]["patch"][3] += 1
-        return result
-
-    monkeypatch.setattr("golden.memory_map.MemoryImage.with_results", another)
+    monkeypatch.setattr("radiosity.machine_cast.Shelling", Another)
     result = run(radiosity.cli.main, *CAST)
     assert result.exit_code == 1
     assert "differences from golden: 1 hit, " in result.stdout
 
 
-@ONE_CLUSTER
+@TWO_CLUSTERS
+def test_a_frustum_is_larger_than_the_ray_memories(folder):
+    """Of 1024 rays in each of two clusters."""
+    report = json.loads(run(radiosity.cli.main, "cast", "cornell", "--patch", "4", "--rays", "64x64", "--ratio", "16",
+                            *MACHINE, "--casts", "1", "--csv", "counters.csv", "--json").stdout)["machine"]
+    assert (report["rays"], report["sections"], report["differences"], report["sums"]) == (4096, 4, 0, 0)
+    header, *rows = (folder / "counters.csv").read_text().splitlines()
+    assert "intersection_tested" in header
+    assert len(rows) == 2
+
+
+@TWO_CLUSTERS
+def test_an_error_in_a_job_is_a_line(folder, monkeypatch):
+    monkeypatch.setattr("golden.frustum.Hemisphere.polar_weights", property(
+        lambda hemisphere: np.full(hemisphere.polars, (1 << 42) - 1)))
+    result = run(radiosity.cli.main, *CAST)
+    assert result.exit_code == 2
+    assert re.fullmatch(r"error: machine: frustum 0, columns \d+ to \d+, rows \d+ to \d+: OVERFLOW: the sum of the "
+                        r"weights .* \(cluster \d, at 0x\w+\)\n", result.stderr), result.stderr
+
+
+@TWO_CLUSTERS
 def test_form_factors_are_goldens(folder):
     result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
     assert result.exit_code == 0, result.stderr
@@ -400,9 +493,9 @@ def test_form_factors_are_goldens(folder):
     assert "frusta" in result.stdout
 
 
-@ONE_CLUSTER
+@TWO_CLUSTERS
 def test_an_image_is_goldens_with_all_of_its_options(folder):
-    view = ("--size", "24x24", "--eye", "278,273,-600", "--target", "278,273,0", "--fov", "45", "--sky", "0.1,0.2,0.3",
+    view = ("--size", "48x40", "--eye", "278,273,-600", "--target", "278,273,0", "--fov", "45", "--sky", "0.1,0.2,0.3",
             "--tone", "linear", *COARSE)
     result = run(radiosity.cli.main, "render", "cornell", "-o", "machine.png", "-o", "machine.exr", "--stats",
                  "machine.json", *view, *MACHINE)
@@ -413,5 +506,7 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
     stats = json.loads((folder / "machine.json").read_text())
     assert stats["settings"]["method"] == "machine"
     assert 0 < stats["machine"]["share"] < 1
-    assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"]
+    # More rays than the ray memories hold; two requests of hemispheres, and a screen.
+    assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"] == 48 * 40
+    assert stats["machine"]["jobs"] == 3
     assert "of all rays by method machine" in result.stdout
