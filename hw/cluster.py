@@ -175,7 +175,8 @@ class Cluster(wiring.Component):
         m.submodules.results = results = SectionResults(config=self._config)
         for name in _MEMORY:
             wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(memory, name))
-        m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number)]
+        m.d.comb += [memory.scene.eq(self.scene), memory.cluster.eq(self.number),
+                     intersection.patches.eq(self.scene.patches)]
         self._add_load(m, load)
         self._add_begin(m, load, slot, control)
         self._add_cast(m, control)
@@ -251,7 +252,7 @@ class Cluster(wiring.Component):
             cells.i.valid.eq(opened.valid & ~opened.payload.final), cells.i.payload.eq(opened.payload.cell),
             opened.ready.eq(cells.i.ready | opened.payload.final),
             control.final.eq(opened.valid & opened.ready & opened.payload.final),
-            control.drained.eq(memory.drained & ~cells.o.valid),
+            control.closed.eq(traversal.closed), control.drained.eq(memory.drained & ~cells.o.valid),
             # A patch does not say which stage it is for: all stages wait for all patches.
             traversal.settled.eq(control.idle)]
         # Registered: no combinational path from the intersection unit to the memory system.

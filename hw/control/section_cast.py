@@ -36,7 +36,8 @@ class SectionCast(wiring.Component):
     o_results : Out, stream without payload
         A cast has ended; accepted when its read-out has begun.
     wants : Out(1)
-        No section waits, and the present one, if any, sends no more grid rays.
+        No section waits, and the present one, if any, has no further requests for grid rays and no cell or patch on
+        its way to the intersection unit.
     busy : Out(1)
         A section is being cast, or waits for its read-out.
     cycles : Out(32)
@@ -45,8 +46,9 @@ class SectionCast(wiring.Component):
         Tiles in a row of tiles of the section.
     o_memory, o_intersection, o_traversal, o_near : Out, stream without payload
         Start the memory system, the intersection unit, the traversal unit, and the near cells.
-    final, drained : In(1)
-        The traversal sends its final item; the memory system is drained.
+    closed, final, drained : In(1)
+        The traversal has accepted all requests of the present section; it sends its final item; the memory system is
+        drained.
     enters, leaves : In(1)
         A patch enters the intersection unit; a patch is done.
     idle : Out(1)
@@ -66,8 +68,8 @@ class SectionCast(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(formats.section)), "begins": Out(1), "o_results": starts, "wants": Out(1),
             "busy": Out(1), "cycles": Out(32), "tiles_across": Out(formats.count),
-            **{f"o_{name}": starts for name in _UNITS}, "final": In(1), "drained": In(1), "enters": In(1),
-            "leaves": In(1), "idle": Out(1)})
+            **{f"o_{name}": starts for name in _UNITS}, "closed": In(1), "final": In(1), "drained": In(1),
+            "enters": In(1), "leaves": In(1), "idle": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -91,7 +93,7 @@ class SectionCast(wiring.Component):
 
         with m.If(self.final):
             m.d.sync += over.eq(1)
-        m.d.comb += self.wants.eq(~self.i.valid & (over | ~self.busy))
+        m.d.comb += self.wants.eq(~self.i.valid & (over | (self.closed & self.drained) | ~self.busy))
         with m.FSM():
             # The tiles follow a section by two registers.
             with m.State("Wait"):

@@ -66,6 +66,8 @@ class RayTraversal(wiring.Component):
         A stage of requests is over. Always ready.
     o : Out, stream of MetCell
         Cells; the near cells have the stage before the first request's.
+    closed : Out(1)
+        All requests of the frustum have been accepted, and it is not over.
     settled : In(1)
         See `StageCount`.
     o_tile : Out, stream of Tile
@@ -109,7 +111,7 @@ class RayTraversal(wiring.Component):
             "i_table": In(self._survival.i_table.signature.flip()),
             "i_near": In(stream.Signature(formats.near_cell)), "i": In(stream.Signature(formats.grid_request)),
             "o_over": Out(stream.Signature(0, always_ready=True)), "o": Out(stream.Signature(formats.met_cell)),
-            "settled": In(1), "o_tile": Out(stream.Signature(formats.tile)),
+            "closed": Out(1), "settled": In(1), "o_tile": Out(stream.Signature(formats.tile)),
             "i_word": In(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
         self.latency = sum(block.latency for block in (
@@ -157,7 +159,7 @@ class RayTraversal(wiring.Component):
                 m.d.sync += begun[name].eq(1)
         with m.If(begins):
             m.d.sync += [known.eq(0), *(one.eq(0) for one in begun.values()), runs.eq(1)]
-        m.d.comb += self._survival.frustum.eq(frustum.frustum)
+        m.d.comb += [self._survival.frustum.eq(frustum.frustum), self._survival.runs.eq(runs)]
         # Registered: no ray is there in the first cycle.
         m.d.sync += [self._direction.is_screen.eq(frustum.frustum.is_screen),
                      self._direction.to_global.eq(frustum.to_global),
@@ -180,8 +182,9 @@ class RayTraversal(wiring.Component):
             stages.enters.valid.eq(accepts & some), stages.enters.payload["count"].eq(request["count"]),
             stages.enters.payload.stage.eq(request.stage)]
         near_closes = self.i_near.valid & self.i_near.ready & self.i_near.payload.last
-        m.d.comb += [stages.closes.eq(near_closes | (accepts & request.last)), stages.closed_all.eq(all_closed),
-                     stages.settled.eq(self.settled), self.o_over.valid.eq(stages.over & stages.near_over)]
+        m.d.comb += [self.closed.eq(runs & all_closed), stages.closed_all.eq(all_closed),
+                     stages.closes.eq(near_closes | (accepts & request.last)), stages.settled.eq(self.settled),
+                     self.o_over.valid.eq(stages.over & stages.near_over)]
         with m.If(near_closes):
             m.d.sync += near_closed.eq(1)
         with m.If(accepts & request.final):

@@ -35,6 +35,8 @@ class SettleSweep(wiring.Component):
         Begins a frustum; accepted when no tile is outstanding. The intersection unit has begun it before.
     section : In, `Formats.section`
         Constant until the next frustum begins.
+    runs : In(1)
+        Nothing is read while it is 0, so that the next frustum need not wait. Initially 1.
     o_tile : Out, stream of tiles; i_word : In, stream of settle words
         Reads of the settle map, and their words.
     o_<level> : Out, stream of `square`
@@ -55,7 +57,7 @@ class SettleSweep(wiring.Component):
         formats = self._formats
         self._levels = config.ctu.pyramid_levels
         super().__init__({
-            "i_start": In(stream.Signature(0)), "section": In(formats.section),
+            "i_start": In(stream.Signature(0)), "section": In(formats.section), "runs": In(1, init=1),
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
             **{f"o_{level}": Out(stream.Signature(square(config, level), always_ready=True))
                for level in range(self._levels)},
@@ -123,7 +125,7 @@ class SettleSweep(wiring.Component):
         m.d.comb += [turn.payload.eq(shown)]
         moves = turn.ready | ~turn.valid
         advances = Signal()
-        m.d.comb += advances.eq(active & ~self.i_start.valid & moves)
+        m.d.comb += advances.eq(active & self.runs & ~self.i_start.valid & moves)
         with m.If(moves):
             m.d.sync += turn.valid.eq(advances)
             m.d.sync += [shown.last.eq(ends), shown.within.eq((position["column"] <= last["column"])

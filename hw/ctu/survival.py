@@ -65,6 +65,8 @@ class Survival(wiring.Component):
         Reads of the settle map, and their words.
     frustum : In, `Formats.frustum`
         Constant until the next one begins.
+    runs : In(1)
+        See `SettleSweep`.
 
     Timing
     ------
@@ -90,7 +92,7 @@ class Survival(wiring.Component):
             **{f"o_dropped_{level}": Out(stream.Signature(self._group, always_ready=True))
                for level in range(self._levels)},
             "o_tile": Out(stream.Signature(formats.tile)), "i_word": In(stream.Signature(formats.settle_word)),
-            "frustum": In(formats.frustum)})
+            "frustum": In(formats.frustum), "runs": In(1, init=1)})
         self._request = StructLayout({**self._item.members, "extent": extent(config)})
         self._scans = [SquareScan(config=config, level=level, tag=self._tag) for level in range(self._levels)]
         self._split, self._queue = GroupSplit(ray), Queue(self._request, depth=CREDITS)
@@ -135,7 +137,7 @@ class Survival(wiring.Component):
             near.is_screen.eq(self.frustum.is_screen), near.columns.eq(self.frustum.columns),
             clip.i.valid.eq(near.o.valid), clip.i.payload.window.eq(given.window),
             clip.i.payload.slot.tag.eq(given.tag), clip.i.payload.slot.threshold.eq(given.threshold),
-            clip.frustum.eq(self.frustum), sweep.section.eq(section)]
+            clip.frustum.eq(self.frustum), sweep.section.eq(section), sweep.runs.eq(self.runs)]
         columns = Signal(self._formats.count)
         m.d.sync += columns.eq(section.end_column - section.first_column)
 

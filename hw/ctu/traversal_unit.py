@@ -50,7 +50,7 @@ class TraversalUnit(wiring.Component):
         See `SubshellWindows`.
     o : Out, stream of `CtuFormats.met_cell`
         Cells.
-    settled : In(1); o_tile : Out, stream; i_word : In, stream; counters : Out, struct
+    closed : Out(1); settled : In(1); o_tile : Out, stream; i_word : In, stream; counters : Out, struct
         See `RayTraversal`.
     error : Out, `ListError`
         See `SubshellGenerator`.
@@ -85,7 +85,7 @@ class TraversalUnit(wiring.Component):
         super().__init__({
             "i_frustum": In(stream.Signature(self._given)),
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)), **members,
-            "settled": In(self._back.settled.shape()), "error": Out(self._subshells.error.shape()),
+            "closed": Out(1), "settled": In(self._back.settled.shape()), "error": Out(self._subshells.error.shape()),
             "counters": Out(self._back.counters.shape())})
 
     def elaborate(self, platform):
@@ -127,6 +127,7 @@ class TraversalUnit(wiring.Component):
                          rays.i.payload.last.eq(subshells.o.payload.last)]
         wiring.connect(m, rays.o, back.i)
         m.d.comb += [rays.i_over.valid.eq(back.o_over.valid), back.settled.eq(self.settled),
+                     self.closed.eq(back.closed),
                      self.error.eq(subshells.error), self.counters.eq(back.counters)]
         for block in rays, back:
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]

@@ -1,6 +1,6 @@
 """Intersection unit: the nearest hit of each ray of a section among all patches."""
 
-from amaranth.hdl import Module, Mux, Signal, Value
+from amaranth.hdl import Const, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -80,14 +80,16 @@ class IntersectionUnit(wiring.Component):
         See `SettleMap`.
     o_settle : Out, stream of `Formats.settle_word`
         See `SettleMap`.
+    patches : In(range(2^patch_bits + 1))
+        Patches of the scene. Initially all that have a number; stable while patches are in flight or read out.
     counters : Out, struct of `COUNTERS`
         Since the frustum began.
 
     Timing
     ------
-    A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. After
-    reset, and every 2^``generation_bits`` - 1 frusta of a bank, a frustum begins ``rays`` cycles later. At most
-    ``slots`` patches are in flight.
+    A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. A
+    frustum is accepted ``4`` cycles after it is offered; every 2^``generation_bits`` - 1 frusta of a bank a cycle per
+    ray of the section later, rounded up to a power of two, see `RayMemory`. At most ``slots`` patches are in flight.
 
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
     """
@@ -108,6 +110,7 @@ class IntersectionUnit(wiring.Component):
             "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                         "hit": formats.hit, "last": 1}))),
             "o_sum": self._sums.signature.members["o"],
+            "patches": In(self._sums.patches.shape(), init=1 << config.icu.patch_bits),
             "i_settle": In(stream.Signature(formats.tile)), "o_settle": Out(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
 
@@ -138,8 +141,15 @@ class IntersectionUnit(wiring.Component):
         begun, settle_begun, accepts = Signal(), Signal(), Signal()
         # Once the banks have been swapped, the active bank is no longer the one that is read out.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
+        # Registered: the tiles of a section, rounded up to a power of two, are known a cycle after it.
+        section, across, known = self.i_frustum.payload.section, self.i_frustum.payload.tiles_across, Signal()
+        icu, tiles = self._config.icu, Signal.like(settle.tiles)
+        down = (section.end_row - section.first_row - 1)[:icu.side_bits] >> icu.tile_bits
+        m.d.sync += [known.eq(self.i_frustum.valid & ~accepts), tiles.eq(_at_most(
+            _size_bits((across - 1)[:icu.side_bits]) + _size_bits(down), settle.tiles.shape().width - 1))]
         m.d.comb += [
-            begins.eq(self.i_frustum.valid & drained & free & ~reads),
+            settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
+            begins.eq(self.i_frustum.valid & known & drained & free & ~reads),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
@@ -224,6 +234,7 @@ class IntersectionUnit(wiring.Component):
             sums.i.valid.eq(found.valid & self.o_hit.ready), sums.i.payload.row.eq(found.payload.row),
             sums.i.payload.hit.eq(found.payload.hit), found.ready.eq(self.o_hit.ready & sums.i.ready)]
         wiring.connect(m, sums.o, wiring.flipped(self.o_sum))
+        m.d.comb += sums.patches.eq(self.patches)
         # The sums of a section are read when its last hit has been added.
         ends = Signal()
         with m.If(found.valid & found.ready & found.payload.last):
@@ -243,3 +254,16 @@ class IntersectionUnit(wiring.Component):
             m.d.comb += [counters.events[name].eq(event), self.counters[name].eq(counters.counters[name])]
         m.d.sync += counters.clear.eq(accepts)
         return m
+
+
+def _size_bits(last):
+    """Bits of the numbers from 0 to ``last``."""
+    bits = Const(0)
+    for bit in range(len(last)):
+        bits = Mux(last[bit:].any(), bit + 1, bits)
+    return bits
+
+
+def _at_most(bits, most):
+    """2^``bits``, at most 2^``most``."""
+    return 1 << Mux(bits < most, bits, most)

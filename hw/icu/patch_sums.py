@@ -34,12 +34,14 @@ class PatchSums(wiring.Component):
     -------
     i : In, stream of ``row``, ``hit``
         Row of the frustum and `IcuFormats.hit` of a ray. At most ``rays`` between two reads. Stalls while the list is
-        read, and while all sums are cleared after reset.
+        read, and while sums are cleared.
     i_table : In, stream of `IcuFormats.table_write`, always ready
         Entries of WEIGHT are stored. The sender must not write a row in the cycle in which a hit of it arrives.
     i_read : In, stream without a payload
         Begins a read; accepted when the hits before it are in the sums. From the cycle after the offer on no hit is
         accepted until the list has been read.
+    patches : In(range(2^patch_bits + 1))
+        Patches of the scene: hits are of those below it. Initially all that have a number.
     o : Out, stream of `IcuFormats.section_sum`
         The sums, or one item without ``is_sum`` if the list is empty.
 
@@ -47,8 +49,8 @@ class PatchSums(wiring.Component):
     ------
     Latency: ``8`` cycles from a read to its first item. A read is accepted one cycle after its offer, and 8 after the
     last hit at the earliest. One hit per cycle, one sum per cycle. A read of n sums stalls hits for max(1, n) cycles
-    after its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. All sums are
-    cleared in 2^``patch_bits`` cycles after reset.
+    after its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. The sums below
+    ``patches`` are cleared after reset, one per cycle, and further ones when ``patches`` exceeds them.
 
     Golden counterpart: `golden.jobs.result_formats.section_sums`.
     """
@@ -60,6 +62,7 @@ class PatchSums(wiring.Component):
             "i": In(stream.Signature(StructLayout({"row": formats.index, "hit": formats.hit}))),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
             "i_read": In(stream.Signature(0)),
+            "patches": In(range((1 << config.icu.patch_bits) + 1), init=1 << config.icu.patch_bits),
             "o": Out(stream.Signature(formats.section_sum))})
         self.latency = 8
 
@@ -80,15 +83,13 @@ class PatchSums(wiring.Component):
 
         # A read: hits stop, those in flight reach the list, then the list goes through the sums.
         hits_enter, clears, reads = Signal(), Signal(init=1), Signal()
-        in_flight, patch = Signal(SETTLED), Signal(icu.patch_bits)
+        in_flight, cleared = Signal(SETTLED), Signal(icu.patch_bits + 1)
         accepts, begins = self.i.valid & self.i.ready, self.i_read.valid & self.i_read.ready
         m.d.comb += [self.i.ready.eq(hits_enter),
                      self.i_read.ready.eq(~hits_enter & ~clears & ~reads & ~in_flight.any())]
         m.d.sync += [in_flight.eq(Cat(accepts, in_flight)), hits_enter.eq(~clears & ~reads & ~self.i_read.valid)]
-        with m.If(clears):
-            m.d.sync += patch.eq(patch + 1)
-            with m.If(patch.all()):
-                m.d.sync += clears.eq(0)
+        # Registered: one sum more is cleared, in which there is nothing yet.
+        m.d.sync += [clears.eq(cleared < self.patches), cleared.eq(cleared + clears)]
 
         # The list: a section has at most as many patches as rays.
         depth = min(1 << icu.patch_bits, icu.rays)
@@ -126,7 +127,7 @@ class PatchSums(wiring.Component):
         m.d.sync += [
             hit_patch.eq(self.i.payload.hit.patch), listed.eq(read.data), weight.eq(weight_0),
             clearing.eq(clears),
-            address.eq(Mux(clears, patch, Mux(stages[0]["reads"], listed, hit_patch)))]
+            address.eq(Mux(clears, cleared[:icu.patch_bits], Mux(stages[0]["reads"], listed, hit_patch)))]
         entry, now = sums.i.payload, stages[1]
         m.d.comb += [
             sums.i.valid.eq(now["hits"] | now["reads"] | clearing), entry.address.eq(address),

@@ -37,6 +37,8 @@ class RayMemory(wiring.Component):
     i_start : In, stream without payload
         Begins a frustum in the other bank, which is empty then. The sender ensures that no update is in flight and that
         the other bank is not being read.
+    rays : In(range(rays + 1))
+        The rays of the frustum that begins are below it. Initially all. Stable while ``i_start`` is valid.
     i : In, stream of ``tag``, ``ray``, ``inverse``, ``patch``, ``hit``, always ready
         Updates; ``hit``: the ray meets the patch.
     o : Out, stream of ``tag``, ``ray``, ``inverse``, ``won``, always ready
@@ -53,7 +55,10 @@ class RayMemory(wiring.Component):
     Timing
     ------
     Latency: ``5`` cycles from ``i`` to ``o``, ``7`` from ``i_read`` to ``o_read``. One update and one read per cycle;
-    updates never stall.
+    updates never stall. A frustum begins ``1`` cycle after ``i_start``. The banks are swept after reset, and every
+    2^``generation_bits`` - 1 frusta of a bank: then it begins when the rows below ``rays`` have been swept, one per
+    cycle; the sweep of the others goes on in cycles without an update or a read. After reset the first bank is swept at
+    once, and the other one when the first frustum has begun.
 
     Golden counterpart: `golden.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
     """
@@ -67,6 +72,7 @@ class RayMemory(wiring.Component):
 
         super().__init__({
             "i_start": In(stream.Signature(0)),
+            "rays": In(range(config.icu.rays + 1), init=config.icu.rays),
             "i": In(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
                            "hit": 1})),
             "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
@@ -111,13 +117,17 @@ class RayMemory(wiring.Component):
                 shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[],
                 attrs={"no_rw_check": 1})
             # A frustum begins in the bank that is not active.
-            mine = self.active != bank
-            m.d.comb += generations.i_start.valid.eq(self.i_start.valid & mine)
+            mine, begun = self.active != bank, Signal(name=f"begun_{bank}")
+            m.d.comb += [generations.i_start.valid.eq(self.i_start.valid & mine), generations.rows.eq(self.rays),
+                         generations.idle.eq(mine & ~begun)]
+            with m.If(generations.i_start.valid & generations.i_start.ready):
+                m.d.sync += begun.eq(1)
             with m.If(mine):
                 m.d.comb += self.i_start.ready.eq(generations.i_start.ready)
 
             updates = self.i.valid & (self.active == bank)
             reads = accepts & (self.i_read.payload.bank == bank)
+            m.d.comb += generations.busy.eq(updates | reads)
             # There is no slack for a multiplexer in front of a block RAM.
             given, is_given = Signal.like(rows.i.payload, reset_less=True), Signal()
             m.d.sync += [

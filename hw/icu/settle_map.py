@@ -38,6 +38,8 @@ class SettleMap(wiring.Component):
     i_start : In, stream without payload
         Begins a frustum: all codes are 0. The sender ensures that no write is in flight, and that no read comes in the
         next four cycles: the last rows of a sweep are still being written.
+    tiles : In(range(tiles + 1))
+        The tiles of the frustum that begins are below it. Initially all. Stable while ``i_start`` is valid.
     i : In, stream of ``ray``, ``inverse``, always ready
         A ray and its best inverse distance.
     i_walk : In, stream of ``tag``, ``tile``, always ready
@@ -52,20 +54,22 @@ class SettleMap(wiring.Component):
     Timing
     ------
     Latency: ``3`` cycles from ``i_walk`` to ``o_walk``, ``4`` from ``i_read`` to ``o_read``; a code can be read
-    ``6`` cycles after it was written. One of each per cycle; only ``i_read`` stalls, with ``o_read``.
+    ``6`` cycles after it was written. One of each per cycle; only ``i_read`` stalls, with ``o_read``. A frustum begins
+    ``1`` cycle after ``i_start``. Tiles are swept at reset, and every 2^``generation_bits`` - 1 frusta: then it begins
+    when those below ``tiles`` have been swept, one per cycle; the others follow in cycles without a write.
 
     Golden counterpart: `golden.icu.settle_code`.
     """
 
     def __init__(self, *, config: Config, tag):
         self._config, self._formats, self._tag = config, IcuFormats(config), tag
-        formats = self._formats
+        formats, tiles = self._formats, config.icu.rays >> 2 * config.icu.tile_bits
 
         def items(fields):
             return struct_stream(fields, always_ready=True)
 
         super().__init__({
-            "i_start": In(stream.Signature(0)),
+            "i_start": In(stream.Signature(0)), "tiles": In(range(tiles + 1), init=tiles),
             "i": In(items({"ray": formats.ray, "inverse": formats.inverse})),
             "i_walk": In(items({"tag": tag, "tile": formats.tile})),
             "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
@@ -79,6 +83,10 @@ class SettleMap(wiring.Component):
         tiles, lanes = icu.rays >> lane_bits, 1 << lane_bits
         m.submodules.generations = generations = Generations(bits=icu.generation_bits, depth=tiles)
         wiring.connect(m, wiring.flipped(self.i_start), generations.i_start)
+        begun = Signal()
+        with m.If(self.i_start.valid & self.i_start.ready):
+            m.d.sync += begun.eq(1)
+        m.d.comb += [generations.rows.eq(self.tiles), generations.idle.eq(~begun), generations.busy.eq(self.i.valid)]
 
         # The code of what is written, and whether its word is of this generation.
         first, cut = scale(self._config)

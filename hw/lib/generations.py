@@ -1,6 +1,6 @@
 """Generations: tags that clear a memory in one cycle, and the sweep for when they run out."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -12,7 +12,8 @@ __all__ = ["Generations"]
 class Generations(wiring.Component):
     """A row whose tag is not the current generation's counts as empty. Tag 0 belongs to no generation.
 
-    After reset, and when all tags have been used, a sweep writes tag 0 to every row before the next generation begins.
+    After reset, and when all tags have been used, a sweep writes tag 0 to every row. A generation begins when the sweep
+    has passed the rows that it uses; the sweep goes on meanwhile, in the cycles in which the memory is not ``busy``.
 
     Parameters
     ----------
@@ -24,7 +25,13 @@ class Generations(wiring.Component):
     Members
     -------
     i_start : In, stream without payload
-        Begins a generation; accepted when the memory is empty.
+        Begins a generation; accepted when the rows that it uses are empty.
+    rows : In(range(depth + 1))
+        The next generation uses the rows below it. Initially ``depth``. Stable while ``i_start`` is valid.
+    idle : In(1)
+        No row of the present generation is used any more: a sweep may begin before ``i_start``.
+    busy : In(1)
+        The memory is accessed in this cycle: no row is swept.
     generation : Out(bits)
         The current tag.
     sweeps : Out(1)
@@ -34,7 +41,7 @@ class Generations(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle, after a sweep of ``depth`` cycles every 2^``bits`` - 1 generations.
+    Latency: ``1`` cycle, every 2^``bits`` - 1 generations after a sweep of ``rows`` cycles that has not run ahead.
 
     Raises
     ------
@@ -48,22 +55,25 @@ class Generations(wiring.Component):
         check_integer("Bits", bits, minimum=1)
         check_integer("Depth", depth, minimum=1)
         self._last, self._depth = (1 << bits) - 1, depth
-        super().__init__({"i_start": In(stream.Signature(0)), "generation": Out(bits, init=self._last),
-                          "sweeps": Out(1), "row": Out(range(depth))})
+        super().__init__({
+            "i_start": In(stream.Signature(0)), "rows": In(range(depth + 1), init=depth), "idle": In(1), "busy": In(1),
+            "generation": Out(bits, init=self._last), "sweeps": Out(1), "row": Out(range(depth))})
         self.latency = 1
 
     def elaborate(self, platform):
         m = Module()
-        swept = Signal()
-        runs_out = self.generation == self._last
-        m.d.comb += [self.sweeps.eq(self.i_start.valid & runs_out & ~swept),
-                     self.i_start.ready.eq(~runs_out | swept)]
+        # Rows that have no tag of a generation before generation 1.
+        swept = Signal(range(self._depth + 1))
+        runs_out, following = self.generation == self._last, Signal.like(self.generation)
+        m.d.comb += [
+            self.sweeps.eq((swept != self._depth) & ~self.busy & (~runs_out | self.idle | self.i_start.valid)),
+            self.row.eq(swept), self.i_start.ready.eq(swept >= self.rows),
+            following.eq(Mux(runs_out, 1, self.generation + 1))]
         with m.If(self.sweeps):
-            m.d.sync += self.row.eq(self.row + 1)
-            with m.If(self.row == self._depth - 1):
-                m.d.sync += [self.row.eq(0), swept.eq(1)]
+            m.d.sync += swept.eq(swept + 1)
         with m.If(self.i_start.valid & self.i_start.ready):
-            m.d.sync += [swept.eq(0), self.generation.eq(self.generation + 1)]
-            with m.If(runs_out):
-                m.d.sync += self.generation.eq(1)
+            m.d.sync += self.generation.eq(following)
+            # The last generation uses rows that are swept already.
+            with m.If(following == self._last):
+                m.d.sync += swept.eq(0)
         return m

@@ -34,12 +34,12 @@ class Filter(wiring.Component):
     Members
     -------
     i_start : In, stream without payload
-        Begins a generation: all numbers may pass again. Accepted when no number is in flight, after a sweep when the
-        tags have run out. No number is accepted before the first generation.
+        Begins a generation: all numbers may pass again. Accepted when no number is in flight, and the words of the
+        numbers that exist have been swept if the tags had run out. No number is accepted before the first generation.
     i : In, stream of ``bits`` bits
         Numbers.
     limit : In(range(count + 1))
-        The numbers 0 to ``limit`` - 1 exist. Stable while numbers are in flight.
+        The numbers 0 to ``limit`` - 1 exist. Stable while numbers are in flight, and from ``i_start`` on.
     o : Out, stream of a number below ``count``
         The numbers that pass.
     dropped, wrong : Out(1)
@@ -51,7 +51,9 @@ class Filter(wiring.Component):
 
     Timing
     ------
-    Latency: ``6`` cycles. One number per cycle, whether it passes or not; stalls with ``o``; 8 in flight.
+    Latency: ``6`` cycles. One number per cycle, whether it passes or not; stalls with ``o``; 8 in flight. A sweep, of a
+    word per cycle, begins at reset, and every 2^``generation_bits`` - 1 generations with ``i_start``; beyond ``limit``
+    it goes on in cycles without a number.
 
     Raises
     ------
@@ -84,7 +86,8 @@ class Filter(wiring.Component):
         m.submodules.generations = generations = Generations(bits=self._generation, depth=depth)
         begun = Signal()
         m.d.comb += [
-            generations.i_start.valid.eq(self.i_start.valid & (gate.level == 0)),
+            generations.i_start.valid.eq(self.i_start.valid & (gate.level == 0)), generations.idle.eq(~begun),
+            generations.rows.eq((self.limit + self._word - 1) >> word_bits), generations.busy.eq(gate.o.valid),
             self.i_start.ready.eq(generations.i_start.ready & (gate.level == 0)),
             gate.i.payload.eq(self.i.payload)]
         with m.If(begun & ~self.i_start.valid):

@@ -25,7 +25,7 @@ class _Cluster:
     def __init__(self, sections, seed, slow):
         self.draw, self.slow, self.sections = random.Random(seed), slow, list(sections)
         self.cycle = self.event = 0
-        self.log, self.taken, self.tiles, self.requests, self.reading = [], 0, [], [], 0
+        self.log, self.taken, self.tiles, self.requests, self.reading, self.early = [], 0, [], [], 0, 0
 
     def pause(self):
         return self.draw.randrange(self.slow + 1)
@@ -43,7 +43,7 @@ def run(sections, *, seed=1, slow=6, late=0):
     async def units(ctx):
         starts = dict.fromkeys(UNITS, None)
         begun, cells, done_at, next_at = 0, 0, [], late
-        final, offered = False, {"memory": 0, "results": 0}
+        final, closed, offered = False, False, {"memory": 0, "results": 0}
         while len(counted) < len(sections):
             it.cycle += 1
             assert it.cycle - it.event < LIMIT, f"nothing occurs any more after {it.log[-3:]}"
@@ -70,6 +70,9 @@ def run(sections, *, seed=1, slow=6, late=0):
             ctx.set(dut.enters, int(enters))
             ctx.set(dut.leaves, int(leaves))
             ctx.set(dut.final, int(final_now))
+            # No request follows, some time before the final item.
+            closed = closed or (begun == len(UNITS) and not final and it.draw.random() < 2 / (2 + slow))
+            ctx.set(dut.closed, int(closed and not final))
             # The drained memory system has given up its last patch one cycle before at the latest.
             ctx.set(dut.drained, int(cells == 0))
             # A read-out begins when the one before is over.
@@ -77,7 +80,8 @@ def run(sections, *, seed=1, slow=6, late=0):
             ctx.set(dut.o_results.ready, int(it.reading == 0))
             if ctx.get(dut.wants):
                 assert not there, "no section is requested while one waits"
-                assert final or not begun, "none is requested before the present one sends no more"
+                assert final or not begun or (closed and not cells), "none is requested before the present one ends"
+                it.early += closed and not final
                 it.requests.append(it.cycle)
             for name in UNITS:
                 stream = getattr(dut, f"o_{name}")
@@ -98,7 +102,7 @@ def run(sections, *, seed=1, slow=6, late=0):
                 assert (final, cells, done_at) == (True, 0, []), "a cast ends after its last cell and its last patch"
                 it.note("results")
                 counted.append(ctx.get(dut.cycles))
-                it.reading, begun, final = it.pause() * 5, 0, False
+                it.reading, begun, final, closed = it.pause() * 5, 0, False, False
             if enters:
                 done_at.append(max([it.cycle + 1 + it.pause() * 4, *done_at]))
                 cells -= 1
@@ -147,6 +151,7 @@ def test_each_section_is_cast_once_in_order(seed, slow, late):
     assert it.tiles == [-(-(one["end_column"] - one["first_column"]) // side) for one in sections]
     assert [what for _, what in it.log].count("results") == len(counted) == len(sections)
     assert it.requests or late == 0, "a cluster without a section requests one"
+    assert it.early or not (late and slow), "the next section is requested before the present one ends"
 
 
 def test_few_cycles_lie_between_sections():

@@ -15,7 +15,7 @@ from tb.formal.stream_rules import add_rules
 CONFIG = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots": 16, "icu.settle_bits": 4,
                                   "icu.settle_fraction": 2, "icu.tile_bits": 1, "icu.generation_bits": 1})
 LANES = 1 << 2 * CONFIG.icu.tile_bits
-# Tiles that are used: a sweep over all takes too many cycles.
+# Tiles of a frustum: a sweep over all would take too many cycles.
 TILES = 2
 # Cycles from a write until it can be read, and from a read of the window walk, and of cell traversal, to its word.
 VISIBLE, WALK, SURVIVAL = 6, 3, 4
@@ -31,6 +31,7 @@ def codes_of_the_frustum(m, bench, dut, wait):
     """
     ray = bench.choose(m, range(TILES * LANES), "ray")
     add_rules(m, dut.i_start, Assume)
+    m.d.comb += Assume(dut.tiles == TILES)
     (first, cut), starts, given = scale(CONFIG), transfers(dut.i_start), dut.i.payload
     scaled, code, latest = (given.inverse - first) >> cut, Signal(CONFIG.icu.settle_bits), Signal(
         CONFIG.icu.settle_bits)
@@ -71,11 +72,6 @@ def codes_of_the_frustum(m, bench, dut, wait):
                            f"{name}: none, after one of the first")]
 
 
-def short(*, bits, depth):
-    """Sweeps only the tiles that are used."""
-    return Generations(bits=bits, depth=TILES)
-
-
 class Sweepless(Generations):
     """Begins again without having emptied the memory."""
 
@@ -85,7 +81,7 @@ class Sweepless(Generations):
         return m
 
 
-def make(kind=SettleMap, generations=short, wait=WAIT):
+def make(kind=SettleMap, generations=Generations, wait=WAIT):
     return Bench(codes_of_the_frustum, with_parts(kind, Generations=generations)(config=CONFIG, tag=1), wait=wait)
 
 
@@ -101,6 +97,6 @@ test_settle_map = declare(
         "other rays of a word lose their codes": Control(
             "lost", kind=faulty("(mine | made.written)", "1"), nightly=True),
         "nothing is emptied": Control(
-            "too large", generations=lambda *, bits, depth: Sweepless(bits=bits, depth=TILES), nightly=True),
+            "too large", generations=Sweepless, nightly=True),
         "a read comes too early": Control("too large", wait=WAIT - 1, nightly=True),
     })

@@ -7,6 +7,7 @@ import cocotb
 import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
+from cocotb.utils import get_sim_time
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +16,7 @@ from golden.jobs.result_formats import SUM_BITS, section_sums
 from golden.stimulus.frusta import HEMISPHERE
 from hw.icu.icu_formats import WEIGHT_BITS, TableKind
 from hw.icu.patch_sums import PatchSums
-from tb.lib.clocking import reset, start
+from tb.lib.clocking import PERIOD, reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.ports import Ports
@@ -30,6 +31,8 @@ CONFIG = config_of(SMALL)
 SHAPE = PatchSums(config=CONFIG).o.payload.shape()
 PATCHES, MOST = 1 << CONFIG.icu.patch_bits, CONFIG.icu.rays
 SIDE = 1 << CONFIG.icu.side_bits
+# Cycles in which a read of all sums ends.
+LATER = MOST + 20
 ROWS = HEMISPHERE[1]
 # Those of a hemisphere, then a row without weight, and large ones.
 WEIGHTS = np.resize(Hemisphere(*HEMISPHERE).polar_weights, SIDE)
@@ -70,6 +73,7 @@ class Bench:
     def __init__(self, dut, *, hits="none", sums="none"):
         self.ports = Ports(dut, PatchSums(config=CONFIG), stalls={"i": hits, "o": sums})
         self.dut, self.expected = dut, []
+        dut.patches.value = PATCHES
 
     async def cast(self, patch, row):
         """The hits of a section and its read."""
@@ -158,6 +162,36 @@ async def resets_in_flight(dut):
         for seed in (number, number + 9):
             await bench.cast(*section(seed))
         await bench.compare()
+
+
+@cocotb.test()
+async def sums_are_cleared_as_far_as_the_scene_needs(dut):
+    """After a reset hits wait one cycle for each patch of the scene; those of a larger scene, for the further ones."""
+    await start(dut, cycles=20_000)
+    bench = Bench(dut)
+    await bench.ports.send("i_table", TABLE)
+    for first in range(0, PATCHES, MOST):
+        await bench.ports.send("i", items(range(first, first + MOST), [0] * MOST))
+    few = 7
+    bench.ports.stop()
+    dut.rst.value = 1
+    await ClockCycles(dut.clk, 2)
+    bench = Bench(dut)
+    dut.patches.value = few
+    taken, cleared, waited = bench.ports.taken("i"), [0], []
+    dut.rst.value = 0
+    for patches in (few, PATCHES - 2, PATCHES - 2, PATCHES):
+        dut.patches.value = patches
+        # A larger scene comes with a load: long after the last read, and before the next hits.
+        await ClockCycles(dut.clk, LATER)
+        before, offered = len(taken.cycles), round(get_sim_time("ns") / PERIOD)
+        patch = range(max(0, patches - MOST), patches)
+        await bench.cast(patch, [0] * len(patch))
+        waited.append(taken.cycles[before] - offered)
+        cleared.append(patches)
+    for more, cycles in zip(np.diff(cleared), waited, strict=True):
+        assert more - LATER - 5 <= cycles <= max(1, more - LATER + 5), f"hits wait for {more} sums, not {cycles} cycles"
+    await bench.compare()
 
 
 @cocotb.test()

@@ -145,3 +145,83 @@ def test_reset_in_flight():
                 await bench.begin(ctx)
 
     bench.run(drive)
+
+
+class Traffic:
+    """Generations of several sizes in a memory that is accessed at any time.
+
+    Parameters
+    ----------
+    bits
+        Of a tag.
+    """
+
+    def __init__(self, bits):
+        self.bits, self.top = bits, Tagged(bits)
+        self.model, self.current, self.swept = [0] * DEPTH, None, 0
+
+    def run(self, frusta):
+        """Frusta: rows, cycles in which the memory is idle before, and accesses: a row or None."""
+        ended, begins = [], []
+
+        async def testbench(ctx):
+            generations = self.top.generations
+            for rows, idle, accesses in frusta:
+                ctx.set(generations.idle, 1)
+                for _ in range(idle):
+                    await ctx.tick()
+                ctx.set(generations.rows, rows)
+                ctx.set(generations.i_start.valid, 1)
+                waited = 0
+                while not ctx.get(generations.i_start.ready):
+                    assert ctx.get(generations.sweeps), "a generation waits for rows that are being swept"
+                    assert ctx.get(generations.row) < rows
+                    waited += 1
+                    await ctx.tick()
+                begins.append(waited)
+                await ctx.tick()
+                ctx.set(generations.i_start.valid, 0)
+                ctx.set(generations.idle, 0)
+                used = (1 << rows) - 1
+                assert ctx.get(self.top.holds) & used == 0, "a generation begins empty"
+                there = 0
+                for row in accesses:
+                    ctx.set(generations.busy, int(row is not None))
+                    ctx.set(self.top.write, int(row is not None))
+                    if row is not None and rows:
+                        ctx.set(self.top.address, row % rows)
+                        there |= 1 << row % rows
+                    else:
+                        ctx.set(self.top.write, 0)
+                    assert not (row is not None and ctx.get(generations.sweeps)), "no row is swept beside an access"
+                    await ctx.tick()
+                    ctx.set(self.top.write, 0)
+                    ctx.set(generations.busy, 0)
+                    assert ctx.get(self.top.holds) & used == there, "a sweep leaves the rows that are used"
+            ended.append(True)
+
+        simulator = Simulator(self.top)
+        simulator.add_clock(1e-8)
+        simulator.add_testbench(testbench)
+        simulator.run()
+        assert ended
+        return begins
+
+
+@SETTINGS
+@given(st.integers(1, 3), st.lists(st.tuples(
+    st.integers(0, DEPTH), st.integers(0, 2 * DEPTH), st.lists(st.none() | st.integers(0, DEPTH - 1), max_size=8)),
+    max_size=12))
+def test_a_sweep_goes_on_beside_generations_that_use_some_rows(bits, frusta):
+    Traffic(bits).run(frusta)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 3])
+def test_a_generation_waits_for_its_own_rows_alone(bits):
+    """And for none if the memory was idle for long enough; without idle cycles each further row takes one."""
+    last = (1 << bits) - 1
+    assert Traffic(bits).run([(DEPTH, DEPTH, [])] * (2 * last)) == [0] * 2 * last
+    assert Traffic(bits).run([(2, 0, [])] * (2 * last)) == [2 * (number % last == 0) for number in range(2 * last)]
+    if bits > 1:
+        # Two rows before generation 1 and one beside its acceptance; one in a cycle without an access.
+        assert Traffic(bits).run([(2, 0, [0, None, 1]), (DEPTH, 0, [])]) == [2, DEPTH - 4]
