@@ -59,9 +59,11 @@ def apply(bug: dict[str, str], root: Path, *, write: bool = True) -> None:
 
 def near_tests(file: str, root: Path) -> list[str]:
     """The tests of a file's folder: ``tb/icu`` of ``hw/icu/sbb.py``, ``tb/golden/ctu`` of ``golden/ctu/unit.py``; of a
-    folder without tests those of the folder above it.
+    folder without tests those of the folder above it. What lies in ``hw`` itself is the whole machine: ``tb/system``.
     """
     folder = Path(file).parent
+    if folder == Path("hw"):
+        return ["tb/system"]
     folder = Path("tb", *folder.parts[folder.parts[:1] == ("hw",):])
     while not list((root / folder).rglob("test_*.py")):
         folder = folder.parent

@@ -76,3 +76,4 @@ def test_ids_differ_and_fields_are_complete(project):
 
 def test_tests_of_a_folder_without_any_are_those_above(project):
     assert near_tests("golden/ctu/unit.py", project) == ["tb/golden"]
+    assert near_tests("hw/engine.py", project) == ["tb/system"]

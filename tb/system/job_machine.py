@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden.jobs.job import Job, PhaseRequest, plan_job
-from hw.host import POLL, Host
+from hw.host import POLL, EngineError, Host
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
 from tb.system.job_memory import JobMemory
@@ -91,7 +91,7 @@ class JobMachine:
     def write(self, address: int, data: bytes) -> None:
         """Write bytes of main memory, which are to stay."""
         complete(self.port.write_memory(address, data))
-        self._before = self.read(self._base, self.port.size)
+        self._before[address - self._base:address - self._base + len(data)] = data
 
     def begin(self, **given) -> None:
         """Tables and images into main memory, whose other bytes are all the same; rings to the machine."""
@@ -99,7 +99,7 @@ class JobMachine:
         complete(self.host.begin(self.job, **{"window": (self.job.base, self._end)} | given))
         for address, data in self._extra.items():
             complete(self.port.write_memory(address, data))
-        self._before = self.read(self._base, self.port.size)
+        self._before = bytearray(self.read(self._base, self.port.size))
 
     def submit(self) -> None:
         """All descriptors, which the rings can hold."""
@@ -109,9 +109,10 @@ class JobMachine:
         """The completion records of the job."""
         return complete(self.host.run(self.job, self.memory.descriptors, **given))
 
-    def check(self, records: np.ndarray, errors=None) -> None:
+    def check(self, records: np.ndarray, errors=None, **given) -> None:
         """See `JobMemory.check`."""
-        self.memory.check(self._before, self.read(self._base, self.port.size), records, base=self._base, errors=errors)
+        self.memory.check(self._before, self.read(self._base, self.port.size), records, base=self._base, errors=errors,
+                          **given)
         assert self.port.outside == 0
 
     def right(self, errors=None, **given) -> np.ndarray:
@@ -143,8 +144,26 @@ class JobMachine:
             complete(self.port.wait(POLL))
         raise AssertionError(f"the status is {status} still")
 
-    def resumed(self, phase: int = 0) -> list:
-        """Let the queue go on with the image of a phase until it has nothing to do; the completion records."""
-        complete(self.host.resume(self.job.phases[phase].address))
+    def resumed(self, *, attempts: int = 1) -> list:
+        """Let a halted queue go on with the first phase's image until it has nothing to do; the completion records.
+
+        Parameters
+        ----------
+        attempts
+            Most loads until one succeeds.
+
+        Raises
+        ------
+        EngineError
+            The last one has failed.
+        """
+        for left in reversed(range(attempts)):
+            try:
+                complete(self.host.resume(self.job.phases[0].address))
+            except EngineError:
+                if not left:
+                    raise
+            else:
+                break
         self.until("busy")
         return [*complete(self.host.collect(self.job))]

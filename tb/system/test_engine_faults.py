@@ -1,6 +1,7 @@
 """Faults in a job: they end what they concern with their code, the other frusta are right, and so is the next job."""
 
 import random
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -357,3 +358,109 @@ def test_resets_at_any_time(clusters):
             machine.port.reset()
             assert machine(machine.host.status()) == dict.fromkeys(machine(machine.host.status()), 0)
             machine.right()
+
+
+def settled(machine):
+    """The completion records until the queue has nothing to do, resumed if it has halted."""
+    machine.port.fault()
+    complete(machine.port.wait(2000))
+    records = machine.ended()
+    machine(machine.host.write("watchdog", 1 << 20))
+    if machine(machine.host.status())["halted"]:
+        records += machine.resumed(attempts=20)
+    return np.array(records)
+
+
+def inject(machine, kind, draw, size):
+    """A fault of the memory, or what the host does at any time."""
+    first = machine.job.base + draw.randrange(size)
+    if kind == "refused":
+        machine.port.fault(first=first, size=draw.choice((1, 64, 4096)))
+    elif kind.startswith("mute"):
+        machine.port.fault(**{kind.replace(" ", "_"): True})
+    elif kind == "watchdog":
+        machine(machine.host.write("watchdog", draw.randrange(1, 1000)))
+    elif kind == "registers":
+        for name in "read_base", "read_limit", "write_base", "write_limit", "ring", "completions", "image":
+            machine(machine.host.write(name, draw.getrandbits(64)))
+    else:
+        machine(machine.host.command("stop"))
+
+
+FAULTS = "refused", "mute reads", "mute writes", "stop", "watchdog", "registers"
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.nightly)])
+def test_faults_at_any_time(clusters, count):
+    """What completes without an error is right, and so is the next job."""
+    job, found = planned(clusters, cornell(clusters, points=POINTS, sets="scheduled")), Counter()
+    with JobMachine(job, latency=8, spread=8, shuffles=True) as machine:
+        records = machine.right()
+        cycles = int(records["end"].max()) - int(records["begin"].min())
+        for number in range(count):
+            draw, kind = random.Random(f"{SEED} {number}"), FAULTS[number % len(FAULTS)]
+            at = draw.randrange(cycles)
+            machine.begin()
+            machine.submit()
+            complete(machine.port.wait(at))
+            inject(machine, kind, draw, job.end - job.base)
+            complete(machine.port.wait(draw.randrange(1, 4000)))
+            try:
+                records = settled(machine)
+                machine.check(records, codes(records))
+                machine.right()
+            except Exception as error:
+                error.add_note(f"SEED={SEED}, fault {number}: {kind} after {at} cycles")
+                raise
+            found[kind, bool(codes(records))] += 1
+    assert not found["registers", True]
+    assert sum(times for (_, has_ended_something), times in found.items() if has_ended_something) >= count // 3
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+@pytest.mark.parametrize("count", [1, pytest.param(30, marks=pytest.mark.nightly)])
+def test_words_of_tables_that_are_anything(clusters, count):
+    """A load or a section ends all the same, with an error or without one; no byte beside the results is written, and
+    the next job is right.
+    """
+    job, found = planned(clusters, cornell(clusters, points=POINTS[:2], sets="scheduled")), Counter()
+    image, address, draw = job.phases[0].image, job.phases[0].address, random.Random(SEED)
+    tables = {name: (address + image.offsets[name], image[name].nbytes) for name in image.regions
+              if image[name].nbytes} | {"near cells": (int(job.descriptors["near_cells"][1]),
+                                                      4 * int(job.descriptors["near_count"][1]))}
+    with JobMachine(job, latency=3) as machine:
+        for name, (first, size) in tables.items():
+            for _ in range(count):
+                machine.begin()
+                for _ in range(draw.choice((1, 1, 3))):
+                    value = draw.choice((0, 1, 0x7FFFFFFF, 0xFFFFFFFF, 1 << draw.randrange(32), draw.getrandbits(32)))
+                    machine.write(first + draw.randrange(size // 4) * 4, value.to_bytes(4, "little"))
+                machine(machine.host.write("watchdog", 20_000))
+                machine.submit()
+                records = machine.ended()
+                machine(machine.host.write("watchdog", 1 << 20))
+                if machine(machine.host.status())["halted"]:
+                    # With the tables that are right, for the sections that are left.
+                    machine.write(address, image.to_bytes())
+                    records += machine.resumed()
+                machine.check(np.array(records), codes(records), undefined=range(1, len(job.descriptors)))
+                found[name, bool(codes(records))] += 1
+                machine.right()
+    assert any(is_noticed for _, is_noticed in found)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_ten_thousand_frusta_in_one_job(clusters):
+    """No credit, tag or record is lost: what is left of it would be too little in the end."""
+    job = planned(clusters, cornell(clusters, points=range(10), rays=(4, 4), cell=0.5, sets="scheduled"), ring_bits=4)
+    with JobMachine(job) as machine:
+        frusta, expected = job.descriptors[1:], machine.memory.expected.completions
+        machine.begin()
+        machine(machine.host.run(job, job.descriptors[:1]))
+        records = machine(machine.host.run(job, np.tile(frusta, 1000)))
+        assert (np.bincount(records["tag"])[1:] == 1000).all()
+        assert not records["error"].any()
+        assert (records["sums"] == expected["sums"][records["tag"]]).all()
+        machine.right()
