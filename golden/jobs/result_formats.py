@@ -10,11 +10,12 @@ from golden.cast.fixed_hits import FixedHits
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.errors import InputError
-from golden.memory_map.layout import WEIGHT_BITS, Field, Region
+from golden.icu.patch_sums import SUM_BITS
+from golden.memory_map.layout import Field, Region
 
-__all__ = ["FULL_HIT", "NO_PATCH", "PATCH_SHIFT", "SUM_BITS", "HitFormat", "ResultCommand", "SectionSums",
+__all__ = ["FULL_HIT", "NO_PATCH", "PATCH_SHIFT", "HitFormat", "ResultCommand",
            "check_config", "pack_hits", "pack_sums", "result_beats", "result_bytes", "scatter_sums", "section_rays",
-           "section_sums", "unpack_hits", "unpack_ids", "unpack_sums"]
+           "unpack_hits", "unpack_ids", "unpack_sums"]
 
 
 class HitFormat(IntEnum):
@@ -43,7 +44,7 @@ _COMPACT = {"inverse": (24, 0), "patch": (24, 24), "u": (8, 48), "v": (8, 56)}
 # Of a record of 4 bytes of a ray without a hit.
 NO_PATCH = 0xFFFFFFFF
 # A word of sums: the sum below, the patch above.
-SUM_BITS = PATCH_SHIFT = WEIGHT_BITS
+PATCH_SHIFT = SUM_BITS
 _SUM_PATCH_BITS = 64 - PATCH_SHIFT
 
 
@@ -134,43 +135,6 @@ def unpack_ids(data: bytes) -> np.ndarray:
         raise InputError(f"results: Bytes must be a multiple of {HitFormat.IDS.bytes}, not {len(data)}")
     ids = np.frombuffer(data, dtype="<u4").astype(np.int64)
     return np.where(ids == NO_PATCH, -1, ids)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SectionSums:
-    """The sums of a section's weights.
-
-    Parameters
-    ----------
-    patch, sum
-        K int64: the patches that occur among the hits with a weight that is not 0, in the order of their first
-        occurrences, and the sums of their weights.
-    overflow
-        The first of these patches whose sum does not fit its word, or -1.
-    """
-
-    patch: np.ndarray
-    sum: np.ndarray
-    overflow: int
-
-
-def section_sums(patch: np.ndarray, weight: np.ndarray) -> SectionSums:
-    """The sums of a section, from its hits in the order of read-out.
-
-    Parameters
-    ----------
-    patch
-        R int64, -1 for no hit.
-    weight
-        R int64, the weight of each ray.
-    """
-    counted = np.flatnonzero((patch >= 0) & (weight != 0))
-    found, first, which = np.unique(patch[counted], return_index=True, return_inverse=True)
-    sums = np.zeros(len(found), dtype=np.int64)
-    np.add.at(sums, which, weight[counted])
-    order = np.argsort(first)
-    over = np.flatnonzero(sums[order] >> SUM_BITS)
-    return SectionSums(patch=found[order], sum=sums[order], overflow=int(found[order][over[0]]) if len(over) else -1)
 
 
 def pack_sums(patch: np.ndarray, sums: np.ndarray) -> np.ndarray:

@@ -8,11 +8,12 @@ import numpy as np
 from golden.cast.fixed_hits import FixedHits
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.shelling import Shelling
+from golden.icu.patch_sums import section_sums
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import DESCRIPTOR, Kind, check_descriptor, section_of
 from golden.jobs.job import Job, Read
 from golden.jobs.load_regions import LOADED_REGIONS, region_bits
-from golden.jobs.result_formats import HitFormat, ResultCommand, pack_sums, result_bytes, section_rays, section_sums
+from golden.jobs.result_formats import HitFormat, ResultCommand, pack_sums, result_bytes, section_rays
 
 __all__ = ["JobResults", "run_job"]
 

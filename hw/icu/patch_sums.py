@@ -52,7 +52,7 @@ class PatchSums(wiring.Component):
     after its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. The sums below
     ``patches`` are cleared after reset, one per cycle, and further ones when ``patches`` exceeds them.
 
-    Golden counterpart: `golden.jobs.result_formats.section_sums`.
+    Golden counterpart: `golden.icu.patch_sums.section_sums`.
     """
 
     def __init__(self, *, config: Config):

@@ -1,4 +1,4 @@
-"""Payloads of the results of a frustum."""
+"""Payloads of the results of a section."""
 
 from amaranth.lib import enum
 from amaranth.lib.data import StructLayout
@@ -6,20 +6,12 @@ from amaranth.lib.data import StructLayout
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.memsys.fault import Fault
-from hw.memsys.image_layout import COUNT_BITS
 from hw.memsys.memory_formats import MemoryFormats
 
-__all__ = ["LANE_BITS", "HitFormat", "ResultFormats", "ResultKind", "lanes_of"]
+__all__ = ["LANE_BITS", "HitFormat", "ResultFormats", "lanes_of"]
 
 # A beat is made of lanes, as wide as the smallest item that is written.
 LANE_BITS = 32
-
-
-class ResultKind(enum.Enum, shape=1):
-    """The hits of a section, or the sums of all patches."""
-
-    HITS = 0
-    SUMS = 1
 
 
 class HitFormat(enum.Enum, shape=2):
@@ -48,11 +40,6 @@ class ResultFormats:
     -------
     hit : StructLayout
         ``column`` and ``row`` of a ray of the frustum, its ``hit`` (`IcuFormats.hit`), ``last`` of its section or not.
-    sum : StructLayout
-        `IcuFormats.patch_sum`.
-    command : StructLayout
-        Of the write DMA: ``kind``; ``address`` and ``count`` of the region; ``columns`` of the frustum and ``section``
-        (hits); ``total`` (sums).
     section_sum : StructLayout
         `IcuFormats.section_sum`.
     section_command : StructLayout
@@ -73,10 +60,6 @@ class ResultFormats:
         formats, memory = IcuFormats(config), MemoryFormats(config)
         address = config.memory.address_bits
         self.hit = StructLayout({"column": formats.index, "row": formats.index, "hit": formats.hit, "last": 1})
-        self.sum = formats.patch_sum
-        self.command = StructLayout({
-            "kind": ResultKind, "address": config.memory.address_bits, "count": COUNT_BITS, "columns": formats.count,
-            "section": formats.section, "total": formats.weight_sum})
         self.section_sum = formats.section_sum
         self.section_command = StructLayout({
             "hit_format": HitFormat, "sums": 1, "hits": address, "sums_address": address, "columns": formats.count,

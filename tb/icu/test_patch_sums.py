@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from golden.frustum import Hemisphere
-from golden.jobs.result_formats import SUM_BITS, section_sums
+from golden.icu.patch_sums import SUM_BITS, section_sums
 from golden.stimulus.frusta import HEMISPHERE
 from hw.icu.icu_formats import WEIGHT_BITS, TableKind
 from hw.icu.patch_sums import PatchSums

@@ -11,6 +11,7 @@ from golden.cast.fixed_hits import FixedHits
 from golden.config import PRESETS, Config
 from golden.ctu.sector import Sector
 from golden.errors import InputError
+from golden.icu.patch_sums import section_sums
 from golden.jobs.result_formats import (
     HitFormat,
     ResultCommand,
@@ -21,7 +22,6 @@ from golden.jobs.result_formats import (
     result_bytes,
     scatter_sums,
     section_rays,
-    section_sums,
     unpack_hits,
     unpack_ids,
     unpack_sums,
@@ -112,18 +112,6 @@ def test_presets_fit_all_formats(name):
 
 
 RAYS = st.lists(st.tuples(st.integers(-1, 12), st.sampled_from([0, 1, 5, 1 << 40])), max_size=60)
-
-
-@given(RAYS)
-def test_sums_are_in_the_order_of_a_dictionary(rays):
-    slow = {}
-    for patch, weight in rays:
-        if patch >= 0 and weight:
-            slow[patch] = slow.get(patch, 0) + weight
-    patch, weight = np.array(rays, dtype=np.int64).reshape(-1, 2).T
-    sums = section_sums(patch, weight)
-    assert list(zip(sums.patch.tolist(), sums.sum.tolist(), strict=True)) == list(slow.items())
-    assert sums.overflow == next((patch for patch, sum in slow.items() if sum >= 1 << 42), -1)
 
 
 @pytest.mark.parametrize(("last", "overflow"), [((1 << 40) - 1, -1), (1 << 40, 7), ((1 << 40) + 1, 7)])
