@@ -8,12 +8,10 @@ from golden.config import Config
 from hw.formats import Formats, shape
 from hw.icu.icu_tables import WEIGHT_BITS
 
-__all__ = ["PHASES", "WEIGHT_BITS", "WEIGHT_SUM_BITS", "IcuFormats", "TableKind"]
+__all__ = ["PHASES", "WEIGHT_BITS", "IcuFormats", "TableKind"]
 
 # A patch has four vertices, and four edges: setup works on one of them per phase.
 PHASES = 4
-# Of the sum of the weights of the rays of several frusta.
-WEIGHT_SUM_BITS = WEIGHT_BITS + 2
 
 
 class TableKind(enum.Enum, shape=2):
@@ -51,9 +49,6 @@ class IcuFormats(Formats):
         Of V' and of m.
     uv, angle, coordinate
         A step of the patch's lattice; an angle; a signed angle or a quotient from -1 to 1.
-    weight_sum
-        The sum of the weights of the rays of several frusta: a hemisphere's are 2^40 together at most. What it cannot
-        hold is flagged, see `patch_sum`.
     slot, ray
         Of a patch in flight; of a ray in the ray memory.
     tile_index
@@ -78,7 +73,6 @@ class IcuFormats(Formats):
         # That of m = N / V is within this range for every configuration that is allowed.
         self.factor_exponent = signed(8)
         self.angle = unsigned(icu.angle_bits)
-        self.weight_sum = unsigned(WEIGHT_SUM_BITS)
         self.coordinate = signed(max(icu.angle_bits + 1, icu.cordic_stages + 2))
         self.slot = unsigned(icu.slot_bits)
         self.tile_index = unsigned(icu.side_bits - icu.tile_bits)
@@ -167,11 +161,6 @@ class IcuFormats(Formats):
         """What the intersection needs of a patch, read per ray by its slot."""
         return StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor,
                              "exponents": self.exponents, "patch": self.patch})
-
-    @property
-    def patch_sum(self) -> StructLayout:
-        """The sum of the weights of the rays that hit a patch, the ``last`` one or not; ``overflow``: it was larger."""
-        return StructLayout({"patch": self.patch, "sum": self.weight_sum, "overflow": 1, "last": 1})
 
     @property
     def section_sum(self) -> StructLayout:

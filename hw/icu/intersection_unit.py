@@ -52,9 +52,6 @@ class IntersectionUnit(wiring.Component):
     ----------
     config
         The configuration.
-    section_sums
-        Sums are those of a section, each patch once, and come after its hits; otherwise they add up over frusta, and
-        are requested.
 
     Members
     -------
@@ -72,10 +69,8 @@ class IntersectionUnit(wiring.Component):
         flight.
     o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
         The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the sums.
-    i_sums : In, stream of a number of patches
-        See `Collector`; accepted while nothing is read out. Not with ``section_sums``.
-    o_sum : Out, stream of `IcuFormats.patch_sum` or `IcuFormats.section_sum`
-        See `Collector`, or `PatchSums`: those of each section that is read out.
+    o_sum : Out, stream of `IcuFormats.section_sum`
+        Those of each section that is read out, after its hits; see `PatchSums`.
     i_settle : In, stream of `Formats.tile`
         See `SettleMap`.
     o_settle : Out, stream of `Formats.settle_word`

@@ -95,11 +95,6 @@ class MemoryFormats:
         return StructLayout({"address": self.memory.address_bits, "length": LENGTH_BITS, "narrow": 1})
 
     @property
-    def write_extent(self) -> StructLayout:
-        """Consecutive words of 64 bits: their address, a multiple of 8, and length."""
-        return StructLayout({"address": self.memory.address_bits, "length": COUNT_BITS})
-
-    @property
     def word(self) -> StructLayout:
         """A word, the ``last`` one of its extent or not. With ``error`` the data are undefined."""
         return StructLayout({"data": WORD_BITS, "last": 1, "error": 1})

@@ -15,11 +15,11 @@ from tb.ctu import (
 from tb.ctu import test_ray_banks as test_grid_ray_banks
 from tb.ctu import test_ray_memory as test_grid_ray_memory
 from tb.icu import (
-    test_collector,
     test_edge_planes,
     test_g2r_transform,
     test_inverse_distance,
     test_ipbb,
+    test_patch_sums,
     test_plane_factor,
     test_ray_direction,
     test_read_out,
@@ -60,7 +60,7 @@ BLOCKS: dict[str, dict[str, Callable[[], None]]] = {
         "ray_direction": _bench(test_ray_direction), "screening": _bench(test_screening),
         "inverse_distance": _bench(test_inverse_distance), "uv_alignment": _bench(test_uv_alignment),
         "uv_subdivision": _bench(test_uv_subdivision),
-        "ray_memory and read_out": _bench(test_read_out), "collector": _bench(test_collector)},
+        "ray_memory and read_out": _bench(test_read_out), "patch_sums": _bench(test_patch_sums)},
     "ctu": {
         "ct_ray_generator": _bench(test_ct_ray_generator), "near_window": _bench(test_near_window),
         "subshell_generator": _bench(test_subshell_generator), "subshell_windows": _bench(test_subshell_windows),
