@@ -65,6 +65,8 @@ def _survival(config):
 # The units of each block that are measured alone: what they are made with beside the configuration, if they have the
 # name of their class, or else how they are made.
 TAG = {"tag": 1}
+# Patches of the store where the configuration has none.
+STORE = 1024
 UNITS = {
     "icu": {
         "IntersectionUnit": {}, "PatchSetup": {}, "G2rTransform": {}, "VertexDirection": {}, "SphericalCoordinates": {},
@@ -91,7 +93,7 @@ UNITS = {
         "CellTable": {}, "PatchTable": {}, "PatchTypeMemory": {}, "LocalPatchGeometry": {}, "VertexMerge": {"count": 3},
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
         "SystemBusInterface": {}, "PatchStore": lambda config: PatchStore(
-            config=config, frames=config.memsys.store_patches, requests=config.memsys.store_requests),
+            config=config, frames=config.memsys.store_patches or STORE, requests=config.memsys.store_requests),
     },
     "control": {
         "JobControl": {}, "DescriptorFetch": {}, "DescriptorCheck": {}, "JobDispatch": {}, "CompletionWriter": {},

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from unittest import mock
 
-from amaranth.hdl import Elaboratable, Fragment, Module, Shape, Value
-from amaranth.hdl._ast import SignalDict, SignalSet
+from amaranth.hdl import ClockSignal, Elaboratable, Fragment, Module, ResetSignal, Shape, Value
+from amaranth.hdl._ast import Operator, SignalDict, SignalSet
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, Layout
 from amaranth.lib.memory import Memory
@@ -281,13 +281,22 @@ def _drivers(fragment) -> tuple[SignalDict, SignalDict]:
             elif hasattr(statement, "lhs"):
                 for signal in statement.lhs._lhs_signals():
                     drivers.setdefault(signal, SignalSet())
-                    drivers[signal].update(statement.rhs._rhs_signals())
+                    drivers[signal].update(_read(statement.rhs))
 
     at_once, later = SignalDict(), SignalDict()
     walk(fragment.statements.get("comb", ()), at_once)
     for statements in fragment.statements.values():
         walk(statements, later)
     return at_once, later
+
+
+def _read(value):
+    """The signals of an expression, without clocks and resets of domains."""
+    if isinstance(value, ClockSignal | ResetSignal):
+        return SignalSet()
+    if isinstance(value, Operator):
+        return SignalSet(signal for operand in value.operands for signal in _read(operand))
+    return value._rhs_signals()
 
 
 def _sources(value, gives, drivers):

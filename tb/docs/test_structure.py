@@ -1,5 +1,5 @@
 import pytest
-from amaranth.hdl import Module
+from amaranth.hdl import Module, ResetSignal
 from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -29,6 +29,8 @@ class Toy(wiring.Component):
         wiring.connect(m, second.o, wiring.flipped(self.o))
         if self._way == "changed":
             m.d.sync += second.i.payload.eq(first.o.payload + 1)
+        elif self._way == "in reset":
+            m.d.comb += second.i.valid.eq(ResetSignal() | first.o.valid)
         elif self._way == "offered":
             m.d.comb += second.i.valid.eq(first.o.valid & self.i.valid)
         elif self._way == "accepted":
@@ -43,7 +45,8 @@ def edges(component_class, make, **arguments):
 
 
 @pytest.mark.parametrize(("way", "more"), [
-    ("changed", {("first", "second")}), ("offered", {("first", "second"), (SELF, "second")}), ("accepted", set()),
+    ("changed", {("first", "second")}), ("in reset", {("first", "second")}),
+    ("offered", {("first", "second"), (SELF, "second")}), ("accepted", set()),
     ("none", set())])
 def test_streams_connect_where_items_or_offers_flow(way, more):
     assert edges(Toy, lambda: Toy(way=way)) == {(SELF, "first"), ("second", SELF)} | more
