@@ -207,7 +207,7 @@ def test_a_view_larger_than_the_ray_memory_has_several_sections():
         board_view(BOARD, scene="cornell", pixels=(80, 8), cell=0.5)
 
 
-def test_a_ring_has_room_for_all_descriptors(view):
+def test_all_descriptors_fit_the_ring(view):
     with pytest.raises(ValueError, match=r"^The ring must have room for 2 descriptors, not for 1$"):
         record(dataclasses.replace(view.job, ring_bits=0))
 

@@ -125,7 +125,7 @@ def test_images_that_are_wrong(clusters):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_tables_that_change_after_their_load(clusters):
-    """Records of cells and lists in main memory that no cluster has room for, and near cells."""
+    """Records of cells and lists in main memory that do not fit a cluster, and near cells."""
     job = planned(clusters, cornell(clusters, points=(5, 6)))
     image, address = job.phases[0].image, job.phases[0].address
     cells = image["cells"].copy()
