@@ -10,9 +10,10 @@ __all__ = ["PRESETS"]
 
 # tiny: simulates in seconds.
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
-#   scenes with cells of 1/16 and larger.
-# paper: the size of the thesis' machine, with room for 4096 patches in each cluster, and tags that are cleared every
-#   255 frusta.
+#   scenes with cells of 1/16 and larger. Beside 512 patches of the resident set 128 of a patch store, whose 8 requests
+#   are as many as the network's.
+# paper: the size of the thesis' machine, with room for 4096 patches in each cluster and for 1024 of other clusters, and
+#   tags that are cleared every 255 frusta.
 # thesis: the machine as the thesis describes it, the baseline of every improvement. Each cluster explores a list of
 #   subshells (4.4.2.4), one after the other: a barrier after each subshell and none between its shells (5.2.4.1). Grid
 #   rays have presence bits, and requests for absent rays are deferred (Fig. 5.10). One traversal pipeline, and survival
@@ -25,10 +26,11 @@ PRESETS = {
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256),
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
     "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
-                    memsys=Memsys(scene_cells=1 << 14),
+                    memsys=Memsys(scene_cells=1 << 14, store_patches=128, store_requests=8),
                     noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
     "paper": Config(icu=Icu(generation_bits=8),
-                    memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=4096, bus_requests=16),
+                    memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=4096, store_patches=1024,
+                                  bus_requests=16),
                     noc=Noc(requests=16)),
     "thesis": Config(ctu=Ctu(pipelines=1, ray_slots=1 << 11, run_ahead=15, pyramid_levels=1, subshell_bits=10,
                              subshell_barrier=1),

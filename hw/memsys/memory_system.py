@@ -17,6 +17,7 @@ from hw.memsys.cell_table import CellTable
 from hw.memsys.filter import Filter
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.patch_merge import PatchMerge
 from hw.memsys.patch_store import PatchStore
 from hw.memsys.patch_table import PatchTable
 from hw.memsys.patch_type_memory import PatchTypeMemory
@@ -61,7 +62,7 @@ class MemorySystem(wiring.Component):
 
         PatchTypeMemory -+- own - VertexMerge - o_vertex
                          '- PatchStore -+- remote -.
-                                        '- bus ----'- VertexMerge - PatchStore - VertexMerge
+                                        '- bus ----'- PatchMerge - PatchStore - VertexMerge
 
     A faulty cell or patch is flagged and dropped; the others are not delayed. The store is emptied after each load of
     cells, residence or patches.
@@ -313,7 +314,7 @@ class MemorySystem(wiring.Component):
         memsys = self._config.memsys
         m.submodules.store = store = PatchStore(config=self._config, frames=memsys.store_patches,
                                                 requests=memsys.store_requests)
-        m.submodules.fills = fills = VertexMerge(config=self._config, count=2, patches=2)
+        m.submodules.fills = fills = PatchMerge(config=self._config, count=2)
         # Patches whose fetch has failed, between others.
         m.submodules.lost_patches = lost = Queue(self._icu.patch, depth=memsys.store_requests)
         wiring.connect(m, fetched, store.i)

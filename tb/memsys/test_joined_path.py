@@ -29,12 +29,13 @@ JOINED = {**SMALL, "memory.timeout_bits": 12, "memory.outstanding": 8, "memory.b
           "memory.length_bits": 5}
 FOUR = {"noc.columns": 2, "noc.rows": 2, "memsys.reply_ids": 4, "memsys.bus_requests": 4, "memsys.cache_fetches": 4,
         "memsys.cell_lines": 32, "memsys.patch_lines": 32}
-# Networks of four clusters, another width of memory, larger scenes.
+# Networks of four clusters, another width of memory, larger scenes, patch stores.
 VARIANTS = {
     "mesh": ("lobby", 0.125, FOUR),
     "ring": ("lobby", 0.125, {**FOUR, "noc.topology": "ring", "noc.columns": 4, "noc.rows": 1,
                               "noc.virtual_channels": 2, "noc.networks": "virtual", "noc.check": "crc",
                               "noc.arbitration": "age", "memory.data_bits": 128}),
+    "stores": ("lobby", 0.125, {**FOUR, "memsys.store_patches": 32, "memsys.store_requests": 8}),
     "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_entries": 1024,
                                      "memsys.own_patches": 128, "memsys.cache_ways": 4, "memsys.lfu_lines": 32,
                                      "memsys.reply_ids": 8, "memsys.cache_fetches": 8}),
@@ -138,4 +139,5 @@ def test_stalls_and_resets():
 @pytest.mark.parametrize("name", VARIANTS)
 def test_four_clusters(name):
     *made, changes = VARIANTS[name]
-    run(name, ("whole_frusta",), made=made, changes=changes, shares=(1.0,), cycles=200_000)
+    shares = (1.0, 1.0) if "memsys.store_patches" in changes else (1.0,)
+    run(name, ("whole_frusta",), made=made, changes=changes, shares=shares, cycles=200_000)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from golden.config import PRESETS
 from hw.memsys.local_bus import LocalBus
 from hw.memsys.local_bus_interface import LocalBusInterface
+from hw.memsys.patch_merge import PatchMerge
 from hw.memsys.path_formats import BEATS, RequestKind
 from hw.memsys.read_share import ReadShare
 from hw.memsys.vertex_merge import VertexMerge
@@ -31,16 +32,18 @@ def patch(number):
 
 
 MERGE = ScheduleBench(VertexMerge(config=CONFIG, count=3, patches=2), [f"i__{k}" for k in range(3)], ["o"])
+PATCHES = ScheduleBench(PatchMerge(config=CONFIG, count=3), [f"i__{k}" for k in range(3)], ["o"])
 GAP = st.sampled_from((0, 0, 0, 1, 3))
 SOURCES = {f"i__{k}": st.lists(st.lists(GAP, min_size=4, max_size=4), max_size=4) for k in range(3)}
 
 
+@pytest.mark.parametrize("bench", [MERGE, PATCHES], ids=["VertexMerge", "PatchMerge"])
 @FEW
-@given(st.fixed_dictionaries(SOURCES), st.lists(GAP, max_size=20))
-def test_patches_stay_whole_and_in_the_order_of_their_source(gaps, stalls):
+@given(gaps=st.fixed_dictionaries(SOURCES), stalls=st.lists(GAP, max_size=20))
+def test_patches_stay_whole_and_in_the_order_of_their_source(bench, gaps, stalls):
     items = {name: [(gap, vertex(16 * int(name[-1]) + number, index)) for number, four in enumerate(patches)
                     for index, gap in enumerate(four)] for name, patches in gaps.items()}
-    came = MERGE.run(Schedule(items=items, stalls={"o": stalls}))["o"]
+    came = bench.run(Schedule(items=items, stalls={"o": stalls}))["o"]
     four = [came[k:k + 4] for k in range(0, len(came), 4)]
     assert all(group == patch(group[0]["patch"]) for group in four)
     for k in range(3):
@@ -55,6 +58,21 @@ def test_one_vertex_per_cycle_of_all_sources_and_the_longest_waiting_first():
     assert {b - a for a, b in pairwise(cycles)} == {1}
     assert cycles[0] - MERGE.cycles["i__0"][3] == documented_latency(VertexMerge, CONFIG)
     assert [one["patch"] for one in came[::4]] == [0, 16, 32, 1, 17, 33, 2, 18, 34]
+
+
+def test_patches_without_buffers_the_longest_waiting_first():
+    """A gap between patches of one source, none between those of others."""
+    items = {f"i__{k}": [(0, one) for number in range(3) for one in patch(16 * k + number)] for k in range(3)}
+    came = PATCHES.run(Schedule(items=items, stalls={"o": []}))["o"]
+    cycles = PATCHES.cycles["o"]
+    assert cycles == list(range(cycles[0], cycles[0] + len(cycles)))
+    assert [one["patch"] for one in came[::4]] == [0, 16, 32, 1, 17, 33, 2, 18, 34]
+    PATCHES.run(Schedule(items={"i__0": items["i__0"], "i__1": [], "i__2": []}, stalls={"o": []}))
+    cycles = PATCHES.cycles["o"]
+    assert {b - a for a, b in pairwise(cycles[::4])} == {5}
+    assert PATCHES.cycles["i__0"] == cycles
+    # The first vertex is offered in cycle 1.
+    assert cycles[0] - 1 == documented_latency(PatchMerge, CONFIG)
 
 
 BUS = LocalBus(config=CONFIG.replace({"noc.columns": 3}), clusters=3)

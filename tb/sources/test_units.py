@@ -29,6 +29,7 @@ TESTED_IN = {
     "hw/memsys/local_patch_geometry.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/memory_system.py": ("tb/memsys/test_memory_path.py", ""),
     "hw/memsys/patch_fetch.py": ("tb/memsys/test_fetches.py", ""),
+    "hw/memsys/patch_merge.py": ("tb/memsys/test_path_parts.py", ""),
     "hw/memsys/patch_table.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/patch_type_memory.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/read_share.py": ("tb/memsys/test_path_parts.py", ""),
