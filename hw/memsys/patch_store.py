@@ -40,6 +40,9 @@ class PatchStore(wiring.Component):
     not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
     fill never stalls but with ``o_passed``.
 
+    A patch whose vertices are all 0 is one that the cluster which should hold it has not. It is answered and not kept,
+    so each request for it is an error there.
+
     Parameters
     ----------
     config
@@ -105,7 +108,9 @@ class PatchStore(wiring.Component):
         # A request in flight, from its lookup until its last vertex has left.
         self._entry = StructLayout({"patch": formats.patch, "frame": range(frames), "is_stored": 1})
         self._number = range(requests)
-        # A vertex in its frame. Of a whole patch the I-structure keeps whether its fetch has failed.
+        # What the I-structure keeps of a patch: its fetch has failed; its vertices are all 0.
+        self._head = StructLayout({"is_lost": 1, "is_void": 1})
+        # A vertex in its frame.
         self._vertex = StructLayout({"vertex": formats.scene_vector, "surface": formats.surface})
 
     def elaborate(self, platform):
@@ -113,7 +118,7 @@ class PatchStore(wiring.Component):
         entries = Signal(ArrayLayout(self._entry, self._requests), reset_less=True)
         taken, fetching, frees = (Signal(self._requests, name=name) for name in ("taken", "fetching", "frees"))
         m.submodules.presence = presence = IStructure(
-            1, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
+            self._head, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
             renews=True)
         m.submodules.generations = generations = Generations(bits=VERSION_BITS, depth=self._frames)
         row = StructLayout({"generation": VERSION_BITS, "patch": self._formats.patch})
@@ -217,7 +222,7 @@ class PatchStore(wiring.Component):
         """Vertices of a fetched patch into its frame, or on to ``o_passed``; returns the entry whose fetch ends, and
         the same if it is passed on or lost, one-hot.
         """
-        fill = StructLayout({"frame": range(self._frames), "is_lost": 1})
+        fill = StructLayout({"frame": range(self._frames), "head": self._head})
         m.submodules.fills = fills = Queue(fill, depth=self._requests)
         write = vertices.write_port()
         # A vertex waits a cycle for the entry of its patch.
@@ -245,21 +250,24 @@ class PatchStore(wiring.Component):
             with m.If(found[k]):
                 m.d.comb += entry.eq(entries[k])
         moves = there & advances
+        # Of the vertices so far.
+        is_zero, is_void = Signal(), Signal()
         m.d.comb += [
             ends.eq(moves & (is_lost | (index == VERTICES - 1))),
             write.addr.eq(Cat(index, entry.frame)), write.data.vertex.eq(vertex.vertex),
             write.data.surface.eq(vertex.surface),
             write.en.eq(moves & entry.is_stored & ~is_lost),
             fills.i.valid.eq(ends & entry.is_stored), fills.i.payload.frame.eq(entry.frame),
-            fills.i.payload.is_lost.eq(is_lost),
+            fills.i.payload.head.is_lost.eq(is_lost), is_zero.eq(~vertex.vertex.as_value().any()),
+            fills.i.payload.head.is_void.eq(~is_lost & is_void & is_zero),
             self.o_passed.valid.eq(there & ~entry.is_stored & ~is_lost), self.o_passed.payload.eq(vertex),
             advances.eq(~self.o_passed.valid | self.o_passed.ready)]
         with m.If(moves & ~is_lost):
-            m.d.sync += index.eq(index + 1)
+            m.d.sync += [index.eq(index + 1), is_void.eq((is_void | (index == 0)) & is_zero)]
         m.d.comb += [
             presence.i_write.valid.eq(fills.o.valid), fills.o.ready.eq(presence.i_write.ready),
             presence.i_write.payload.address.eq(fills.o.payload.frame),
-            presence.i_write.payload.data.eq(fills.o.payload.is_lost)]
+            presence.i_write.payload.data.eq(fills.o.payload.head)]
         with m.If(ends & is_lost & ~entry.is_stored):
             m.d.sync += [self.lost[0].eq(1), self.number.eq(entry.patch)]
         return filled, Mux(entry.is_stored, 0, filled)
@@ -280,16 +288,16 @@ class PatchStore(wiring.Component):
         pipeline.add_to(m)
 
         answer, index, ends = presence.o_read, Signal(range(VERTICES)), Signal()
-        entry, is_lost = Signal(self._entry), answer.payload.data
+        entry, head, is_last = Signal(self._entry), answer.payload.data, index == VERTICES - 1
+        # What leaves a frame without a patch leaves as soon as that is forgotten; to forget it twice does no harm.
+        waits = is_last & head.is_void & ~forgets.ready
         m.d.comb += [
             entry.eq(entries[answer.payload.tag]), given.index.eq(index), given.frame.eq(entry.frame),
-            given.patch.eq(entry.patch), steps.valid.eq(answer.valid & ~is_lost),
-            forgets.valid.eq(answer.valid & is_lost),
-            forgets.payload.eq(entry.frame),
-            ends.eq(Mux(is_lost, forgets.ready, steps.ready & (index == VERTICES - 1))),
-            answer.ready.eq(ends)]
+            given.patch.eq(entry.patch), steps.valid.eq(answer.valid & ~head.is_lost & ~waits),
+            forgets.valid.eq(answer.valid & (head.is_lost | (is_last & head.is_void))), forgets.payload.eq(entry.frame),
+            ends.eq(Mux(head.is_lost, forgets.ready, steps.ready & is_last & ~waits)), answer.ready.eq(ends)]
         with m.If(steps.valid & steps.ready):
             m.d.sync += index.eq(index + 1)
-        with m.If(forgets.valid & forgets.ready):
+        with m.If(answer.valid & head.is_lost & forgets.ready):
             m.d.sync += [self.lost[1].eq(1), self.number.eq(entry.patch)]
         return Mux(answer.valid & ends, 1 << answer.payload.tag, 0)

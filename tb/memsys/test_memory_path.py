@@ -118,7 +118,7 @@ async def what_is_malformed(dut):
     for cells, fault, number, extra in (
             ([0], PathFault.LIST, 0, []), ([1], PathFault.PATCH, 1 << 9, []), ([2], PathFault.RESIDENCE, 6, []),
             ([70], PathFault.CELL, 70, []), ([1 << 20], PathFault.CELL, 1 << 20, []), ([4], PathFault.BUS, 2, []),
-            ([65], no_list, 65, []), ([3], PathFault.NONE, 0, [(7, nowhere)])):
+            ([65], no_list, 65, []), *[([3], PathFault.NONE, 0, [(7, nowhere)])] * 2):
         await bench.begin()
         await bench.sources[0].send([*good[:1], *cells, *good[1:]])
         await bench.until_drained()

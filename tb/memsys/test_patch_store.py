@@ -45,12 +45,15 @@ class Run:
         Numbers of the fetches that fail.
     restarts
         Numbers of requests before which the store is emptied.
+    void
+        Patches whose vertices are all 0.
     resets
         Cycles in which the store is reset with all that is in flight, which is requested again.
     """
 
-    def __init__(self, patches, *, seed=1, spread=30, gap=0, stall=0.0, lost=(), restarts=(), resets=()):
+    def __init__(self, patches, *, seed=1, spread=30, gap=0, stall=0.0, lost=(), void=(), restarts=(), resets=()):
         self.patches, self.draw, self.spread, self.gap = list(patches), random.Random(seed), spread, gap
+        self.void = set(void)
         self.stall, self.lost_fetches, self.restarts, self.resets = stall, set(lost), set(restarts), set(resets)
         self.fetched, self.answers, self.lost, self.accepted, self.times = [], [], [], [], []
         self.at_fetch, self.first_vertex, self.counts = [], [], None
@@ -65,6 +68,9 @@ class Run:
 
         simulator.add_testbench(bench)
         simulator.run()
+
+    def vertices_of(self, patch):
+        return [[0, 0, 0]] * VERTICES if patch in self.void else vertices_of(patch)
 
     async def _drive(self, ctx, dut):
         waiting, sending, failed = [], deque(), deque()
@@ -91,7 +97,7 @@ class Run:
                         failed.append(item[1])
                     else:
                         sending.extend({"patch": item[1], "surface": surface_of(item[1]), "vertex": vertex}
-                                       for vertex in vertices_of(item[1]))
+                                       for vertex in self.vertices_of(item[1]))
             ctx.set(dut.i_fill.valid, int(bool(sending)))
             if sending:
                 ctx.set(dut.i_fill.payload, sending[0])
@@ -121,7 +127,7 @@ class Run:
                     if len(part) == VERTICES:
                         ((patch, surface),) = {one[:2] for one in part}
                         assert surface == surface_of(patch)
-                        assert [one[2] for one in part] == vertices_of(patch), "the vertices of a patch stay together"
+                        assert [one[2] for one in part] == self.vertices_of(patch), "vertices stay together"
                         self.answers.append(patch)
                         part.clear()
                         ended, self.event = ended + 1, self.cycle
@@ -232,6 +238,17 @@ def test_a_lost_fetch_ends_all_who_wait_and_is_fetched_again(seed):
     assert {*run.lost} == {*missing}, "each lost request is reported with its patch"
     later = Run([4, 4], lost={0}, gap=None)
     assert (later.answers, later.lost, later.fetched) == ([4], [4], [4, 4])
+
+
+@pytest.mark.parametrize("stall", [0.0, 0.5])
+def test_a_patch_that_is_nowhere_is_answered_and_never_kept(stall):
+    patches = [3, 3, 5, 3 + FRAMES, 3, *drawn(30, 9, most=12)]
+    run = Run(patches, void={3}, gap=None, stall=stall)
+    assert run.answers == patches
+    assert run.fetched.count(3) == patches.count(3)
+    assert run.fetched.count(5) == 1
+    run = Run(patches * 3, void={3, 4}, gap=0, stall=stall)
+    assert Counter(run.answers) == Counter(patches * 3)
 
 
 @pytest.mark.parametrize("seed", range(3))
