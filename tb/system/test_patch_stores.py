@@ -30,7 +30,7 @@ def test_hits_and_sums_are_golden_after_loads_and_a_stop():
             served = sum(records[name].astype(int) for name in SOURCES)
             # The rest of the patches found are from the stores.
             assert (served <= records["found"]).all()
-            assert served.sum() < 0.95 * records["found"].sum()
+            assert records["found"].sum() - served.sum() > 30
             assert all(records[name].sum() > 0 for name in ("own", "remote", "misses"))
             machine.begin()
             machine.submit()
