@@ -22,8 +22,7 @@ RENDERS = (
 )
 
 # The image that the machine renders, of few elements.
-RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200",
-            "--cell", "0.25")
+RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200")
 MACHINE = ("--method", "machine", "--clusters", "4")
 
 
@@ -69,8 +68,9 @@ def on_the_machine(folder: Path) -> list[str]:
             "![the machine's image](machine.png) ![golden's](machine-golden.png) "
             "![the difference](machine-difference.png)", "",
             f"Hemispheres and primary rays were cast by the RTL, {done['share']:.1%} of all rays: {done['frusta']} "
-            f"frusta, {done['rays']:,} rays, {done['cycles']:,} cycles, {done['tested'] / done['rays']:.2f} tests per "
-            "ray. All bytes of both images are golden's: the third one is black.", "",
+            f"frusta in {done['jobs']} jobs, {done['rays']:,} rays, {done['cycles']:,} cycles in all, "
+            f"{done['tested'] / done['rays']:.2f} tests per ray. All bytes of both images are golden's: the third one is "
+            "black.", "",
             f"`{cast}`", "", "![what is busy when](timeline.svg)", ""]
 
 

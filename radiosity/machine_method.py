@@ -33,17 +33,17 @@ _CLUSTERS = click.option("--clusters", type=int, help="Set the number of the mac
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
 _WORK = (
     click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
-    click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Repeat the cast on the machine: from the "
-                 "third one on caches and cleared memories are the same."),
+    click.option("--casts", type=click.IntRange(1, 1000), default=3, help="Repeat the cast on the machine, each "
+                 "time as a job. The first one loads the tables; from the third one on caches are the same."),
     click.option("--timeline", type=FILE, help="Write a chart of the machine's utilization in the last cast to this "
                  ".svg."),
     click.option("--waves", type=FILE, help="Write the machine's signals in the last cast to this .vcd: "
                  "ports and named registers of all modules, some 0.03 MB a cycle with four clusters; beside it a save "
                  "file for GTKWave (.gtkw). Needs a second, slower build of the machine."),
-    click.option("--waves-begin", type=click.IntRange(0), default=0, help="Set the first cycle of the signals."),
+    click.option("--waves-begin", type=click.IntRange(0), default=0, help="Set the first cycle of the signals, "
+                 "counted from the doorbell."),
     click.option("--waves-cycles", type=click.IntRange(1, 1_000_000), default=2000, help="Set the number of cycles of "
-                 "the "
-                 "signals."),
+                 "the signals."),
     click.option("--csv", "table", type=FILE, help="Write the machine's counters to this .csv: a row for each cluster "
                  "of each cast."))
 
