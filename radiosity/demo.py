@@ -69,8 +69,8 @@ def on_the_machine(folder: Path) -> list[str]:
             "![the difference](machine-difference.png)", "",
             f"Hemispheres and primary rays were cast by the RTL, {done['share']:.1%} of all rays: {done['frusta']} "
             f"frusta in {done['jobs']} jobs, {done['rays']:,} rays, {done['cycles']:,} cycles in all, "
-            f"{done['tested'] / done['rays']:.2f} tests per ray. All bytes of both images are golden's: the third one is "
-            "black.", "",
+            f"{done['tested'] / done['rays']:.2f} tests per ray. All bytes of both images are golden's: the third one "
+            "is black.", "",
             f"`{cast}`", "", "![what is busy when](timeline.svg)", ""]
 
 
