@@ -11,7 +11,6 @@ from tb.sources.source_trees import ROOT, source_trees
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_engine.py", "JobMachine"),
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
-    "hw/control/load_control.py": ("tb/control/test_load_control.py", ""),
     "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/settle_sweep.py": ("tb/ctu/test_survival.py", "Survival"),

@@ -13,7 +13,7 @@ from tb.system.scenes import phase
 
 # Each cluster holds 16 patches, and 8 of others: a part of the scene stays in main memory.
 CONFIG = config_of(SMALL | {"noc.columns": 2, "memsys.store_patches": 8, "memsys.store_requests": 4})
-# Until the stop, in the midst of the first phase.
+# Until the stop, during the first phase.
 CYCLES = 9000
 SOURCES = ("own", "remote", "hits", "misses")
 
