@@ -6,6 +6,9 @@ from golden.config.checks import check_power_of_two, check_range
 
 __all__ = ["Memory"]
 
+# A burst of AXI lies within one.
+_PAGE = 4096
+
 
 @dataclass(frozen=True, kw_only=True)
 class Memory:
@@ -16,7 +19,7 @@ class Memory:
     address_bits
         Bits of a byte address; 16 to 48. Hardware only.
     data_bits
-        Bits of a beat; 64 or 128. Hardware only.
+        Bits of a beat; a power of two, 64 to 512. Hardware only.
     outstanding
         Outstanding bursts, of reads and of writes each; a power of two, 1 to 64. Hardware only.
     burst_beats
@@ -36,9 +39,9 @@ class Memory:
     timeout_bits: int = 12
 
     def __post_init__(self):
-        check_power_of_two("memory", "data_bits", self.data_bits, 64, 128)
+        check_power_of_two("memory", "data_bits", self.data_bits, 64, 512)
         check_power_of_two("memory", "outstanding", self.outstanding, 1, 64)
-        check_power_of_two("memory", "burst_beats", self.burst_beats, 2, 256)
+        check_power_of_two("memory", "burst_beats", self.burst_beats, 2, min(256, _PAGE // self.beat_bytes))
         for name, low, high in (("address_bits", 16, 48), ("length_bits", 1, 12), ("timeout_bits", 2, 24)):
             check_range("memory", name, getattr(self, name), low, high)
 

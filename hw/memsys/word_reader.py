@@ -37,13 +37,14 @@ class WordReader(wiring.Component):
     a gap between extents of more than a few words; stalls with ``o``; as many extents in flight as the port has bursts.
     """
 
+    latency = 2
+
     def __init__(self, *, config: Config):
         self._config, self._formats = config, MemoryFormats(config)
         formats = self._formats
         super().__init__({
             "i": In(stream.Signature(formats.read_extent)), "o": Out(stream.Signature(formats.word)),
             "o_request": Out(stream.Signature(formats.request(0))), "i_reply": In(stream.Signature(formats.reply(0)))})
-        self.latency = 2
 
     def elaborate(self, platform):
         m = Module()

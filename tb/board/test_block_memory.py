@@ -18,8 +18,7 @@ from tb.lib.timing import documented_latency
 
 # No multiple of a beat, and no power of two.
 SIZE = 2500
-WIDTHS = {64: {"memory.data_bits": 64, "memory.address_bits": 16},
-          128: {"memory.data_bits": 128, "memory.address_bits": 16}}
+WIDTHS = {bits: {"memory.data_bits": bits, "memory.address_bits": 16} for bits in (64, 128, 512)}
 
 
 def content():
@@ -170,7 +169,7 @@ async def reset_in_flight(dut):
 TESTS = "every_pair_of_stalls", "peeks_beside_reads", "beats_beyond_the_end", "one_beat_per_cycle", "reset_in_flight"
 
 
-@pytest.mark.parametrize("data_bits", [64, pytest.param(128, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("data_bits", [64, *(pytest.param(bits, marks=pytest.mark.nightly) for bits in (128, 512))])
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_block_memory(simulator, data_bits):
     config = config_of(WIDTHS[data_bits])

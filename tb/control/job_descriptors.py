@@ -7,16 +7,9 @@ import numpy as np
 from golden.config import Config
 from golden.jobs.descriptor import ANY_CLUSTER, DESCRIPTOR, NEAR_ALIGNMENT, VERSION, Kind
 
-__all__ = ["WIDTHS", "byte_at", "changed", "descriptor", "near_words", "with_width", "words_of"]
+__all__ = ["WIDTHS", "byte_at", "changed", "descriptor", "near_words", "words_of"]
 
 WIDTHS = (64, 128, 256, 512)
-
-
-def with_width(config: Config, bits: int) -> Config:
-    """A configuration whose beats have so many bits, though none of that width can be configured yet."""
-    found = config.replace({"memory.data_bits": 128})
-    object.__setattr__(found.memory, "data_bits", bits)
-    return found
 
 
 def byte_at(address: int) -> int:

@@ -12,7 +12,7 @@ from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completio
 from hw.control.completion_writer import RECORDS, CompletionWriter
 from hw.control.job_formats import COMPLETION_WORDS, NO_CLUSTER
 from hw.registers.error_code import ErrorCode
-from tb.control.job_descriptors import WIDTHS, with_width
+from tb.control.job_descriptors import WIDTHS
 from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
@@ -37,7 +37,7 @@ class Writer:
     """
 
     def __init__(self, width=64, nodes=NODES, **changes):
-        self.config = with_width(BASE.replace({"noc.columns": nodes, **changes}), width)
+        self.config = BASE.replace({"noc.columns": nodes, "memory.data_bits": width, **changes})
         self.nodes, self._dut, self._has_run = nodes, CompletionWriter(config=self.config), False
         self._simulator = Simulator(self._dut)
         self._simulator.add_clock(1e-8)

@@ -6,7 +6,7 @@ from golden.config import PRESETS
 from golden.jobs.descriptor import DESCRIPTOR
 from hw.control.descriptor_fetch import DESCRIPTORS, DescriptorFetch
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX
-from tb.control.job_descriptors import WIDTHS, byte_at, descriptor, near_words, with_width, words_of
+from tb.control.job_descriptors import WIDTHS, byte_at, descriptor, near_words, words_of
 from tb.lib.responder import Responder
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
@@ -28,7 +28,7 @@ class Fetch:
     """
 
     def __init__(self, width=64, **changes):
-        self.config = with_width(BASE.replace(changes), width)
+        self.config = BASE.replace({"memory.data_bits": width, **changes})
         self.dut = DescriptorFetch(config=self.config)
         self.bench = ScheduleBench(self.dut, ["i_reply"], ["o", "o_request"], idle_limit=60, watchdog=30_000)
 

@@ -5,7 +5,6 @@ from amaranth.hdl import Assert, Assume, Cover, Signal
 from golden.config import PRESETS
 from hw.control.completion_writer import CompletionWriter
 from hw.control.frustum_slot import FrustumSlot
-from tb.control.job_descriptors import with_width
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Control, declare
 from tb.formal.source_fault import source_fault
@@ -70,7 +69,8 @@ def records_are_counted_once(m, bench, dut):
 
 
 test_records = declare(
-    lambda kind=CompletionWriter: Bench(records_are_counted_once, kind(config=with_width(CONFIG, 512))), cycles=16,
+    lambda kind=CompletionWriter: Bench(
+        records_are_counted_once, kind(config=CONFIG.replace({"memory.data_bits": 512}))), cycles=16,
     engine="abc bmc3", controls={
         "a refused write counts": Control("completed", kind=source_fault(
             CompletionWriter, "& ~failing & ~self.stops):", "& ~self.stops):")),

@@ -28,6 +28,8 @@ MESSAGES = [
     ("memsys.store_patches=96", "configuration: Store patches (memsys.store_patches) must be a power of two, not 96"),
     ("memsys.store_requests=1", "configuration: Store requests (memsys.store_requests) must be 2 to 64, not 1"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
+    ("memory.data_bits=1024", "configuration: Data bits (memory.data_bits) must be 64 to 512, not 1024"),
+    ("memory.burst_beats=512", "configuration: Burst beats (memory.burst_beats) must be 2 to 256, not 512"),
     ("ctu.ray_slots=12", "configuration: Ray slots (ctu.ray_slots) must be a power of two, not 12"),
     ("ctu.subshell_bits=3", "configuration: Subshell bits (ctu.subshell_bits) must be 4 to 14, not 3"),
     ("ctu.run_ahead=16", "configuration: Run ahead (ctu.run_ahead) must be 0 to 15, not 16"),
@@ -54,6 +56,15 @@ def test_widths_are_those_of_the_design():
 def test_what_cannot_be_is_refused_with_the_reason(assignment, message):
     with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
         Config().with_parameters([assignment])
+
+
+def test_a_burst_lies_within_a_page():
+    for data_bits in 64, 128, 256, 512:
+        most = min(256, 4096 * 8 // data_bits)
+        given = {"memory.data_bits": data_bits, "memory.burst_beats": most}
+        assert Config().replace(given).memory.beat_bytes * most <= 4096
+        with pytest.raises(InputError, match=rf"\(memory.burst_beats\) must be 2 to {most}, not {2 * most}$"):
+            Config().replace({**given, "memory.burst_beats": 2 * most})
 
 
 def test_a_settle_code_has_no_more_fraction_bits_than_a_hit():

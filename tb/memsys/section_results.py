@@ -1,6 +1,5 @@
 """Sections with their hits and sums, as items of the result writer, and the beats and requests that they become."""
 
-from copy import copy
 from dataclasses import dataclass
 from itertools import groupby
 from random import Random
@@ -11,22 +10,11 @@ from golden.cast.fixed_hits import FixedHits
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.jobs.result_formats import HitFormat, ResultCommand, pack_hits, pack_sums, result_bytes, section_rays
-from tb.lib.configurations import config_of
 
-__all__ = ["FULL_GROUP", "SectionResults", "drawn_section", "joined", "wide_config"]
+__all__ = ["FULL_GROUP", "SectionResults", "drawn_section", "joined"]
 
 # Beats of the longest request.
 FULL_GROUP = 16
-
-
-def wide_config(data_bits: int, **changes) -> Config:
-    """A configuration with beats of 64 to 512 bits; of more than 128 there is none for a whole machine."""
-    config = config_of({name.replace("__", "."): value for name, value in changes.items()})
-    memory = copy(config.memory)
-    object.__setattr__(memory, "data_bits", data_bits)
-    made = copy(config)
-    object.__setattr__(made, "memory", memory)
-    return made
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 
 from hw.memsys.beat_writer import BeatWriter
 from tb.lib.bench import Bench, Vectors
+from tb.lib.configurations import config_of
 from tb.lib.responder import Responder, responder
+from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
-from tb.memsys.section_results import FULL_GROUP, requests_of, wide_config
+from tb.memsys.section_results import FULL_GROUP, requests_of
 from tb.memsys.write_memory import WriteMemory
 
 
@@ -85,7 +87,15 @@ class TestBeatWriter(Bench):
             name: cycles[name][:len(cycles[name]) // 2] for name in ("o_request", "o_data")}}
 
 
-CONFIG = wide_config(64)
+class TestWideBeats(TestBeatWriter):
+    """Beats of 512 bits."""
+
+    test_in_amaranth = None
+    simulators = SIMULATORS[1:]
+    changes = {"memory.data_bits": 512}
+
+
+CONFIG = config_of({"memory.data_bits": 64})
 BENCH = ScheduleBench(BeatWriter(config=CONFIG), idle_limit=80, watched=("failed", "address", "idle"))
 STALLS = st.lists(st.sampled_from((0, 0, 1, 5)), max_size=20)
 

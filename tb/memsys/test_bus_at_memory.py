@@ -217,7 +217,7 @@ async def reset_in_flight(dut):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("bits", [64, 128])
+@pytest.mark.parametrize("bits", [64, 256, 512])
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 def test_at_a_memory_of_others(simulator, bits):
     changes = {**SMALL, "memory.data_bits": bits}

@@ -34,7 +34,7 @@ VARIANTS = {
     "mesh": ("lobby", 0.125, FOUR),
     "ring": ("lobby", 0.125, {**FOUR, "noc.topology": "ring", "noc.columns": 4, "noc.rows": 1,
                               "noc.virtual_channels": 2, "noc.networks": "virtual", "noc.check": "crc",
-                              "noc.arbitration": "age", "memory.data_bits": 128}),
+                              "noc.arbitration": "age", "memory.data_bits": 512}),
     "stores": ("lobby", 0.125, {**FOUR, "memsys.store_patches": 32, "memsys.store_requests": 8}),
     "room1627": ("room1627", 0.125, {**FOUR, "icu.patch_bits": 11, "memsys.own_entries": 1024,
                                      "memsys.own_patches": 128, "memsys.cache_ways": 4, "memsys.lfu_lines": 32,

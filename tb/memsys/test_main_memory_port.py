@@ -412,7 +412,9 @@ def sizes(name, *marks, **changes):
 
 
 @pytest.mark.parametrize(("name", "changes"), [
-    sizes("wide", data_bits=128), sizes("one_at_a_time", pytest.mark.nightly, outstanding=1, burst_beats=2),
+    sizes("wide", data_bits=512),
+    *(sizes(f"wide-{bits}", pytest.mark.nightly, data_bits=bits) for bits in (128, 256)),
+    sizes("one_at_a_time", pytest.mark.nightly, outstanding=1, burst_beats=2),
     sizes("long_bursts", pytest.mark.nightly, burst_beats=64, outstanding=2)])
 def test_other_sizes(name, changes):
     run(f"main_memory_port-{name}", changes, "icarus")

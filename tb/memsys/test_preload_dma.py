@@ -385,8 +385,9 @@ def test_preload_dma(image, simulator):
 
 
 @pytest.mark.nightly
-def test_wide_beats(image):
-    run("preload_dma-wide", image, {"memory.data_bits": 128}, "icarus")
+@pytest.mark.parametrize("bits", [128, 256, 512])
+def test_wide_beats(image, bits):
+    run(f"preload_dma-{bits}", image, {"memory.data_bits": bits}, "icarus")
 
 
 def test_regions_are_those_of_the_image():

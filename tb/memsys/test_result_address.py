@@ -4,11 +4,12 @@ from hypothesis import strategies as st
 from golden.ctu.sector import Sector
 from golden.jobs.result_formats import HitFormat
 from hw.memsys.result_address import ResultAddress
+from tb.lib.configurations import config_of
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
-from tb.memsys.section_results import drawn_section, wide_config
+from tb.memsys.section_results import drawn_section
 
-CONFIGS = {bits: wide_config(bits) for bits in (64, 128, 256, 512)}
+CONFIGS = {bits: config_of({"memory.data_bits": bits}) for bits in (64, 128, 256, 512)}
 BENCHES = {bits: ScheduleBench(ResultAddress(config=config), idle_limit=40) for bits, config in CONFIGS.items()}
 
 

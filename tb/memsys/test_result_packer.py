@@ -6,7 +6,7 @@ from golden.jobs.result_formats import HitFormat
 from hw.memsys.result_packer import ResultPacker
 from tb.lib.bench import Bench, Vectors
 from tb.lib.runner import SIMULATORS
-from tb.memsys.section_results import drawn_section, joined, wide_config
+from tb.memsys.section_results import drawn_section, joined
 from tb.memsys.test_result_address import expected as extent_of
 
 CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
@@ -69,15 +69,12 @@ class TestResultPacker(Bench):
 
 
 class TestWideBeats(TestResultPacker):
-    """Beats of 256 and 512 bits."""
+    """Beats of 512 bits."""
 
     test_in_amaranth = None
     simulators = SIMULATORS[1:]
-    bits = 512
-
-    def config(self, changes=None):
-        return wide_config(self.bits)
+    changes = {"memory.data_bits": 512}
 
 
 class TestBeatsOf32Bytes(TestWideBeats):
-    bits = 256
+    changes = {"memory.data_bits": 256}

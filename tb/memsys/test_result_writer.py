@@ -13,11 +13,12 @@ from golden.jobs.result_formats import HitFormat
 from hw.memsys.fault import Fault
 from hw.memsys.result_writer import ResultWriter
 from tb.lib.bench import Bench, Vectors
+from tb.lib.configurations import config_of
 from tb.lib.responder import Responder, responder
 from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
-from tb.memsys.section_results import FULL_GROUP, drawn_section, joined, wide_config
+from tb.memsys.section_results import FULL_GROUP, drawn_section, joined
 from tb.memsys.write_memory import WriteMemory
 
 # Regions of sections, so far from each other that none meets another one.
@@ -94,12 +95,10 @@ class TestWideBeats(TestResultWriter):
 
     test_in_amaranth = None
     simulators = SIMULATORS[1:]
-
-    def config(self, changes=None):
-        return wide_config(512)
+    changes = {"memory.data_bits": 512}
 
 
-CONFIGS = {bits: wide_config(bits) for bits in ALL_BITS}
+CONFIGS = {bits: config_of({"memory.data_bits": bits}) for bits in ALL_BITS}
 BENCHES = {bits: ScheduleBench(ResultWriter(config=config), idle_limit=60) for bits, config in CONFIGS.items()}
 GAPS = st.lists(st.sampled_from((0, 0, 0, 1, 2, 7)), max_size=12)
 

@@ -230,5 +230,6 @@ def test_results(simulator):
 
 
 @pytest.mark.nightly
-def test_wide_beats():
-    run("icarus", {"memory.data_bits": 128})
+@pytest.mark.parametrize("bits", [128, 256, 512])
+def test_wide_beats(bits):
+    run("icarus", {"memory.data_bits": bits})

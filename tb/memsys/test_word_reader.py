@@ -1,3 +1,4 @@
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -6,11 +7,12 @@ from hw.memsys.word_reader import WordReader
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
-CONFIG = PRESETS["tiny"].replace({"memory.data_bits": 128, "memory.length_bits": 2})
-BEAT = CONFIG.memory.beat_bytes
-MOST = 1 << CONFIG.memory.length_bits
-DUT = WordReader(config=CONFIG)
-BENCH = ScheduleBench(DUT, ["i", "i_reply"], ["o", "o_request"])
+LENGTH_BITS = 2
+MOST = 1 << LENGTH_BITS
+CONFIGS = {bits: PRESETS["tiny"].replace({"memory.data_bits": bits, "memory.length_bits": LENGTH_BITS})
+           for bits in (64, 128, 256, 512)}
+BENCHES = {bits: ScheduleBench(WordReader(config=config), ["i", "i_reply"], ["o", "o_request"])
+           for bits, config in CONFIGS.items()}
 EXTENT = st.builds(lambda word, count, narrow: {"address": (4 if narrow else 8) * word, "length": count - 1,
                                                 "narrow": int(narrow)},
                    st.integers(0, 4000), st.integers(1, 22), st.booleans())
@@ -29,31 +31,34 @@ def words(extent):
             for k in range(extent["length"] + 1)]
 
 
-def requests(extent):
+def requests(extent, beat_bytes):
     """First bytes and lengths: all beats of an extent, as many as there may be in each request."""
     size = 4 if extent["narrow"] else 8
-    first, last = extent["address"] // BEAT, (extent["address"] + size * extent["length"]) // BEAT
-    return [{"address": BEAT * beat, "length": min(MOST, last - beat + 1) - 1, "tag": 0}
+    address = extent["address"]
+    first, last = address // beat_bytes, (address + size * extent["length"]) // beat_bytes
+    return [{"address": beat_bytes * beat, "length": min(MOST, last - beat + 1) - 1, "tag": 0}
             for beat in range(first, last + 1, MOST)]
 
 
-def replies(requested, errors):
+def replies(requested, errors, beat_bytes):
     """Beats of the requests in order; of some, errors."""
-    beats = [(request["address"] + BEAT * k, k == request["length"]) for request in requested
+    beats = [(request["address"] + beat_bytes * k, k == request["length"]) for request in requested
              for k in range(request["length"] + 1)]
-    return [{"data": int.from_bytes(bytes(byte_at(address + j) for j in range(BEAT)), "little"), "tag": 0,
+    return [{"data": int.from_bytes(bytes(byte_at(address + j) for j in range(beat_bytes)), "little"), "tag": 0,
              "last": int(last), "error": int(number in errors)} for number, (address, last) in enumerate(beats)]
 
 
+@pytest.mark.parametrize("bits", CONFIGS)
 @SETTINGS
-@given(st.lists(st.tuples(st.integers(0, 3), EXTENT), min_size=1, max_size=5), STALLS, STALLS, STALLS,
-       st.sets(st.integers(0, 12), max_size=2))
-def test_words_are_the_bytes_of_memory(extents, gaps, slow, stalls, errors):
-    requested = [request for _, extent in extents for request in requests(extent)]
-    beats, gap = replies(requested, errors), iter(gaps)
+@given(extents=st.lists(st.tuples(st.integers(0, 3), EXTENT), min_size=1, max_size=5), gaps=STALLS, slow=STALLS,
+       stalls=STALLS, errors=st.sets(st.integers(0, 12), max_size=2))
+def test_words_are_the_bytes_of_memory(bits, extents, gaps, slow, stalls, errors):
+    size = bits // 8
+    requested = [request for _, extent in extents for request in requests(extent, size)]
+    beats, gap = replies(requested, errors, size), iter(gaps)
     schedule = Schedule(items={"i": extents, "i_reply": [(next(gap, 0), beat) for beat in beats]},
                         stalls={"o": stalls, "o_request": slow})
-    found = BENCH.run(schedule)
+    found = BENCHES[bits].run(schedule)
     assert found["o_request"] == requested
     expected = [(word, int(index == extent["length"])) for _, extent in extents
                 for index, word in enumerate(words(extent))]
@@ -65,9 +70,11 @@ def test_words_are_the_bytes_of_memory(extents, gaps, slow, stalls, errors):
     assert errors or not any(word["error"] for word in found["o"])
 
 
-def test_latency():
-    extent = {"address": 8, "length": 1, "narrow": 0}
-    beats = replies(requests(extent), ())
-    BENCH.run(Schedule(items={"i": [(0, extent)], "i_reply": [(9, beat) for beat in beats]}, stalls={}))
-    assert BENCH.cycles["o_request"][0] - BENCH.cycles["i"][0] <= DUT.latency == documented_latency(WordReader, CONFIG)
-    assert BENCH.cycles["o"][0] == BENCH.cycles["i_reply"][0]
+@pytest.mark.parametrize("bits", CONFIGS)
+def test_latency(bits):
+    extent, bench, latency = {"address": 8, "length": 1, "narrow": 0}, BENCHES[bits], WordReader.latency
+    beats = replies(requests(extent, bits // 8), (), bits // 8)
+    bench.run(Schedule(items={"i": [(0, extent)], "i_reply": [(9, beat) for beat in beats]}, stalls={}))
+    cycles = bench.cycles
+    assert cycles["o_request"][0] - cycles["i"][0] <= latency == documented_latency(WordReader, CONFIGS[bits])
+    assert cycles["o"][0] == cycles["i_reply"][0]
