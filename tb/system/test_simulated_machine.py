@@ -29,7 +29,7 @@ from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
 from hw.simulator.job_result import OF_CACHES, SHARED_COUNTERS, SINCE_RESET, JobCycles, cluster_counters
-from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine
+from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
 from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.system.job_machine import CONFIGS, TWO_CLUSTERS
@@ -231,6 +231,27 @@ def test_caches_are_counted_since_the_scene_was_loaded(machine_at):
     assert {first[name] for name in OF_CACHES} == {10}
     assert {first[name] for name in set(SHARED_COUNTERS) - set(OF_CACHES)} == {0}
     assert set(second.values()) == {0}
+
+
+def test_waveforms_begin_so_many_cycles_after_the_doorbell(machine_at, tmp_path, monkeypatch):
+    machine, done = machine_at(KeepingHost()), []
+    monkeypatch.setattr("hw.simulator.simulated_machine.write_wave_view", lambda *paths: done.append(paths))
+
+    async def wait(cycles):
+        done.append(cycles)
+
+    def trace(path):
+        done.append(path is not None)
+        if path:
+            path.write_text("waves")
+
+    machine.port.wait, machine.port.trace = wait, trace
+    path = tmp_path / "job.vcd"
+    machine.run([hemispheres(5)], waves=WaveformWindow(path=path, begin=30, cycles=7))
+    assert done == [30, True, 7, False, (path, tmp_path / "job.gtkw")]
+    assert path.read_text() == "waves"
+    machine.run([hemispheres(5)])
+    assert len(done) == 5
 
 
 def check(request, frusta):

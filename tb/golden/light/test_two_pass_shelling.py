@@ -88,6 +88,29 @@ def test_every_hit_is_that_of_brute_force_in_the_same_integers(cornell):
         assert ours.tests.sum() < naive.tests.sum() / 3
 
 
+@pytest.mark.parametrize(("together", "records"), [(0, [1] * 6), (256, [1] * 6), (1023, [3, 3]), (1 << 20, [6])])
+def test_frusta_that_are_cast_together_have_their_own_hits(cornell, together, records):
+    """A caster may cast those that follow the one requested."""
+    points, surfaces, counts = cornell.vertices[:6].mean(axis=1), cornell.surface[:6], []
+
+    class Together(ShellingFrusta):
+        def _machine(self, geometry):
+            cast = super()._machine(geometry)
+
+            def counted(given):
+                counts.append(len(given))
+                return cast(given)
+            return counted
+
+    caster = Together(cornell)
+    caster.together = together
+    ours, each = (hemisphere_hits(one, points, cornell.normals[:6], surfaces)
+                  for one in (caster, ShellingFrusta(cornell)))
+    for field in (*FIELDS, "tests", "steps"):
+        np.testing.assert_array_equal(getattr(ours, field), getattr(each, field))
+    assert counts == records
+
+
 def test_form_factors_are_those_of_grid_but_for_rays_on_edges(cornell):
     grid, shelling = (PatchRows(cornell, caster, rays=(128, 32)).rows(np.arange(len(cornell))).toarray()
                       for caster in (Grid(cornell, 0.125), ShellingFrusta(cornell)))
