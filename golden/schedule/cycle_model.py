@@ -17,9 +17,9 @@ __all__ = ["CycleModel", "StageWork", "stage_work"]
 
 # Rays whose tests overlap: the machine's tests see what others found that many rays before.
 BLOCK = 256
-# Cycles of the machine: the least for a row of grid rays; a patch of the resident set, and of main memory; from a patch
-# to its first test; from the last test to the end.
-ROW, PATCH, FETCH, SETUP, END = 5, 4, 6, 230, 80
+# Cycles of the machine: from the begin to the first near cell's patch; the least for a row of grid rays; a patch of the
+# resident set, and of main memory; from a patch to its first test; from the last test to the begin of the next frustum.
+START, ROW, PATCH, FETCH, SETUP, END = 45, 5, 4, 6, 170, 95
 # Cells between traversal and the patches that wait for a slot.
 CELLS = 64
 
@@ -86,8 +86,8 @@ def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Ite
 class CycleModel:
     """Servers in a line: traversal with survival, patches, tests. Each takes its items in order.
 
-    * Traversal takes a stage after the other: the largest of rows, words of survival, grid rays sent, passes divided by
-      the pipelines, and cells. Its cells are evenly spread over that time, and wait when `CELLS` of them do.
+    * Traversal takes a stage after the other: the largest of rows, words of survival, grid rays sent and the groups that
+      they were looked up in, passes divided by the pipelines, and cells. Its cells are evenly spread over that time, and wait when `CELLS` of them do.
     * While earlier tests are outstanding settle codes are old, so a share of survival's lookups ends with its first
       word: the share of those patches whose tests have not ended.
     * A patch takes `PATCH` cycles, or `FETCH` beyond the resident set, and a slot until its last test.
@@ -113,7 +113,7 @@ class CycleModel:
         # The resident set is a share of the patches of each stage.
         share = min(1.0, config.memsys.own_patches / max(1, patches))
         self._fetch = PATCH * share + FETCH * (1 - share)
-        self._traversed = self._tested = self._entered = 0.0
+        self._traversed = self._tested = self._entered = float(START)
         self._ends: list[float] = []
         self._left: list[float] = []
         self._stages = 0
@@ -146,7 +146,9 @@ class CycleModel:
 
     def _scan(self, work, begin):
         """Cycles of traversal for a stage that begins then."""
-        least = max(work.rows, work.grid_rays, work.passes / self._pipelines, work.cells)
+        # A group that lives is looked up first, then each of its rays.
+        lookups = work.grid_rays * (1 + 1 / GROUP)
+        least = max(work.rows, lookups, work.passes / self._pipelines, work.cells)
         ended = np.searchsorted(self._ends, begin, side="right") / max(1, len(self._ends))
         return least + ended * max(0, work.words - least)
 

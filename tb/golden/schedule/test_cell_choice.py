@@ -18,7 +18,7 @@ from golden.scene.view import default_camera
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.cell_choice import CELLS, LIST_CELLS, choose_cell
 from golden.schedule.cycle_model import CELLS as WAITING
-from golden.schedule.cycle_model import END, FETCH, PATCH, SETUP, CycleModel, StageWork
+from golden.schedule.cycle_model import END, FETCH, PATCH, SETUP, START, CycleModel, StageWork
 from golden.schedule.square_scan import FEW, GROUP, SIDE, scanned_words
 from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.square_scan import SIDE_BITS
@@ -77,17 +77,17 @@ def cycles_of(config, *stages, patches=1):
 
 
 def test_servers_overlap_and_wait():
-    assert cycles_of(CONFIG) == END
+    assert cycles_of(CONFIG) == START + END
     # One cell, then setup, then the tests one by one.
-    assert cycles_of(CONFIG, work(1, 1000)) == 1 + SETUP + 1000 + END
-    assert cycles_of(CONFIG, work(1, 1000, 500)) == 1 + SETUP + 1500 + END
+    assert cycles_of(CONFIG, work(1, 1000)) == START + 1 + SETUP + 1000 + END
+    assert cycles_of(CONFIG, work(1, 1000, 500)) == START + 1 + SETUP + 1500 + END
     # Patches without tests take a place in the line, and their fetches take longer than their cycle of tests.
     count = CONFIG.memsys.own_patches
-    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=60) == 1 + 59 * PATCH + SETUP + 1 + END
-    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=2 * count) == 1 + 59 * (PATCH + FETCH) // 2 + SETUP + 1 + END
+    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=60) == START + 1 + 59 * PATCH + SETUP + 1 + END
+    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=2 * count) == START + 1 + 59 * (PATCH + FETCH) // 2 + SETUP + 1 + END
     # A slot is free when its patch has been tested.
     slots = CONFIG.icu.slots
-    assert cycles_of(CONFIG, work(1, *[2000] + [0] * slots), patches=slots) == 1 + SETUP + 2000 + SETUP + 1 + END
+    assert cycles_of(CONFIG, work(1, *[2000] + [0] * slots), patches=slots) == START + 1 + SETUP + 2000 + SETUP + 1 + END
 
 
 def test_survival_of_old_codes_is_short():
