@@ -70,7 +70,9 @@ class BoardShell(wiring.Component):
         wiring.connect(m, sequencer.o_peek, memory.i_peek)
         wiring.connect(m, memory.o_peek, sequencer.i_peek)
         wiring.connect(m, sequencer.o, uart.i)
-        m.d.comb += [machine.clk.eq(ClockSignal()), machine.rst.eq(ResetSignal() | sequencer.restarts),
+        # Boards need not have a reset.
+        reset = ResetSignal(allow_reset_less=True)
+        m.d.comb += [machine.clk.eq(ClockSignal()), machine.rst.eq(reset | sequencer.restarts),
                      sequencer.interrupt.eq(engine.interrupt), sequencer.again.eq(self.again), self.tx.eq(uart.tx),
                      self.busy.eq(sequencer.busy), self.failed.eq(sequencer.failed)]
         return m

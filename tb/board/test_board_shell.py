@@ -6,6 +6,7 @@ from pathlib import Path
 import cocotb
 import numpy as np
 import pytest
+from amaranth.hdl import ClockDomain, Elaboratable, Fragment, Module
 from cocotb.triggers import ClockCycles, FallingEdge
 from PIL import Image
 
@@ -62,6 +63,25 @@ def with_an_error(job):
             Step(operation=Operation.WAIT, address=offsets["status"]))
     return dataclasses.replace(program, steps=(*usual, *more, halt, *program.steps[program.error:]),
                                error=program.error + len(more))
+
+
+class WithoutReset(Elaboratable):
+    """A shell in the clock domain of a board that has no reset."""
+
+    def __init__(self, shell):
+        self._shell = shell
+
+    def elaborate(self, platform):
+        m = Module()
+        m.domains.sync = ClockDomain(reset_less=True)
+        m.submodules.shell = self._shell
+        return m
+
+
+def test_a_board_may_have_no_reset():
+    job = board_view(BOARD, scene="cornell", pixels=(8, 8), cell=0.5).job
+    shell = BoardShell(config=BOARD, program=record(job), divisor=DIVISOR, black_boxes=True)
+    Fragment.get(WithoutReset(shell), None).prepare()
 
 
 @pytest.mark.sim
