@@ -35,11 +35,12 @@ class UnitBench:
                         for name in ("o_hit", "o_sum")}
         self.frustum, self.table = Source(dut, "i_frustum"), Source(dut, "i_table")
         self.vertex = Source(dut, "i_vertex", stalls=vertex_stalls)
-        self.read_out, self.sums = Source(dut, "i_read_out"), Source(dut, "i_sums")
+        self.read_out = Source(dut, "i_read_out")
         self.settle = Source(dut, "i_settle")
         self.done = Sink(dut, "o_done", stalls=done_stalls)
         self.hit = Sink(dut, "o_hit", stalls=hit_stalls)
         self.sum, self.settled = Sink(dut, "o_sum"), Sink(dut, "o_settle")
+        self.sums: list[tuple[int, int]] = []
         self._edge = RisingEdge(dut.clk)
 
     async def begin(self, record: FrustumRecord, section: Sector, weights: np.ndarray | None = None) -> None:
@@ -64,12 +65,13 @@ class UnitBench:
         assert self.done.items[start:] == [int(patch) for patch in order], "tokens must come in the patches' order"
 
     async def hits(self, section: Sector, *, previous: bool = False) -> FixedHits:
-        """Read out a frustum's section."""
+        """Read out a frustum's section, and its sums into ``sums``."""
         rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
-        start = len(self.hit.items)
+        start, first_sum = len(self.hit.items), len(self.sum.items)
         await self.read_out.send([int(previous)])
         while len(self.hit.items) - start < rays:
             await self._edge
+        assert len(self.sum.items) == first_sum, "sums must come after the hits"
         found = [unpack(self._shapes["o_hit"], item) for item in self.hit.items[start:]]
         columns, rows = np.meshgrid(np.arange(section.first_column, section.end_column),
                                     np.arange(section.first_row, section.end_row))
@@ -78,17 +80,18 @@ class UnitBench:
         assert [ray["last"] for ray in found] == [0] * (rays - 1) + [1]
         inverse, patch, u, v = (np.array([ray["hit"][name] for ray in found]) for name in
                                 ("inverse", "patch", "u", "v"))
+        await self._keep_sums(first_sum)
         return FixedHits(inverse=inverse, patch=np.where(inverse > 0, patch, -1), u=u, v=v)
 
-    async def collected(self, patches: int) -> np.ndarray:
-        """Read the sums of the first patches."""
-        start = len(self.sum.items)
-        await self.sums.send([patches])
-        while len(self.sum.items) - start < patches:
-            await self._edge
-        found = [unpack(self._shapes["o_sum"], item) for item in self.sum.items[start:]]
-        assert [entry["patch"] for entry in found] == list(range(patches))
-        return np.array([entry["sum"] for entry in found])
+    async def _keep_sums(self, first):
+        """The sums of the section, up to the last one."""
+        found = []
+        while not (found and found[-1]["last"]):
+            while len(self.sum.items) == first + len(found):
+                await self._edge
+            found.append(unpack(self._shapes["o_sum"], self.sum.items[first + len(found)]))
+        assert [entry["is_sum"] for entry in found] in ([1] * len(found), [0])
+        self.sums = [(entry["patch"], entry["sum"]) for entry in found if entry["is_sum"]]
 
     def counters(self) -> dict[str, int]:
         """The counters as they are."""
