@@ -86,8 +86,9 @@ def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Ite
 class CycleModel:
     """Servers in a line: traversal with survival, patches, tests. Each takes its items in order.
 
-    * Traversal takes a stage after the other: the largest of rows, words of survival, grid rays sent and the groups that
-      they were looked up in, passes divided by the pipelines, and cells. Its cells are evenly spread over that time, and wait when `CELLS` of them do.
+    * Traversal takes a stage after the other: the largest of rows, words of survival, grid rays sent with the groups
+      that they were looked up in, passes divided by the pipelines, and cells. Its cells are evenly spread over that
+      time, and wait when `CELLS` of them do.
     * While earlier tests are outstanding settle codes are old, so a share of survival's lookups ends with its first
       word: the share of those patches whose tests have not ended.
     * A patch takes `PATCH` cycles, or `FETCH` beyond the resident set, and a slot until its last test.

@@ -333,7 +333,7 @@ QUICK = ("orders", "hard_patches", "sections", "every_pair_of_stalls", "reset_in
 
 
 # With its ports alone the unit compiles and runs several times as fast.
-PORTS = ("clk", "rst", "i_*", "o_*", "counters")
+PORTS = ("clk", "rst", "i_*", "o_*", "patches", "counters")
 
 
 def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):

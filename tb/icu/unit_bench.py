@@ -42,6 +42,7 @@ class UnitBench:
         self.sum, self.settled = Sink(dut, "o_sum"), Sink(dut, "o_settle")
         self.sums: list[tuple[int, int]] = []
         self._edge = RisingEdge(dut.clk)
+        dut.patches.value = 1 << config.icu.patch_bits
 
     async def begin(self, record: FrustumRecord, section: Sector, weights: np.ndarray | None = None) -> None:
         """Write a frustum's tables, and its numbers."""

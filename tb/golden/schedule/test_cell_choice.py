@@ -84,10 +84,12 @@ def test_servers_overlap_and_wait():
     # Patches without tests take a place in the line, and their fetches take longer than their cycle of tests.
     count = CONFIG.memsys.own_patches
     assert cycles_of(CONFIG, work(1, *[0] * 60), patches=60) == START + 1 + 59 * PATCH + SETUP + 1 + END
-    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=2 * count) == START + 1 + 59 * (PATCH + FETCH) // 2 + SETUP + 1 + END
+    mixed = 59 * (PATCH + FETCH) // 2
+    assert cycles_of(CONFIG, work(1, *[0] * 60), patches=2 * count) == START + 1 + mixed + SETUP + 1 + END
     # A slot is free when its patch has been tested.
     slots = CONFIG.icu.slots
-    assert cycles_of(CONFIG, work(1, *[2000] + [0] * slots), patches=slots) == START + 1 + SETUP + 2000 + SETUP + 1 + END
+    full = work(1, *[2000] + [0] * slots)
+    assert cycles_of(CONFIG, full, patches=slots) == START + 1 + SETUP + 2000 + SETUP + 1 + END
 
 
 def test_survival_of_old_codes_is_short():
