@@ -96,9 +96,9 @@ def _records(draw, scene, config) -> tuple[PatchGeometry, list[FrustumRecord], n
             hemisphere, geometry.coordinates, point, numpy.normal(size=3), source=draw.choice(surfaces))
             for point in points], hemisphere.polar_weights
     width, height = draw.choice(_HEMISPHERES)
-    width, height = width - draw.randrange(4), height - draw.randrange(4)
+    width, height, fov = width - draw.randrange(4), height - draw.randrange(4), draw.choice((20.0, 50.0, 80.0))
     cameras = [Camera(eye=tuple(point), target=tuple(point + numpy.normal(size=3)), up=tuple(numpy.normal(size=3)),
-                      fov=draw.choice((20.0, 50.0, 80.0))) for point in points]
+                      fov=fov) for point in points]
     return geometry, [screen_record(Screen(camera=camera, width=width, height=height), geometry.coordinates)
                       for camera in cameras], None
 
