@@ -64,8 +64,9 @@ class Bench:
         self._at_port.stop()
 
     async def restart(self):
-        """Reset the machine, with an empty memory that has nothing outstanding."""
+        """Reset the machine, with an empty memory that has nothing outstanding and has seen no offer before."""
         self.stop()
+        await reset(self.dut)
         self.model = self.port.memory = FaultyMemory(self.config, **self._memory)
         self._at_port = ModelAtPort(self.dut, self.model)
         await reset(self.dut)
