@@ -29,7 +29,7 @@ class ClusterFaults(wiring.Component):
     Members
     -------
     wrong : In(1)
-        A cast has ended because its section is too large, see `CastControl`.
+        A cast has ended because its section is too large, see `SectionCast`.
     memory : In(PathFormats.fault)
         Of the memory system, until ``clear``.
     final : In(1)
