@@ -11,12 +11,13 @@ from golden.stimulus.block import Arrays, Block
 
 __all__ = ["BLOCKS", "Stimulus", "block", "stimulus"]
 
+# The vectors of a block depend on its position.
 BLOCKS = (
     "cordic",
     "ctu.cell_traversal", "ctu.grid_rays", "ctu.near_cells", "ctu.ray_memory", "ctu.sector",
     "ctu.settle_pyramid", "ctu.survival", "ctu.unit",
-    "icu.edge_planes", "icu.g2r_transform", "icu.intersection", "icu.inverse_distance", "icu.ipbb",
-    "icu.patch_setup", "icu.patch_sums", "icu.plane_factor", "icu.ray_memory", "icu.reciprocal", "icu.sbb",
+    "icu.patch_sums", "icu.edge_planes", "icu.g2r_transform", "icu.intersection", "icu.inverse_distance", "icu.ipbb",
+    "icu.patch_setup", "icu.plane_factor", "icu.ray_memory", "icu.reciprocal", "icu.sbb",
     "icu.screening", "icu.section_clip", "icu.settle_code", "icu.uv_subdivision", "icu.vertex_direction",
     "icu.window_walk",
     "memsys.cell_table", "memsys.filter", "memsys.istructure", "memsys.patch_table",
