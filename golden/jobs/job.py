@@ -11,6 +11,7 @@ from golden.ctu.near_cells import near_cells
 from golden.ctu.sector import Sector
 from golden.errors import InputError, check_int
 from golden.frustum import FrustumRecord
+from golden.jobs.capacities import check_capacities
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import (
     ANY_CLUSTER,
@@ -24,7 +25,6 @@ from golden.jobs.order import longest_first_at_the_end, proximity_order
 from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
 from golden.jobs.tile_sections import tile_sections
 from golden.memory_map import MemoryImage, phase_image
-from golden.memory_map.capacities import check_capacities
 from golden.memory_map.image_layout import aligned
 from golden.memory_map.layout import REGIONS
 from golden.memsys.cell_table import CellTable

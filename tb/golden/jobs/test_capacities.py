@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from golden.errors import InputError
+from golden.jobs.capacities import check_capacities
 from golden.jobs.job import plan_job
 from golden.memory_map import MemoryImage
-from golden.memory_map.capacities import check_capacities
 from tb.golden.jobs.jobs import CONFIG, job, requests
 
 LISTS = CONFIG.replace({"ctu.subshell_bits": 6})
