@@ -10,16 +10,16 @@ from hw.ctu.subshell_generator import ListError
 from hw.lib.first_fault import FirstFault
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
-from hw.registers.error_code import LIST, PATH, ErrorCode
+from hw.registers.error_code import LIST, PATH
 
 __all__ = ["ClusterFaults"]
 
 
 class ClusterFaults(wiring.Component):
-    """Latches the first fault of a cluster's units; of several in the same cycle section, memory system, list.
+    """Latches the first fault of a cluster's units; of both in the same cycle the memory system's.
 
-    ``wrong`` and the end of a faulty list are events, reported once: those in the cycle of a clear are latched. The
-    memory system latches its own fault, and clears it in the same cycle: what it holds then is an earlier one.
+    The end of a faulty list is an event, reported once: that in the cycle of a clear is latched. The memory system
+    latches its own fault, and clears it in the same cycle: what it holds then is an earlier one.
 
     Parameters
     ----------
@@ -28,8 +28,6 @@ class ClusterFaults(wiring.Component):
 
     Members
     -------
-    wrong : In(1)
-        A cast has ended because its section is too large, see `SectionCast`.
     memory : In(PathFormats.fault)
         Of the memory system, until ``clear``.
     final : In(1)
@@ -50,15 +48,14 @@ class ClusterFaults(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._fault = ControlFormats(config).fault
-        super().__init__({"wrong": In(1), "memory": In(PathFormats(config).fault), "final": In(1),
-                          "error": In(ListError), "clear": In(1), "fault": Out(self._fault)})
+        super().__init__({"memory": In(PathFormats(config).fault), "final": In(1), "error": In(ListError), "clear": In(1),
+                          "fault": Out(self._fault)})
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.first_fault = first_fault = FirstFault(layout=self._fault, count=3)
-        section, memory, subshells = first_fault.i
+        m.submodules.first_fault = first_fault = FirstFault(layout=self._fault, count=2)
+        memory, subshells = first_fault.i
         m.d.comb += [
-            section.valid.eq(self.wrong), section.payload.code.eq(ErrorCode.SECTION),
             memory.valid.eq((self.memory.code != PathFault.NONE) & ~self.clear),
             memory.payload.code.eq(self.memory.code.as_value() + PATH), memory.payload.number.eq(self.memory.number),
             subshells.valid.eq(self.final & (self.error != ListError.NONE)),

@@ -81,7 +81,8 @@ class WithoutReset(Elaboratable):
 def test_a_board_may_have_no_reset():
     job = board_view(BOARD, scene="cornell", pixels=(8, 8), cell=0.5).job
     shell = BoardShell(config=BOARD, program=record(job), divisor=DIVISOR, black_boxes=True)
-    Fragment.get(WithoutReset(shell), None).prepare()
+    design = Fragment.get(WithoutReset(shell), None).prepare()
+    assert design.fragment.domains["sync"].rst is None
 
 
 @pytest.mark.sim

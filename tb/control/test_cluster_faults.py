@@ -10,13 +10,13 @@ from hw.registers.error_code import ErrorCode
 from tb.lib.schedules import SETTINGS
 
 CONFIG = PRESETS["tiny"]
-NOTHING, QUIET = (ErrorCode.NONE, 0), {"wrong": 0, "memory": None, "final": 0, "error": ListError.NONE, "clear": 0}
-SECTION, LISTED = QUIET | {"wrong": 1}, QUIET | {"final": 1, "error": ListError.PATCH}
+NOTHING, QUIET = (ErrorCode.NONE, 0), {"memory": None, "final": 0, "error": ListError.NONE, "clear": 0}
+LISTED = QUIET | {"final": 1, "error": ListError.PATCH}
 LOST = QUIET | {"memory": (PathFault.BUS, 5)}
 CLEAR = {"clear": 1}
 # In ``memory``: the memory system finds a fault.
 CYCLES = st.fixed_dictionaries({
-    "wrong": st.sampled_from([0, 0, 0, 1]), "final": st.booleans(), "error": st.sampled_from(list(ListError)),
+    "final": st.booleans(), "error": st.sampled_from(list(ListError)),
     "memory": st.one_of(st.none(), st.none(), st.tuples(
         st.sampled_from([code for code in PathFault if code is not PathFault.NONE]), st.integers(0, 1000))),
     "clear": st.sampled_from([0, 0, 1])})
@@ -31,9 +31,7 @@ def expected_of(cycles):
         if one["clear"]:
             fault, memory, held = NOTHING, (PathFault.NONE, 0), (PathFault.NONE, 0)
         if fault == NOTHING:
-            if one["wrong"]:
-                fault = (ErrorCode.SECTION, 0)
-            elif held[0] is not PathFault.NONE:
+            if held[0] is not PathFault.NONE:
                 fault = (ErrorCode[f"PATH_{held[0].name}"], held[1])
             elif one["final"] and one["error"] is not ListError.NONE:
                 fault = (ErrorCode[f"LIST_{one['error'].name}"], 0)
@@ -43,7 +41,6 @@ def expected_of(cycles):
 
 @SETTINGS
 @given(st.lists(CYCLES, max_size=16))
-@example([SECTION | CLEAR, QUIET])
 @example([LISTED | CLEAR, QUIET])
 @example([LOST, QUIET, LISTED | CLEAR, QUIET])
 @example([LOST, QUIET, QUIET | CLEAR, QUIET])
@@ -54,7 +51,7 @@ def test_the_first_fault_stays_until_it_is_cleared(cycles):
 
     async def bench(ctx):
         for one, ((code, number), _) in zip(cycles, expected, strict=True):
-            for name in ("wrong", "final", "error", "clear"):
+            for name in ("final", "error", "clear"):
                 ctx.set(getattr(dut, name), one[name])
             ctx.set(dut.memory, {"code": code, "number": number})
             found.append((ErrorCode(ctx.get(dut.fault.code)), ctx.get(dut.fault.number)))
