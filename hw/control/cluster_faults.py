@@ -48,8 +48,8 @@ class ClusterFaults(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._fault = ControlFormats(config).fault
-        super().__init__({"memory": In(PathFormats(config).fault), "final": In(1), "error": In(ListError), "clear": In(1),
-                          "fault": Out(self._fault)})
+        super().__init__({"memory": In(PathFormats(config).fault), "final": In(1), "error": In(ListError),
+                          "clear": In(1), "fault": Out(self._fault)})
 
     def elaborate(self, platform):
         m = Module()
