@@ -66,10 +66,11 @@ class Bench:
     async def restart(self):
         """Reset the machine, with an empty memory that has nothing outstanding and has seen no offer before."""
         self.stop()
-        await reset(self.dut)
+        self.dut.rst.value = 1
+        await ClockCycles(self.dut.clk, 2)
         self.model = self.port.memory = FaultyMemory(self.config, **self._memory)
         self._at_port = ModelAtPort(self.dut, self.model)
-        await reset(self.dut)
+        self.dut.rst.value = 0
 
     async def _read(self):
         return await self.port.read_memory(self.job.base, self.job.end - self.job.base)
