@@ -41,7 +41,8 @@ class PatchSums(wiring.Component):
         Begins a read; accepted when the hits before it are in the sums. From the cycle after the offer on no hit is
         accepted until the list has been read.
     patches : In(range(2^patch_bits + 1))
-        Patches of the scene: hits are of those below it. Initially all that have a number.
+        Patches of the scene: hits are of those below it. Must not rise during a read. Initially all that have a
+        number.
     o : Out, stream of `IcuFormats.section_sum`
         The sums, or one item without ``is_sum`` if the list is empty.
 

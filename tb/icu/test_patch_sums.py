@@ -181,8 +181,9 @@ async def sums_are_cleared_as_far_as_the_scene_needs(dut):
     taken, cleared, waited = bench.ports.taken("i"), [0], []
     dut.rst.value = 0
     for patches in (few, PATCHES - 2, PATCHES - 2, PATCHES):
-        dut.patches.value = patches
         # A larger scene comes with a load: long after the last read, and before the next hits.
+        await ClockCycles(dut.clk, LATER)
+        dut.patches.value = patches
         await ClockCycles(dut.clk, LATER)
         before, offered = len(taken.cycles), round(get_sim_time("ns") / PERIOD)
         patch = range(max(0, patches - MOST), patches)

@@ -77,4 +77,5 @@ def test_latency(bits):
     bench.run(Schedule(items={"i": [(0, extent)], "i_reply": [(9, beat) for beat in beats]}, stalls={}))
     cycles = bench.cycles
     assert cycles["o_request"][0] - cycles["i"][0] <= latency == documented_latency(WordReader, CONFIGS[bits])
-    assert cycles["o"][0] == cycles["i_reply"][0]
+    # A beat is accepted with the last of its words.
+    assert cycles["o"][0] == cycles["i_reply"][0] - (min(bits // 64 - 1, 2) - 1 if bits > 64 else 0)
