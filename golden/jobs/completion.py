@@ -21,7 +21,7 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
     Field("found", "u4", "counter `memory_found`"),
     Field("own", "u4", "patches read from the cluster's own memory"),
     Field("remote", "u4", "patches from other clusters"),
-    Field("hits", "u4", "patches from the cluster's cache"),
+    Field("hits", "u4", "patches from the cache that all clusters share"),
     Field("misses", "u4", "patches from main memory"),
     Field("tag", "u4", "that of the descriptor"),
     Field("error", "u1", "error code, 0: none"),
