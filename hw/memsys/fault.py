@@ -14,8 +14,8 @@ class Fault(enum.Enum, shape=4):
     not answer. ``READ_PROTOCOL``, ``WRITE_PROTOCOL``: it answered no outstanding request, or with another number of
     beats. ``IMAGE``: no image, or one of another version. ``REGION``: a region lies outside the image, or has another
     number of records than it must have. ``POINTER``: a record points outside its table, or gives another length of it.
-    ``NO_RECORD``: a section has another number of hits. ``SIZE``: a number of a record is too large for the machine.
-    ``OVERFLOW``: a sum of weights is larger than its format.
+    ``NO_RECORD``: the hits of a section do not end with a row. ``SIZE``: a number of a record is too large for the
+    machine. ``OVERFLOW``: a sum of weights is larger than its format.
     """
 
     NONE = 0

@@ -66,8 +66,9 @@ ENGINE_REGISTERS = (
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
              "when cells are loaded, which also empties them.", reset=1),
-    Register(name="watchdog", access=Access.WRITE, about="Cycles that a load may take, and a section since it was "
-             "dispatched and the section of its cluster before it was completed; 0: no limit.", reset=1 << 26),
+    Register(name="watchdog", access=Access.WRITE, about="Cycles that a load or a section may take, a section from "
+             "its dispatch on or from the completion of its cluster's section before it, if later; "
+             "0: no limit.", reset=1 << 26),
     Register(name="cycles", access=Access.READ, about="Cycles since reset, modulo 2^32."),
     Register(name="flits", access=Access.READ, about="Flits that the network's routers have sent since reset."),
     Register(name="flit_stalls", access=Access.READ, about="Cycles in which flits stalled, over all router ports."),

@@ -33,7 +33,7 @@ ABOUT = {
     "IMAGE": "there is no image, or one of another version",
     "REGION": "a region outside the image, not at a multiple of 64, or of a length that it must not have",
     "POINTER": "a record points outside the table that it points into",
-    "NO_RECORD": "a cluster has sent another number of hits than its section has",
+    "NO_RECORD": "the last hit of a section is not the last one of a row",
     "SIZE": "a record has a number that is too large for the machine: of cells along an axis, of grid "
             "rays, or the weight of a ray",
     "OVERFLOW": "the sum of the weights of a patch's rays exceeds its format",

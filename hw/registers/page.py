@@ -23,8 +23,8 @@ those of a command are 0.
 
 1. Put an image ([the memory map](memory-map.md)), the cells of shell 1 of each frustum and the descriptors
    ([the format of jobs](job-format.md)) into main memory.
-2. While the machine is idle write the addresses of the two rings, `ring_bits` and the windows, which have to hold
-   everything that descriptors point to and both rings.
+2. While the machine is idle write the addresses of the two rings, `ring_bits` and the windows. The windows contain both
+   rings and everything that descriptors point to.
 3. Write the number of descriptors ever submitted into `doorbell`. The first one is a load.
 4. `completed` counts the completion records in their ring. Each one makes an interrupt pending, and so does a queue
    that halts. Acknowledge it before `completed` and `status` are read: no event is lost then.
@@ -36,13 +36,13 @@ A command that is not possible is an error and changes nothing.
 
 An error of a descriptor is in its completion record, its results are undefined, and the queue goes on. The other errors
 halt the queue: the first one stays in `error` until `command.clear`. [The engine](engine.md) has the rules. A queue
-that has halted is idle when `status.busy` is 0: no interrupt tells that units are no longer being reset. Then write the
-address of an image into `image`, and `command.resume`; or write `taken` into `doorbell` before, which drops the
-descriptors that are left. After an error of a load, load all regions again (`status.loaded`).
+that has halted is idle when `status.busy` is 0: no interrupt reports the end of a reset. Then write the address of an
+image into `image`, and `command.resume`; or write `taken` into `doorbell` before, which drops the descriptors that are
+left. After an error of a load, load all regions again (`status.loaded`).
 
-After `READ_TIMEOUT` all reads end as errors until each late beat of before has come: a load that begins earlier fails
-with `READ_REPLY`, whatever memory does now. Repeat the load until it ends without an error. If a burst never ends, none
-does: reset the machine and its memory together. After `WRITE_TIMEOUT` the same holds of writes and `WRITE_REPLY`.
+After `READ_TIMEOUT` all reads end as errors until all late beats have arrived: a load that begins before fails with
+`READ_REPLY`. Repeat the load until it ends without an error. If a burst never ends, no load succeeds: reset the machine
+and its memory together. After `WRITE_TIMEOUT` the same holds of writes and `WRITE_REPLY`.
 
 {errors}
 ## Counters
