@@ -1,4 +1,4 @@
-"""Cluster: a cluster that casts one section after the other, and writes its own results."""
+"""Cluster: casts one section after the other, and writes its own results."""
 
 from amaranth.hdl import Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
@@ -83,8 +83,8 @@ def _members(config):
 
 
 class Cluster(wiring.Component):
-    """Casts sections of frusta one after the other: the next one comes while one is cast and another one's results are
-    written.
+    """Casts sections of frusta one after the other. While it casts one, it receives the next one and writes the results
+    of the one before.
 
     ::
 
@@ -119,7 +119,7 @@ class Cluster(wiring.Component):
     i_job : In, stream of `JobFormats.word`
         Words of sections for all clusters. Always ready.
     wants : Out(1)
-        The cluster requests one more section, for one cycle each.
+        A request for one more section, for one cycle each.
     begins : Out(1)
         A section begins to be cast.
     cycle : In(32)

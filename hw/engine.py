@@ -40,7 +40,7 @@ __all__ = ["CLUSTER", "Engine"]
 CLUSTER = "radiosity_cluster"
 # Tags of reads of main memory: the caches', the preload DMA's, and the descriptor fetch's.
 PRELOAD, FETCH = READERS, READERS + 1
-# Registers that are outputs of a unit and inputs of the registers, or the other way round, under the same name.
+# Registers that `JobControl` reads, and those that it writes, under the same names.
 _TO_CONTROL = ("ring", "completions", "ring_bits", "doorbell", "image", "watchdog")
 _OF_CONTROL = ("status", "taken", "cycles")
 
@@ -93,13 +93,13 @@ class Engine(wiring.Component):
     axi : Out, `AxiSignature`
         Main memory.
     interrupt : Out(1)
-        A completion record has been written, or the queue has halted, and the host wants to know.
+        A completion record has been written, or the queue has halted, and the register ``interrupt`` enables it.
 
     Timing
     ------
     See the units.
 
-    Golden counterpart: `golden.jobs.job.run_job`. Source: Shen 1993, chapter 5.
+    Golden counterpart: `golden.jobs.run_job.run_job`. Source: Shen 1993, chapter 5.
     """
 
     def __init__(self, *, config: Config, black_boxes: bool = False,
@@ -195,7 +195,7 @@ class Engine(wiring.Component):
         held = blocks.add("held", SkidBuffer(load.o_word.payload.shape()))
         wiring.connect(m, load.o_word, held.i)
         wiring.connect(m, held.o, words.i)
-        # Registered: the clusters are far away. Until all have stored it a word keeps one of the terms at 1.
+        # Registered: nets to the clusters are long. Until all have stored it a word keeps one of the terms at 1.
         was_held, was_loading = Signal(), Signal()
         m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(Cat(cluster.loads for cluster in clusters).any())]
         given, begins = control.o_load.payload, Signal()
@@ -301,7 +301,7 @@ class Engine(wiring.Component):
                          for name in ("read", "write") for side in ("base", "limit")]
 
     def _add_counters(self, m, blocks):
-        """Counters: all clusters look up the number, one of them replies."""
+        """Counters: each cluster selects the counter of the number, and the value of one cluster is read."""
         registers, clusters = blocks.registers, blocks.clusters
         counter, waits = Signal.like(registers.o_window.payload), Signal(range(CounterChoice.latency + 2))
         number = counter[COUNTER_BITS:]

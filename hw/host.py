@@ -48,7 +48,7 @@ class EngineError(Exception):
 
 
 class EngineTimeoutError(Exception):
-    """The machine is busy for too long."""
+    """The machine has not answered within the limit."""
 
 
 def check_completions(job: Job, records: np.ndarray) -> None:
@@ -171,7 +171,7 @@ class Host:
             await self.write(name, value)
 
     async def submit(self, job: Job, descriptors: Sequence[np.void]) -> None:
-        """Put descriptors into the ring, and ring the doorbell. There must be room for them, see `room`."""
+        """Put descriptors into the ring, and ring the doorbell. At most `room` of them."""
         for descriptor in descriptors:
             await self._port.write_memory(job.entry(self._submitted), descriptor.tobytes())
             self._submitted += 1
@@ -196,7 +196,7 @@ class Host:
 
     async def run(self, job: Job, descriptors: np.ndarray | None = None, *, timeout: int = 1 << 26,
                   watch: Callable[[int], Awaitable[None]] | None = None) -> np.ndarray:
-        """Have a job done that `begin` has prepared, and return its completion records in their order.
+        """Run a job that `begin` has prepared, and return its completion records in their order.
 
         Parameters
         ----------
@@ -207,8 +207,7 @@ class Host:
         timeout
             Cycles without a completion record after which the machine has failed.
         watch
-            Awaited after the doorbell and before each further look at the machine, with the number of completion
-            records so far.
+            Awaited after the doorbell and before each further poll, with the number of completion records so far.
 
         Raises
         ------
@@ -271,7 +270,7 @@ class Host:
             if status["failed"]:
                 raise await self._error()
             if waited >= timeout:
-                raise EngineTimeoutError(f"the queue is halted after {waited} cycles still")
+                raise EngineTimeoutError(f"the queue is still halted after {waited} cycles")
             await self._port.wait(POLL)
             waited += POLL
 

@@ -1,4 +1,4 @@
-"""A chart of what each cluster does during a job."""
+"""A chart of the activity of each cluster during a job."""
 
 from html import escape
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""One frustum on the simulated machine: its hits beside golden's, and where its cycles went."""
+"""One frustum on the simulated machine: its hits beside the golden model's, and its cycles by activity."""
 
 import csv
 from dataclasses import dataclass, field
@@ -65,7 +65,7 @@ class MachineCastResult:
     report, text
         Counts ready for JSON, and as lines.
     agrees
-        Whether hits and sums are golden's.
+        Whether hits and sums equal the golden model's.
     """
 
     hits: FixedHits
@@ -75,7 +75,7 @@ class MachineCastResult:
 
 
 class MachineCast:
-    """A frustum that is scheduled, and cast by golden, before a machine casts it.
+    """A frustum that is scheduled, and cast by the golden model, before a machine casts it.
 
     Parameters
     ----------

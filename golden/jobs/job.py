@@ -44,7 +44,7 @@ Read = Callable[[int, int], bytes]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PhaseRequest:
-    """What the host wants of the frusta of a phase.
+    """What the host requests of the frusta of a phase.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class JobPhase:
     Parameters
     ----------
     request
-        What the host wants.
+        What the host requests.
     image, address
         The image of the phase, and its first byte.
     hits, near_cells

@@ -36,7 +36,7 @@ def proximity_order(origins: np.ndarray) -> np.ndarray:
 def longest_first_at_the_end(cycles: np.ndarray, *, clusters: int) -> np.ndarray:
     """The order of sections that the first free of ``clusters`` clusters takes: the last ones by falling length.
 
-    The last `TAIL` sections for each cluster change places, so that short ones even out the ends of the clusters.
+    The last `TAIL` sections for each cluster are reordered, so that short ones even out the ends of the clusters.
 
     Parameters
     ----------

@@ -78,8 +78,8 @@ def run_job(job: Job, descriptors: np.ndarray | None = None, *, brute_force: boo
     job
         The job.
     descriptors
-        Descriptors in place of the job's, for example malformed ones. One that the machine executes is of the frustum
-        that the job has in its place, or the load of an image of the job.
+        Descriptors instead of the job's, for example malformed ones. One that the machine executes is of the frustum
+        that the job has at the same number, or the load of an image of the job.
     brute_force
         Casts with `NaiveFixed` instead of `Shelling`. The hits are the same.
     """

@@ -61,6 +61,6 @@ def _largest(shape, count):
 
 
 def _cuts(count):
-    """How many of ``count`` sections are beside and above each other: cuts are in turn in columns and in rows."""
+    """How many of ``count`` sections are beside and above each other: cuts alternate between columns and rows."""
     cuts = int(count).bit_length() - 1
     return 1 << (cuts + 1) // 2, 1 << cuts // 2

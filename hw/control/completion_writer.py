@@ -22,10 +22,10 @@ LAP_BITS = 16
 class CompletionWriter(wiring.Component):
     """Collects the 8 words of a record from a cluster, or makes one of a `JobFormats.record`, and writes it.
 
-    Records are written in the order in which they were collected, those of clusters in turn. A record is held until its
+    Records are collected in round-robin order and written in the order of their collection. A record is held until its
     write has been answered: ``completed`` advances then. The last word has the descriptor's tag, which the table of
-    sections in flight gives by the cluster, the cluster, and the lap of the ring: a host that sees the lap in memory
-    sees the whole record.
+    sections in flight gives by the cluster, the cluster, and the lap of the ring: a host that reads the lap in memory
+    reads the whole record.
 
     During a reset of the units a record that is being collected is dropped, and writes that are not answered are
     forgotten; their records are written again after it. After a write that memory refuses nothing is written until a

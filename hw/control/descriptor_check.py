@@ -14,7 +14,7 @@ from hw.registers.error_code import ErrorCode
 
 __all__ = ["DescriptorCheck"]
 
-# Of the ways to write hits, the last one.
+# The largest number of a format of hits.
 LAST_HIT_FORMAT = 3
 
 

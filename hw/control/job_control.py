@@ -35,10 +35,10 @@ class JobControl(wiring.Component):
 
     In ``stop`` the units are in reset until main memory has no outstanding transaction; events are ignored. In
     ``abort`` each descriptor that was in flight gets a completion record: the one that has caused the reset with its
-    code, all others `ErrorCode.ABORTED`. A time-out or a fault of the network is that of the section which the cluster
-    has begun last, the watchdog's that of its oldest section, or of the load. A ``resume`` loads all regions of the
-    image, as the command's ``copies`` says, once records are written and the registers of the ring and the windows have
-    been taken over.
+    code, all others `ErrorCode.ABORTED`. The culprit of a time-out or of a fault of the network is the section which
+    the cluster has begun last, that of the watchdog its oldest section, or the load. A ``resume`` loads all regions of
+    the image, as the command's ``copies`` says, once records are written and the registers of the ring and the windows
+    have been taken over.
 
     The watchdog of a cluster counts the cycles since its oldest section was sent or the one before was collected, in
     steps of ``nodes``; that of a load its cycles. Of errors of one cycle the first of these is latched: watchdog,

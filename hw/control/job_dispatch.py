@@ -1,4 +1,4 @@
-"""Job dispatch: each descriptor to a cluster that wants a section, or to the engine's control."""
+"""Job dispatch: each descriptor to a cluster that requests a section, or to the engine's control."""
 
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -16,13 +16,13 @@ __all__ = ["JobDispatch"]
 
 
 class JobDispatch(wiring.Component):
-    """Sends each section to the cluster whose request has waited longest, or to the one that it must go to.
+    """Sends each section to the cluster whose request has waited longest, or to the one that its descriptor names.
 
     A descriptor is checked while its words are sent: the last one says whether they are ``void``, and the cluster is
-    then offered the next section. A descriptor that no cluster is needed for is read to its end: a load, one with a
-    wrong first word, and any before a load. A refused one of them gets a completion record: `ErrorCode.DESCRIPTOR` or
-    ``SECTION`` with the first byte of the field, ``READ_REPLY`` with the address of its near cells, or ``NOT_LOADED``:
-    with 0 if no tables have been loaded, with the byte of ``last_shell`` if there are no grid rays for it.
+    then offered the next section. A descriptor that needs no cluster is read to its end: a load, one with a wrong first
+    word, and any before a load. A refused one of them gets a completion record: `ErrorCode.DESCRIPTOR` or ``SECTION``
+    with the first byte of the field, ``READ_REPLY`` with the address of its near cells, or ``NOT_LOADED``: with 0 if no
+    tables have been loaded, with the byte of ``last_shell`` if there are no grid rays for it.
 
     A descriptor that could not be read itself ends the dispatch, until a reset.
 
@@ -42,7 +42,7 @@ class JobDispatch(wiring.Component):
     last_shell : In(CtuFormats.shell)
         The last shell of which they have grid rays. Likewise.
     wants : In(nodes)
-        The cluster wants one more section, for one cycle each.
+        A request of the cluster for one more section, for one cycle each.
     o : Out, stream of `JobFormats.word`
         Words for the clusters. Always ready.
     o_sent : Out, stream of `JobFormats.sent`
@@ -58,7 +58,7 @@ class JobDispatch(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles from a first word, and a cluster that wants it, to its first word at ``o``. A section takes 26
+    Latency: ``2`` cycles from a first word, and a request for it, to its first word at ``o``. A section takes 26
     cycles and one for each word of near cells, a further one or two if its tiles are more than 2^14; stalls with ``i``.
 
     Golden counterpart: `golden.control.job_control`.

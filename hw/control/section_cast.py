@@ -15,7 +15,7 @@ _UNITS = ("memory", "intersection", "traversal", "near")
 
 
 class SectionCast(wiring.Component):
-    """Starts a section in a cluster's units, detects its end, and hands its results over.
+    """Starts a section in a cluster's units, detects its end, and has its results read out.
 
     The memory system and the intersection unit start first, then cell traversal and the near cells. A cast has ended
     when the traversal has sent its final item, the memory system is drained, and each patch that entered the
@@ -36,8 +36,8 @@ class SectionCast(wiring.Component):
     o_results : Out, stream without payload
         A cast has ended; accepted when its read-out has begun.
     wants : Out(1)
-        No section waits, and the present one, if any, has no further requests for grid rays and no cell or patch on
-        its way to the intersection unit.
+        No section waits, and the present one, if any, has no further requests for grid rays and no cell or patch in
+        flight before the intersection unit.
     busy : Out(1)
         A section is being cast, or waits for its read-out.
     cycles : Out(32)
@@ -80,7 +80,7 @@ class SectionCast(wiring.Component):
         over, settled, patches, known = Signal(), Signal(), Signal(range(PATCHES + 1)), Signal()
         m.d.sync += [patches.eq(patches + self.enters - self.leaves), known.eq(self.i.valid & ~self.i.ready)]
         m.d.comb += [self.idle.eq(self.drained & (patches == 0)), self.busy.eq(1)]
-        # Registered: the units are far away.
+        # Registered: nets to the units are long.
         starts = {name: Signal(name=f"starts_{name}") for name in _UNITS}
         for name, start in starts.items():
             unit = getattr(self, f"o_{name}")

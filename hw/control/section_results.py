@@ -47,8 +47,8 @@ class SectionResults(wiring.Component):
         Clears it: it has been kept.
     counts : In, struct of `COUNTS`
         Counters of the cast.
-    o_read_out : Out, stream of ``earlier``
-        `IntersectionUnit`'s ``i_read_out``; always the present frustum.
+    o_read_out : Out, stream of 1 bit
+        `IntersectionUnit`'s ``i_read_out``; always 0, the present frustum.
     o_command : Out, stream of `ResultFormats.section_command`
         `ResultWriter`'s ``i``.
     i_done : In, stream of `ResultFormats.section_done`

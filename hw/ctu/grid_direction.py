@@ -38,8 +38,8 @@ class GridDirection(wiring.Component):
     ------
     Latency: ``2 * product_registers + 5`` cycles. One ray per cycle; stalls while the ray at the end waits.
 
-    Golden counterpart: `golden.ctu.unit.global_directions` of `golden.ctu.grid_rays.GridRays.direction`. Source: Shen
-    1993, section 5.3.4.4.
+    Golden counterpart: `golden.ctu.unit.global_directions` of a ray of `golden.ctu.grid_rays.GridRays`.
+    Source: Shen 1993, section 5.3.4.4.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -17,7 +17,7 @@ VERTICES = 4
 class PatchMerge(wiring.Component):
     """Merges the vertices of several sources. The vertices of a patch stay together.
 
-    A source whose first vertex has come is granted until its patch has left, so a source that pauses within a patch
+    A source whose first vertex has come is granted until its patch has left, so a source that stalls within a patch
     stalls the others: `VertexMerge` waits for whole patches. Of several the one that has been pending longest is
     granted.
 

@@ -1,4 +1,4 @@
-"""Patch store: a cluster's copies of the patches that others hold."""
+"""Patch store: a cluster's copies of the patches that other clusters or main memory hold."""
 
 from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
@@ -26,22 +26,22 @@ TURNS = KEPT_OF
 
 
 class PatchStore(wiring.Component):
-    """Fetches each patch once for all who wait for it, and keeps some of them.
+    """Fetches each patch once for all requests that wait for it, and keeps some of them.
 
     ::
 
         i - tags -+- o_fetch                       i_fill, i_lost - frames -+- IStructure - o_stored
                   '- IStructure (renew, read)                               '- o_passed
 
-    Patch p belongs into frame p modulo ``frames``. A request finds its patch in the frame, or on its way there: then it
+    Patch p belongs into frame p modulo ``frames``. A request finds its patch in the frame, or in flight to it: then it
     waits in the `IStructure` without another fetch. Otherwise the patch is fetched. It is kept if the frame is empty,
     and at every `TURNS`-th request that meets another patch there: each frustum needs about the same patches, more than
-    the frames, in about the same order, so what is replaced at each miss would be gone when its turn comes. What is
-    not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
+    the frames, in about the same order, so a patch that each miss replaces would be gone before its next request. What
+    is not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
     fill never stalls but with ``o_passed``.
 
-    A patch whose vertices are all 0 is one that the cluster which should hold it has not. It is answered and not kept,
-    so each request for it is an error there.
+    A patch whose vertices are all 0 comes from a cluster that does not hold it. It is answered and not kept, so each
+    request for it is an error there.
 
     Parameters
     ----------

@@ -21,8 +21,9 @@ DEPTH = 4
 class WriteMerge(wiring.Component):
     """Shares one port among several sources of writes. The number of a source is the tag of its requests.
 
-    Requests are granted in turn: one waits for at most ``count`` - 1 others. The data of the requests follow in the
-    same order, so a source should offer a request when its data are there: nobody else sends until they have left.
+    Requests are granted in round-robin order: one waits for at most ``count`` - 1 others. The data of the requests
+    follow in the same order, so a source should offer a request when its data are there: no other source sends until
+    they have left.
 
     No combinational path leads from an input to an output: grants, data and responses come from registers.
 

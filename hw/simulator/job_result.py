@@ -53,7 +53,7 @@ class FrustumResult:
 
 @dataclass(frozen=True, kw_only=True)
 class JobCycles:
-    """Where the cycles of a job have gone.
+    """The cycles of a job by activity.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class JobResult:
     records
         All completion records, in the order of completion.
     cycles
-        Where they have gone.
+        The cycles of the job.
     counters
         Of each cluster, for the whole job: `hw.cluster.COUNTERS` if no cluster has cast more than one section, else
         those that completion records have, and `SINCE_RESET`.

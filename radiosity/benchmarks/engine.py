@@ -40,7 +40,7 @@ def measure(machine: SimulatedMachine, prepared: PreparedJob) -> dict:
     Raises
     ------
     SystemExit
-        Hits or sums are not golden's.
+        Hits or sums differ from the golden model's.
     """
     done = [machine.run([prepared.request]) for _ in range(CASTS)]
     for one in done:

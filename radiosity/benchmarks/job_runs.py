@@ -1,4 +1,4 @@
-"""Jobs of hemispheres from a scene's ceiling on the simulated machine, and what they took."""
+"""Jobs of hemispheres from a scene's ceiling on the simulated machine: cycles, bounds and counters."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -72,7 +72,7 @@ class PreparedJob:
     scene, cell
         What is cast into, and the size of its cells.
     request
-        What the host wants.
+        What the host requests.
     """
 
     scene: Scene
@@ -110,7 +110,7 @@ def prepare_job(spec: JobSpec, config: Config) -> PreparedJob:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JobRun:
-    """What a job took.
+    """The counts of a job.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class JobRun:
     read_beats, written_beats
         Beats over the memory port, those of descriptors and completion records with them.
     checked
-        Results have been compared with golden's.
+        Results have been compared with the golden model's.
     """
 
     prepared: PreparedJob
@@ -214,7 +214,7 @@ class JobRun:
 
 @contextmanager
 def job_machine(config: Config, **memory) -> Iterator[SimulatedMachine]:
-    """A simulated machine that has been idle after its reset: hosts are slower, and it clears memories meanwhile.
+    """A simulated machine that has cleared its memories after reset, as it has before a host submits its first job.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def job_machine(config: Config, **memory) -> Iterator[SimulatedMachine]:
 
 
 def run_on(machine: SimulatedMachine, prepared: PreparedJob, *, check: bool = False) -> JobRun:
-    """Have a job done; what the machine holds from the job before is not loaded.
+    """Run a job; tables that the machine holds from the job before are not loaded.
 
     Parameters
     ----------
@@ -236,14 +236,14 @@ def run_on(machine: SimulatedMachine, prepared: PreparedJob, *, check: bool = Fa
     prepared
         The job.
     check
-        Compare its results with golden's.
+        Compare its results with the golden model's.
 
     Raises
     ------
     EngineError, EngineTimeoutError
         See `SimulatedMachine.run`.
     SystemExit
-        Results are not golden's.
+        Results differ from the golden model's.
     """
     port = machine.port
     read, written = port.read_beats, port.written_beats
@@ -257,7 +257,7 @@ def run_on(machine: SimulatedMachine, prepared: PreparedJob, *, check: bool = Fa
 
 
 def check_results(prepared: PreparedJob, result: JobResult, config: Config) -> None:
-    """Compare hits and sums of all frusta with golden's.
+    """Compare hits and sums of all frusta with the golden model's.
 
     Raises
     ------
@@ -275,7 +275,7 @@ def check_results(prepared: PreparedJob, result: JobResult, config: Config) -> N
                             ("sums", found.sums is None or np.array_equal(found.sums, sums))):
             if not right:
                 raise SystemExit(f"error: {prepared.scene.name}, {config.noc.nodes} clusters, frustum {number}: {name} "
-                                 "are not golden's")
+                                 "differ from the golden model's")
 
 
 def _are_hits(found, expected):

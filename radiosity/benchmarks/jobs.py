@@ -2,7 +2,7 @@
 
 ``radiosity bench jobs`` casts hemispheres from points of each scene's ceiling in one job, on one cluster and on
 several. It writes out/bench/jobs.md, and for each scene a roofline and the activity of the clusters. Results of small
-jobs are compared with golden's, those of large ones with ``--check``.
+jobs are compared with the golden model's, those of large ones with ``--check``.
 """
 
 from dataclasses import replace
@@ -30,7 +30,7 @@ SCENES = ("cornell", "lobby", "room1627", "tetra", "man")
 POINT = 5
 # Casts until a frustum is warm.
 WARM = 3
-# Rays of the jobs that are always compared with golden's.
+# Rays of the largest job that is always compared with the golden model's.
 CHECKED = 1 << 17
 # Presets whose network is the machine's own.
 WHOLE = ("thesis",)
@@ -77,7 +77,7 @@ class SceneRuns:
 
 
 def measure(scenes: list[SceneRuns], config: Config, *, check: bool, **memory) -> None:
-    """Have the jobs of all scenes done on one machine.
+    """Run the jobs of all scenes on one machine.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def measure(scenes: list[SceneRuns], config: Config, *, check: bool, **memory) -
     config, memory
         See `job_machine`.
     check
-        Compare all results with golden's, not those of small jobs alone.
+        Compare all results with the golden model's, not those of small jobs alone.
     """
     clusters = config.noc.nodes
     with job_machine(config, **memory) as machine:
@@ -172,7 +172,7 @@ def _configs(preset, assignments, clusters, rays):
 @click.option("--sums/--no-sums", default=True, help="Have the sparse sums written.")
 @click.option("--group", type=click.Choice(["1", "2", "4", "8", "16"]), default="1",
               help="Cut each frustum into sections for so many clusters.")
-@click.option("--check", is_flag=True, help="Compare the results of large jobs too with golden's: minutes.")
+@click.option("--check", is_flag=True, help="Compare the results of large jobs too with the golden model's: minutes.")
 @click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
 @click.option("--spread", type=click.IntRange(0), default=0, help="Add a random delay of at most so many cycles to "
               "each read of main memory, and return replies in any order.")

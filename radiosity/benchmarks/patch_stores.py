@@ -1,4 +1,4 @@
-"""What patch stores serve of scenes that no cluster holds: tables of ``radiosity bench caches``."""
+"""Requests that patch stores serve in scenes larger than a cluster's memory: tables of ``radiosity bench caches``."""
 
 from golden.cast.shelling import Shelling
 from golden.config import Config

@@ -97,12 +97,12 @@ def test_wrong_results_are_noticed(hit_format):
 
     check_results(prepared, result(), config)
     memory[int(job.descriptors["sums_address"][1])] ^= 1
-    with pytest.raises(SystemExit, match="cornell, 1 clusters, frustum 0: sums are not golden's"):
+    with pytest.raises(SystemExit, match="cornell, 1 clusters, frustum 0: sums differ from the golden model's"):
         check_results(prepared, result(), config)
     memory[int(job.descriptors["sums_address"][1])] ^= 1
     if hit_format != HitFormat.NONE:
         memory[job.phases[0].hits[0]] ^= 1
-        with pytest.raises(SystemExit, match="hits are not golden's"):
+        with pytest.raises(SystemExit, match="hits differ from the golden model's"):
             check_results(prepared, result(), config)
 
 
