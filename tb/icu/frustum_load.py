@@ -33,7 +33,7 @@ def table_writes(record: FrustumRecord, config: Config, weights: np.ndarray | No
     Parameters
     ----------
     weights
-        ``rows`` int64, of a ray of each row; none without a collector.
+        ``rows`` int64, of a ray of each row; without it no weight is written.
     """
     width = config.numbers.direction.width
     mask = (1 << width) - 1
