@@ -54,7 +54,7 @@ class MainMemoryPort(wiring.Component):
     read_window, write_window : In(MemoryFormats.window)
         ``base`` <= address < ``limit``. Stable while ``busy``.
     busy : Out(1)
-        A request has not been answered in full.
+        A request has not been answered in full, or data of a write have not come.
     fault : Out(MemoryFormats.fault)
         The first fault, until it is cleared.
     clear : In(1)
@@ -121,7 +121,7 @@ class MainMemoryPort(wiring.Component):
                 (counts[0], self.i_read, self.o_read, self.o_read.payload.last),
                 (counts[1], self.i_write, self.o_written, 1)):
             m.d.sync += count.eq(count + (given.valid & given.ready) - (answer.valid & answer.ready & ends))
-        m.d.comb += self.busy.eq((counts[0] != 0) | (counts[1] != 0))
+        m.d.comb += self.busy.eq((counts[0] != 0) | (counts[1] != 0) | write.incomplete)
         return m
 
     def _add_axi(self, m, read, write):

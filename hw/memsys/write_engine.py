@@ -47,6 +47,8 @@ class WriteEngine(wiring.Component):
         AXI's B.
     o_fault : Out, stream of `MemoryFormats.fault`
         Faults. Always ready.
+    incomplete : Out(1)
+        Beats of a burst that has been accepted have not come; an error may have been answered before.
 
     Timing
     ------
@@ -63,7 +65,7 @@ class WriteEngine(wiring.Component):
             "o": Out(stream.Signature(formats.written(tag))),
             "o_address": Out(stream.Signature(formats.address)), "o_data": Out(stream.Signature(formats.wire_data)),
             "i_response": In(stream.Signature(formats.response)),
-            "o_fault": Out(stream.Signature(formats.fault, always_ready=True))})
+            "o_fault": Out(stream.Signature(formats.fault, always_ready=True)), "incomplete": Out(1)})
         self.latency = 1
 
     def elaborate(self, platform):
@@ -97,6 +99,7 @@ class WriteEngine(wiring.Component):
             enters.eq(self.i.valid & self.i.ready), order.i.valid.eq(enters),
             order.i.payload.tag.eq(self.i.payload.tag), order.i.payload.first.eq(self.i.payload.first),
             order.i.payload.ends.eq(self.i.payload.ends), order.i.payload.issued.eq(issues)]
+        m.d.comb += self.incomplete.eq(taken_left != 0)
         with m.If(takes):
             m.d.sync += taken_left.eq(taken_left - 1)
         with m.If(sends):

@@ -325,6 +325,27 @@ async def busy_until_all_is_answered(dut):
 
 
 @cocotb.test()
+async def busy_until_the_data_of_an_error_have_come(dut):
+    """A write outside the window is answered before its data are there; they are accepted and discarded."""
+    await start(dut, cycles=10_000)
+    bench = Bench(dut)
+    model = memory(bench)
+    port = ModelAtPort(dut, model)
+    request = bench.request(WRITE, beats=8) | {"address": WRITE[1]}
+    await bench.send(bench.writes, [request])
+    await bench.arrive(bench.written, 1)
+    bench.compare(bench.written, [{"tag": request["tag"], "error": True}])
+    for beats in 5, 3:
+        assert int(dut.busy.value)
+        await bench.send(bench.data, [{"data": 0, "strobe": 0xFF}] * beats)
+        await ClockCycles(dut.clk, 3)
+    assert not int(dut.busy.value)
+    assert not model.writes
+    port.stop()
+    bench.stop()
+
+
+@cocotb.test()
 async def a_slow_client_is_no_time_out(dut):
     """Wherever in a burst it stalls."""
     await start(dut, cycles=20_000)
@@ -388,7 +409,8 @@ async def a_beat_per_cycle(dut):
 
 
 ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "wrong_answers",
-       "reset_in_flight", "busy_until_all_is_answered", "a_slow_client_is_no_time_out", "latency")
+       "reset_in_flight", "busy_until_all_is_answered", "busy_until_the_data_of_an_error_have_come",
+       "a_slow_client_is_no_time_out", "latency")
 # Sixteen bursts of eight beats, and a slot each.
 MANY = {"memory.outstanding": 16}
 

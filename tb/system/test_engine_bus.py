@@ -35,8 +35,8 @@ MODULE = "tb.system.test_engine_bus"
 # Without a fault of the bus.
 OWN = ("stop", "reset of the machine alone", "registers rewritten")
 KINDS = (*READ_FAULTS, *WRITE_FAULTS, *OWN)
-# Cycles that a load or a section may take, and those after which the machine hangs.
-WATCHDOG, TIMEOUT = 30_000, 100_000
+# Cycles that a load or a section may take, a resume, and those after which the machine hangs.
+WATCHDOG, RESUME, TIMEOUT = 30_000, 10_000, 100_000
 # Attempts until the machine has recovered: late replies are outstanding for three time-outs.
 ATTEMPTS = 20
 FAULTS = 300
@@ -106,7 +106,7 @@ class Bench:
     async def resumes(self):
         """Whether a halted queue goes on."""
         try:
-            await self.host.resume(self.job.phases[0].address, timeout=TIMEOUT)
+            await self.host.resume(self.job.phases[0].address, timeout=RESUME)
         except (EngineError, EngineTimeoutError):
             return False
         return True
