@@ -22,8 +22,6 @@ __all__ = ["PreloadDma"]
 OWN = sum(1 << RegionNumber[name].value for name in ("CLUSTERS", "SUBSHELLS", "RESIDENTS", "PATCHES"))
 # Of that record.
 PARTS = ("first_subshell", "subshells", "first_resident", "residents")
-# Extents that the reader and the check hold at most.
-EXTENTS = 63
 
 
 class PreloadDma(wiring.Component):
@@ -63,8 +61,9 @@ class PreloadDma(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles from a reply to its word. One word per cycle within a region; stalls with ``o``. Regions, and
-    groups of sixteen patches, each wait for one round trip to memory.
+    Latency: ``5`` cycles from a reply to its word. One word per cycle within a region; stalls with ``o``. A patch takes
+    7 cycles, one for its id. Regions wait for one round trip to memory each, and every 512 patches for two: one for
+    the ids, one for the patches.
 
     Golden counterpart: `golden.memory_map`.
     """
@@ -212,7 +211,9 @@ class PreloadDma(wiring.Component):
             header.i_word.valid.eq(reader.o.valid & in_header), header.i_word.payload.eq(reader.o.payload),
             words.i.valid.eq(reader.o.valid & ~in_header), words.i.payload.eq(reader.o.payload),
             reader.o.ready.eq(words.i.ready | in_header)]
-        in_flight = Signal(range(EXTENTS + 1))
+        # Those that the reader holds, and one for each word that the check holds.
+        extents = max(2, self._config.memory.outstanding) + words.latency + 1
+        in_flight = Signal(range(extents + 1))
         m.d.sync += in_flight.eq(in_flight + (records.i.valid & records.i.ready) + (patches.o.valid & patches.o.ready)
                                  - (words.o.valid & words.o.ready & words.o.payload.last))
         return in_flight
