@@ -106,8 +106,9 @@ class PreloadDma(wiring.Component):
             records.i.payload.region.eq(region), records.i.payload.first.eq(first),
             records.i.payload.records.eq(count), patches.i.payload.base.eq(command.image + offset),
             patches.i.payload["count"].eq(chunk), header.i.payload.eq(self.i.payload.image)]
-        m.d.sync += left.eq(own.residents - done)
-        emits = Signal()
+        # Registered: they are looked at many cycles after a group has begun.
+        is_last, emits = Signal(), Signal()
+        m.d.sync += [left.eq(own.residents - done), is_last.eq(left == 0)]
         m.d.sync += emits.eq(command.regions.bit_select(region, 1) & ~ids_only)
         in_flight = self._add_reader(m, header=header, records=records, patches=patches, words=words,
                                      in_header=in_header)
@@ -187,8 +188,11 @@ class PreloadDma(wiring.Component):
                 m.d.sync += [base.eq(patches.i.payload.base), done.eq(done + chunk)]
                 m.next = "Read patches"
             with m.State("Read patches"), m.If(patches.i.ready & (in_flight == 0)):
-                m.d.sync += [region.eq(number.RESIDENTS), ids_only.eq(1)]
-                m.next = "Choose ids"
+                with m.If(is_last):
+                    follow(number(number.PATCHES.value + 1))
+                with m.Else():
+                    m.d.sync += [region.eq(number.RESIDENTS), ids_only.eq(1)]
+                    m.next = "Choose ids"
                 with m.If(code != Fault.NONE):
                     m.next = "Answer"
             with m.State("Answer"):
