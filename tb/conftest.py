@@ -22,6 +22,8 @@ def pytest_report_header():
     return f"SEED={os.environ['SEED']}" if "SEED" in os.environ else "the same seed and examples as in every run"
 
 
+# Before pytest-xdist, which reads the marks in the same hook.
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Tests that share a fixture of their module stay in one of pytest-xdist's processes (``--dist loadgroup``)."""
     for item in items:
