@@ -331,13 +331,16 @@ async def busy_until_the_data_of_an_error_have_come(dut):
     bench = Bench(dut)
     model = memory(bench)
     port = ModelAtPort(dut, model)
-    request = bench.request(WRITE, beats=8) | {"address": WRITE[1]}
+    # A burst of its own: one that follows another's data is answered after them.
+    count = bench.config.memory.burst_beats
+    size = count * bench.bytes
+    request = bench.request(WRITE, beats=count) | {"address": -(-WRITE[1] // size) * size}
     await bench.send(bench.writes, [request])
     await bench.arrive(bench.written, 1)
     bench.compare(bench.written, [{"tag": request["tag"], "error": True}])
-    for beats in 5, 3:
+    for beats in count - 1, 1:
         assert int(dut.busy.value)
-        await bench.send(bench.data, [{"data": 0, "strobe": 0xFF}] * beats)
+        await bench.send(bench.data, [{"data": 0, "strobe": (1 << bench.bytes) - 1}] * beats)
         await ClockCycles(dut.clk, 3)
     assert not int(dut.busy.value)
     assert not model.writes
