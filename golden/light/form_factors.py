@@ -13,8 +13,7 @@ from golden.frustum import Hemisphere, frame
 from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
 
-__all__ = ["FormFactors", "HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns",
-           "patch_form_factors"]
+__all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns"]
 
 # Rays per block, which bounds memory.
 _BLOCK = 1 << 18
@@ -36,28 +35,6 @@ class HemisphereSums:
     """
 
     weights: sparse.csr_array
-    row_sums: np.ndarray
-    weight_bits: int
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FormFactors:
-    """Form factors between the patches of a scene.
-
-    Parameters
-    ----------
-    F
-        N x N float64, from patch i (row) to patch j.
-    area
-        N float64, areas of the patches.
-    row_sums
-        N x samples int64: `HemisphereSums.row_sums` of each sample.
-    weight_bits
-        W of the weights in ``row_sums``.
-    """
-
-    F: np.ndarray
-    area: np.ndarray
     row_sums: np.ndarray
     weight_bits: int
 
@@ -206,15 +183,6 @@ class PatchRows:
     def rows(self, patches) -> sparse.csr_array:
         """Form factors from k patches to all, k x N."""
         return self.cast(patches)[0]
-
-
-def patch_form_factors(scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1,
-                       progress: bool = False) -> FormFactors:
-    """Form factors between all patches; the arguments are those of `PatchRows`."""
-    rows = PatchRows(scene, caster, rays=rays, samples=samples, progress=progress)
-    factors, row_sums = rows.cast(np.arange(len(scene)))
-    return FormFactors(F=factors.toarray(), area=scene.areas, row_sums=row_sums,
-                       weight_bits=rows.hemisphere.weight_bits)
 
 
 def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
+from scipy import sparse
 
 import golden.cli
 import golden.tasks.render
@@ -267,26 +268,27 @@ def test_intersect_of_no_rays_gives_no_hits(folder):
 def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
     succeed("formfactors", "furnace:2", "-o", "F.npz", "--rays", "32x8", "--samples", "2")
     with np.load(folder / "F.npz") as stored:
-        assert stored["F"].shape == (24, 24)
         assert stored["row_sums"].shape == (24, 4)
         assert stored["row_sums"].dtype == np.int64
         assert (stored["row_sums"] == 2 ** int(stored["weight_bits"])).all()
-        np.testing.assert_allclose(stored["F"].sum(axis=1), 1, rtol=1e-12)
         np.testing.assert_allclose(stored["area"], 0.25)
+    factors = sparse.load_npz(folder / "F.npz")
+    assert factors.shape == (24, 24)
+    np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
 
 
 def test_form_factors_by_shelling_are_those_of_brute_force_in_the_same_integers(folder):
     for method in ("shelling", "naive-fixed"):
         succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--method", method)
-    with np.load(folder / "shelling.npz") as ours, np.load(folder / "naive-fixed.npz") as naive:
-        np.testing.assert_array_equal(ours["F"], naive["F"])
-        assert ours["F"].max() > 0.1
+    ours, naive = (sparse.load_npz(folder / f"{method}.npz") for method in ("shelling", "naive-fixed"))
+    assert (ours != naive).nnz == 0
+    assert ours.max() > 0.1
 
 
 def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder):
     succeed("formfactors", "furnace:1", "-o", "F.npz", "--rays", "16x4", "--max-edge", "0.5")
     with np.load(folder / "F.npz") as stored:
-        assert stored["F"].shape == (24, 24)
+        assert stored["shape"].tolist() == [24, 24]
         np.testing.assert_allclose(stored["area"], 0.25)
 
 

@@ -15,7 +15,8 @@ COARSE = ("--size", "6x4", "--spp", "1", "--light-samples", "1", "--depth", "1",
 # Arguments, and keys that the object has.
 REPORTS = {
     "render": (("render", "furnace:1", "-o", "a.png", *COARSE), {"scene", "settings", "rays", "seconds"}),
-    "form factors": (("formfactors", "furnace:1", "-o", "a.npz", "--rays", "16x4"), {"output", "elements"}),
+    "form factors": (("formfactors", "furnace:1", "-o", "a.npz", "--rays", "16x4"),
+                     {"output", "patches", "entries", "closure", "reciprocity", "error", "seconds", "peak_memory"}),
     "cast": (("cast", "furnace:1", "--patch", "0", "--rays", "16x4", "--compare", "naive"), {"rays", "hits", "naive"}),
     "schedule": (("schedule", "furnace:1", "--clusters", "2", "--rays", "16x4", "--ratio", "4", "--cell", "0.5"),
                  {"balance", "clusters"}),

@@ -6,10 +6,11 @@ import numpy as np
 
 from golden.cast.grid import Grid
 from golden.light.analytic import point_to_polygon
-from golden.light.form_factors import gauss_points, patch_form_factors
+from golden.light.form_factors import gauss_points
 from golden.light.solvers import RadiositySystem
 from golden.scene.builtin import builtin_scene
 from tb.golden.light.cube import cube
+from tb.golden.light.hemisphere_factors import hemisphere_factors
 
 __all__ = ["CUTS", "DUCT_FACTORS", "DUCT_RADIOSITY", "duct", "exact", "furnace", "lit_cube", "random_system"]
 
@@ -36,7 +37,7 @@ def _in_room(scene, factors, reflectance, emission):
 @cache
 def _furnace():
     scene = builtin_scene("furnace:4")
-    return scene, patch_form_factors(scene, Grid(scene), rays=(64, 16)).F
+    return scene, hemisphere_factors(scene, Grid(scene), rays=(64, 16)).F.toarray()
 
 
 def furnace(reflectance):
@@ -50,7 +51,7 @@ def lit_cube(kind):
     """Cube with a black ceiling that emits 1 and faces of reflectance 0.5; form factors ``analytic`` or ``cast``."""
     scene = cube(CUTS)
     if kind == "cast":
-        factors = patch_form_factors(scene, Grid(scene), rays=(64, 16)).F
+        factors = hemisphere_factors(scene, Grid(scene), rays=(64, 16)).F.toarray()
     else:
         points, shares = gauss_points(scene, 2)
         seen = point_to_polygon(points.reshape(-1, 3), np.repeat(scene.normals, 4, axis=0), scene.vertices)

@@ -1,0 +1,1 @@
+"""View factors between patches, with occlusion: matrices, their files, and how they are computed in blocks."""

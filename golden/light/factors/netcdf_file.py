@@ -1,0 +1,94 @@
+"""View factors as netCDF, named after the CF conventions."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+from scipy.io import netcdf_file
+
+from golden.light.factors.view_factors import ViewFactors
+
+__all__ = ["read_netcdf", "write_netcdf"]
+
+# Variable: its dimensions, units and long name. The matrix is a list of entries; a standard name exists for none.
+_VARIABLES = {
+    "view_factor": (("entry",), "1", "share of the radiation leaving patch from_patch that arrives at to_patch"),
+    "view_factor_error": (("entry",), "1", "standard error of view_factor; 0 where it is exact"),
+    "view_factor_unprojected": (("entry",), "1", "view_factor before closure and reciprocity were enforced"),
+    "sky_view_factor": (("patch",), "1", "share of the radiation leaving a patch that leaves the scene"),
+    "sky_view_factor_unprojected": (("patch",), "1", "sky_view_factor before closure was enforced"),
+    "area": (("patch",), "m2", "area of a patch"),
+    "normal": (("patch", "axis"), "1", "unit normal of the front of a patch"),
+    "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),
+    "to_patch": (("entry",), None, "number of the patch that receives, from 0"),
+    "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
+}
+
+
+def write_netcdf(factors: ViewFactors, path: Path) -> None:
+    """Write a netCDF file of version 3 (64-bit offsets), which xarray and all netCDF libraries read.
+
+    The matrix is a list: ``view_factor(entry)`` with ``from_patch(entry)`` and ``to_patch(entry)``, which count from 0.
+    """
+    matrix = factors.F.tocoo()
+    values = {"from_patch": matrix.row.astype(np.int32), "to_patch": matrix.col.astype(np.int32),
+              "view_factor": matrix.data, "area": factors.area, "normal": factors.normal,
+              "sky_view_factor": factors.sky, "sky_view_factor_unprojected": factors.unprojected_sky}
+    values |= {f"view_factor_{suffix}": value.data for suffix, value in
+               (("error", factors.error), ("unprojected", factors.unprojected)) if value is not None}
+    if not matrix.nnz:  # a dimension of length 0 is the unlimited one in this format
+        values = {name: np.zeros(1, dtype=value.dtype) if _VARIABLES[name][0] == ("entry",) else value
+                  for name, value in values.items() if value is not None}
+    if factors.row_sums is not None:
+        values["row_sum"] = factors.row_sums / 2.0**factors.weight_bits
+    names = np.array([name.encode() for name in factors.surface.tolist()])
+    with netcdf_file(path, "w", version=2) as file:
+        file.Conventions, file.title = "CF-1.11", "View factors between patches, with occlusion"
+        file.source, file.settings = "radiosity-engine", json.dumps(factors.settings, sort_keys=True)
+        lengths = {"patch": len(factors), "entry": max(matrix.nnz, 1), "axis": 3, "name_length": names.itemsize or 1}
+        if factors.row_sums is not None:
+            lengths["sample"] = factors.row_sums.shape[1]
+        for name, length in lengths.items():
+            file.createDimension(name, length)
+        for name, (dimensions, units, about) in _VARIABLES.items():
+            if values.get(name) is None:
+                continue
+            variable = file.createVariable(name, values[name].dtype.str[1:], dimensions)
+            variable.long_name = about
+            if units:
+                variable.units = units
+            if dimensions == ("patch",):
+                variable.coordinates = "surface_name"
+            variable[:] = values[name]
+        variable = file.createVariable("surface_name", "S1", ("patch", "name_length"))
+        variable.long_name = "name of the surface that a patch belongs to"
+        variable[:] = np.frombuffer(names.astype(f"S{lengths['name_length']}").tobytes(), "S1").reshape(len(names), -1)
+
+
+def read_netcdf(path: Path) -> ViewFactors:
+    """The view factors of a file that `write_netcdf` wrote, without row sums of rays.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError, TypeError
+        It is no such file.
+    InputError
+        Its variables do not belong together.
+    """
+    with netcdf_file(path, "r", mmap=False) as file:
+        values = {name: np.array(variable[:]) for name, variable in file.variables.items()}
+        settings = json.loads(file.settings)
+    values = {name: value.astype(value.dtype.newbyteorder("=")) for name, value in values.items()}
+    count = len(values["area"])
+    names = values["surface_name"]
+    pattern = values["from_patch"], values["to_patch"]
+
+    def matrix(name):
+        return sparse.coo_array((values[name], pattern), shape=(count, count)).tocsr() if name in values else None
+
+    return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
+                       unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
+                       unprojected_sky=values.get("sky_view_factor_unprojected"), area=values["area"],
+                       normal=values["normal"], settings=settings,
+                       surface=np.array([b"".join(name).rstrip(b"\0").decode() for name in names]))

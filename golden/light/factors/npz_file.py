@@ -1,0 +1,50 @@
+"""View factors as NPZ: `scipy.sparse.load_npz` reads the matrix, `numpy.load` everything."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from golden.light.factors.view_factors import ViewFactors
+
+__all__ = ["read_npz", "write_npz"]
+
+_ARRAYS = ("sky", "area", "normal", "surface", "unprojected_sky", "row_sums", "weight_bits")
+_MATRICES = ("error", "unprojected")
+
+
+def write_npz(factors: ViewFactors, path: Path) -> None:
+    """Write an archive with the arrays of SciPy's CSR format and those of `ViewFactors`.
+
+    ``error`` and ``unprojected`` hold one number for each entry of ``data``.
+    """
+    matrix = factors.F
+    arrays = {"format": np.array(b"csr"), "_is_array": np.array(True), "shape": np.array(matrix.shape),
+              "data": matrix.data, "indices": matrix.indices, "indptr": matrix.indptr,
+              "settings": np.array(json.dumps(factors.settings, sort_keys=True))}
+    arrays |= {name: getattr(factors, name) for name in _ARRAYS}
+    arrays |= {name: None if getattr(factors, name) is None else getattr(factors, name).data for name in _MATRICES}
+    np.savez(path, **{name: value for name, value in arrays.items() if value is not None})
+
+
+def read_npz(path: Path) -> ViewFactors:
+    """The view factors of an archive that `write_npz` wrote.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError
+        It is no such archive.
+    InputError
+        Its arrays do not belong together.
+    """
+    with np.load(path) as stored:
+        arrays = dict(stored)
+    pattern = arrays["indices"], arrays["indptr"]
+    shape = tuple(arrays["shape"].tolist())
+    given = {name: arrays[name] for name in _ARRAYS if name in arrays}
+    given |= {name: sparse.csr_array((arrays[name], *pattern), shape=shape) for name in _MATRICES if name in arrays}
+    if "weight_bits" in given:
+        given["weight_bits"] = int(given["weight_bits"])
+    return ViewFactors(F=sparse.csr_array((arrays["data"], *pattern), shape=shape),
+                       settings=json.loads(str(arrays["settings"])), **given)

@@ -1,0 +1,110 @@
+"""View factors between the patches of a scene, with what describes them."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from golden.errors import InputError
+
+__all__ = ["ViewFactors"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ViewFactors:
+    """View factors between N patches: F[i, j] is the share of the radiation that leaves i and arrives at j.
+
+    Parameters
+    ----------
+    F
+        N x N sparse `scipy.sparse.csr_array` of float64, from patch i (row) to patch j.
+    sky
+        N float64: the share that leaves the scene, the sky view factor. The back of a one-sided patch takes no
+        radiation: what arrives there counts as sky.
+    area
+        N float64, areas of the patches in squared units of length of the scene.
+    normal
+        N x 3 float64, unit normals of the fronts.
+    surface
+        N str: name of the surface that each patch belongs to.
+    error
+        Standard error of each entry, sparse with the pattern of ``F``; 0 exactly where the entry is exact. None if it
+        is unknown.
+    unprojected, unprojected_sky
+        ``F`` (sparse, of the same pattern) and ``sky`` as measured, before closure and reciprocity were enforced. None
+        if they were not enforced.
+    row_sums, weight_bits
+        Of casting on fixed points: N x samples int64, the weights of the rays of each hemisphere that hit a patch, in
+        units of 2^-weight_bits. None otherwise.
+    settings
+        Names and values of what the result depends on.
+
+    Raises
+    ------
+    InputError
+        Shapes or patterns do not match, or a value is not finite or is negative.
+    """
+
+    F: sparse.csr_array
+    sky: np.ndarray
+    area: np.ndarray
+    normal: np.ndarray
+    surface: np.ndarray
+    error: sparse.csr_array | None = None
+    unprojected: sparse.csr_array | None = None
+    unprojected_sky: np.ndarray | None = None
+    row_sums: np.ndarray | None = None
+    weight_bits: int | None = None
+    settings: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        count = len(self.area)
+        shapes = {"F": (count, count), "sky": (count,), "area": (count,), "normal": (count, 3), "surface": (count,),
+                  "error": (count, count), "unprojected": (count, count), "unprojected_sky": (count,)}
+        for name, shape in shapes.items():
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if value.shape != shape:
+                raise InputError(f"view factors: {name} must be {' x '.join(map(str, shape))}, not {value.shape!r}")
+            numbers = value.data if sparse.issparse(value) else value
+            if name != "surface" and not np.isfinite(numbers).all():
+                raise InputError(f"view factors: {name} must be finite")
+            if name not in ("surface", "normal") and (numbers < 0).any():
+                raise InputError(f"view factors: {name} must be at least 0")
+        for name in ("error", "unprojected"):
+            value = getattr(self, name)
+            if value is not None and not (np.array_equal(value.indptr, self.F.indptr)
+                                          and np.array_equal(value.indices, self.F.indices)):
+                raise InputError(f"view factors: {name} must have the pattern of F")
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+    @cached_property
+    def closure(self) -> float:
+        """Largest absolute difference of a row sum plus its sky from 1."""
+        return float(np.abs(self.F.sum(axis=1) + self.sky - 1).max())
+
+    @cached_property
+    def reciprocity(self) -> float:
+        """Sum of |A_i F_ij - A_j F_ji| over the sum of A_i F_ij; 0 if F has no entries."""
+        exchange = sparse.csr_array(self.F.multiply(self.area[:, None]))
+        total = exchange.sum()
+        return float(abs(exchange - exchange.T).sum() / total) if total else 0.0
+
+    @cached_property
+    def largest_error(self) -> float | None:
+        """Estimated absolute error of the least certain entry: twice its standard error; None if it is unknown."""
+        return None if self.error is None else 2 * float(self.error.data.max(initial=0))
+
+    @cached_property
+    def largest_change(self) -> float | None:
+        """Largest change of an entry by the projection; None without one."""
+        return None if self.unprojected is None else float(np.abs(self.F.data - self.unprojected.data).max(initial=0))
+
+    @cached_property
+    def sky_change(self) -> float | None:
+        """Largest change of a sky view factor by the projection; None without one."""
+        return None if self.unprojected_sky is None else float(np.abs(self.sky - self.unprojected_sky).max())

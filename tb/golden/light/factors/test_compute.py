@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.errors import InputError
+from golden.light.factors.blocks import BlockStore, scene_key
+from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.hemisphere_rows import HemisphereRows
+from golden.light.factors.npz_file import write_npz
+from golden.scene.builtin import builtin_scene
+
+KEY = {"scene": "abc", "rays": "16x4"}
+
+
+class Rows(HemisphereRows):
+    """Rows whose computation ends after some blocks."""
+
+    def __init__(self, scene, *, last=99, block_rows=7):
+        super().__init__(scene, Grid(scene, 0.5, jobs=1), rays=(16, 4), block_rows=block_rows)
+        self.last, self.computed = last, []
+
+    def rows(self, first, last):
+        if len(self.computed) == self.last:
+            raise KeyboardInterrupt
+        self.computed.append(first)
+        return super().rows(first, last)
+
+
+@pytest.fixture
+def scene():
+    return builtin_scene("furnace:2")
+
+
+def content(rows, path, store=None):
+    write_npz(compute_view_factors(rows, store=store), path)
+    return path.read_bytes()
+
+
+def test_blocks_do_not_change_the_bytes(scene, tmp_path):
+    assert content(Rows(scene), tmp_path / "a.npz") == content(Rows(scene, block_rows=24), tmp_path / "b.npz")
+
+
+def test_a_resumed_run_computes_the_missing_blocks_and_gives_the_same_bytes(scene, tmp_path):
+    folder = tmp_path / "blocks"
+    killed, resumed = Rows(scene, last=2), Rows(scene)
+    with pytest.raises(KeyboardInterrupt):
+        compute_view_factors(killed, store=BlockStore(folder, KEY, resume=False))
+    store = BlockStore(folder, KEY, resume=True)
+    assert content(resumed, tmp_path / "F.npz", store) == content(Rows(scene), tmp_path / "G.npz")
+    assert (killed.computed, resumed.computed) == ([0, 7], [14, 21])
+    store.remove()
+    assert not folder.exists()
+
+
+def test_work_of_one_block_is_not_kept(scene, tmp_path):
+    compute_view_factors(Rows(scene, block_rows=24), store=BlockStore(tmp_path / "blocks", KEY, resume=True))
+    assert not (tmp_path / "blocks").exists()
+
+
+def unfinished(scene, folder):
+    with pytest.raises(KeyboardInterrupt):
+        compute_view_factors(Rows(scene, last=1), store=BlockStore(folder, KEY, resume=False))
+
+
+def test_unfinished_work_is_not_overwritten(scene, tmp_path):
+    unfinished(scene, tmp_path / "blocks")
+    with pytest.raises(InputError, match="continue it by --resume, or delete it"):
+        BlockStore(tmp_path / "blocks", KEY, resume=False)
+
+
+def test_blocks_of_other_work_are_refused(scene, tmp_path):
+    unfinished(scene, tmp_path / "blocks")
+    with pytest.raises(InputError, match="other values of rays, samples"):
+        BlockStore(tmp_path / "blocks", {"scene": "abc", "rays": "16x8", "samples": 2}, resume=True)
+
+
+@pytest.mark.parametrize(("name", "message"), [("run.json", "run.json cannot be read"),
+                                               ("rows-00000000.npz", "no block of view factors")])
+def test_files_that_are_none_of_a_run_are_refused(scene, tmp_path, name, message):
+    folder = tmp_path / "blocks"
+    unfinished(scene, folder)
+    (folder / name).write_text("rubbish")
+    with pytest.raises(InputError, match=message):
+        compute_view_factors(Rows(scene), store=BlockStore(folder, KEY, resume=True))
+
+
+def test_other_files_of_the_folder_stay(scene, tmp_path):
+    folder = tmp_path / "blocks"
+    unfinished(scene, folder)
+    (folder / "notes.txt").write_text("mine")
+    (folder / ".rows-00000007.part1234.npz").write_text("of a killed run")
+    BlockStore(folder, KEY, resume=True).remove()
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_the_key_of_a_scene_is_that_of_its_patches():
+    keys = {scene_key(builtin_scene(name)) for name in ("furnace:1", "furnace:2", "cornell")}
+    assert len(keys) == 3
+    assert scene_key(builtin_scene("furnace:1")) in keys
+
+
+def test_hemispheres_share_out_what_their_rays_meet(scene):
+    factors = compute_view_factors(Rows(scene))
+    assert factors.closure < 1e-15
+    assert (factors.row_sums == 2**factors.weight_bits).all()
+    assert set(factors.surface) == {"wall"}
+    np.testing.assert_allclose(factors.area, 0.25)

@@ -1,0 +1,94 @@
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.io import netcdf_file
+
+from golden.errors import InputError
+from golden.light.factors.files import check_view_factors_output, read_view_factors, write_view_factors
+from tb.golden.light.factors.samples import three_sides
+
+
+def same(one, other):
+    if sparse.issparse(one):
+        return same(one.data, other.data) and same(one.indices, other.indices) and same(one.indptr, other.indptr)
+    return np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".nc"])
+@pytest.mark.parametrize("changed", [{}, {"error": None, "unprojected": None, "unprojected_sky": None}],
+                         ids=["all", "plain"])
+def test_what_is_written_is_read(tmp_path, suffix, changed):
+    path, factors = tmp_path / f"F{suffix}", three_sides(**changed)
+    write_view_factors(factors, path)
+    read = read_view_factors(path)
+    rays = {"row_sums", "weight_bits"} if suffix == ".nc" else set()
+    for name in vars(factors).keys() - rays:
+        assert same(getattr(factors, name), getattr(read, name)), name
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".nc"])
+def test_no_entries_are_read_as_none(tmp_path, suffix):
+    path = tmp_path / f"F{suffix}"
+    none = sparse.csr_array((3, 3))
+    write_view_factors(three_sides(F=none, error=None, unprojected=None), path)
+    assert read_view_factors(path).F.sum() == 0
+
+
+def test_scipy_loads_the_matrix(tmp_path):
+    write_view_factors(three_sides(), tmp_path / "F.npz")
+    loaded = sparse.load_npz(tmp_path / "F.npz")
+    assert isinstance(loaded, sparse.csr_array)
+    assert same(loaded, three_sides().F)
+
+
+def test_variables_of_netcdf_have_units_and_names(tmp_path):
+    write_view_factors(three_sides(), tmp_path / "F.nc")
+    with netcdf_file(tmp_path / "F.nc", mmap=False) as file:
+        assert file.Conventions == b"CF-1.11"
+        assert file.variables["area"].units == b"m2"
+        entries = zip(*(file.variables[name][:].tolist() for name in ("from_patch", "to_patch", "view_factor")),
+                      strict=True)
+        assert (0, 1, 0.3) in entries
+        np.testing.assert_array_equal(file.variables["row_sum"][:], [[0.75, 1], [1, 1], [1, 1]])
+        assert all(variable.long_name for variable in file.variables.values())
+
+
+def test_files_of_urban_models_count_from_one(tmp_path):
+    write_view_factors(three_sides(), tmp_path / "vfsparse.inp.065")
+    lines = (tmp_path / "vfsparse.inp.065").read_text().splitlines()
+    assert lines == ["1 2 0.3", "1 3 0.6", "2 1 0.25", "2 3 0.75", "3 1 0.4", "3 2 0.6"]
+    assert (tmp_path / "svf.inp.065").read_text() == "# sky view factors\n0.1\n0\n0\n"
+    assert (tmp_path / "facetarea.inp.065").read_text() == "# area of facets\n3\n4\n5\n"
+
+
+@pytest.mark.parametrize("name", ["F.csv", "F", "vf.inp", "vfsparse.input"])
+def test_other_names_are_refused(tmp_path, name):
+    with pytest.raises(InputError, match=r"Name must end in \.npz or \.nc or be vfsparse\.inp or vfsparse\.inp\.CASE"):
+        check_view_factors_output(tmp_path / name)
+
+
+def test_each_file_of_an_urban_model_is_checked(tmp_path):
+    (tmp_path / "svf.inp").mkdir()
+    with pytest.raises(InputError, match=r"svf\.inp.*directory"):
+        check_view_factors_output(tmp_path / "vfsparse.inp")
+
+
+@pytest.mark.parametrize(("name", "content", "message"), [
+    ("F.txt", b"", "Name must end in"), ("F.npz", None, "no such file"), ("F.npz", b"no zip", "no view factors"),
+    ("F.nc", b"CDF\x02", "no view factors"), ("F.nc", b"", "no view factors")])
+def test_files_without_view_factors_are_refused_with_their_name(tmp_path, name, content, message):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        read_view_factors(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_archives_of_other_arrays_are_refused(tmp_path):
+    np.savez(tmp_path / "F.npz", F=np.eye(3))
+    with pytest.raises(InputError, match="no view factors"):
+        read_view_factors(tmp_path / "F.npz")
+    sparse.save_npz(tmp_path / "G.npz", sparse.csr_array(np.eye(3)))
+    with pytest.raises(InputError, match="no view factors"):
+        read_view_factors(tmp_path / "G.npz")

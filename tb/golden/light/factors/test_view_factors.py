@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+from scipy import sparse
+
+from golden.errors import InputError
+from tb.golden.light.factors.samples import three_sides
+
+
+def test_figures_of_three_sides():
+    factors = three_sides()
+    assert len(factors) == 3
+    assert factors.closure == pytest.approx(0, abs=1e-15)
+    # A F is 0.9 and 1 between the first two, 1.8 and 2 between the outer ones, equal between the others.
+    assert factors.reciprocity == pytest.approx(2 * (0.1 + 0.2) / (0.9 + 1 + 1.8 + 2 + 3 + 3))
+    assert factors.largest_error == pytest.approx(2 * 0.0075)
+    assert factors.largest_change == pytest.approx(0.0075)
+    assert factors.sky_change == pytest.approx(0.02)
+
+
+def test_what_is_not_known_is_none():
+    factors = three_sides(error=None, unprojected=None, unprojected_sky=None)
+    assert factors.largest_error is factors.largest_change is factors.sky_change is None
+
+
+def test_figures_without_entries():
+    none = sparse.csr_array((3, 3))
+    factors = three_sides(F=none, error=none, unprojected=none, sky=np.ones(3))
+    assert (factors.closure, factors.reciprocity, factors.largest_error, factors.largest_change) == (0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(("changed", "message"), [
+    ({"sky": np.zeros(2)}, "sky must be 3, not"), ({"normal": np.zeros((3, 2))}, "normal must be 3 x 3"),
+    ({"area": np.array([1.0, np.nan, 1])}, "area must be finite"), ({"sky": np.array([0, -0.1, 0])}, "at least 0"),
+    ({"F": sparse.csr_array(-np.eye(3)), "error": None, "unprojected": None}, "F must be at least 0"),
+    ({"error": sparse.csr_array(np.eye(3))}, "error must have the pattern of F")])
+def test_parts_that_do_not_belong_together_are_refused(changed, message):
+    with pytest.raises(InputError, match=message):
+        three_sides(**changed)
