@@ -3,6 +3,7 @@
 from golden.commands.cast import cast_command
 from golden.commands.command_line import command_line
 from golden.commands.config import show_config
+from golden.commands.exchange import exchange_command
 from golden.commands.formfactors import formfactors_command
 from golden.commands.intersect import intersect
 from golden.commands.render import render_command
@@ -19,5 +20,5 @@ def main():
 
 
 for _command in (show_config, export_stimulus, cast_command(), schedule_command, list_scenes, export, intersect,
-                 formfactors_command(), render_command()):
+                 formfactors_command(), exchange_command, render_command()):
     main.add_command(_command)

@@ -3,6 +3,7 @@
 from golden.commands.cast import cast_command
 from golden.commands.command_line import command_line
 from golden.commands.config import show_config
+from golden.commands.exchange import exchange_command
 from golden.commands.formfactors import formfactors_command
 from golden.commands.intersect import intersect
 from golden.commands.render import render_command
@@ -30,7 +31,7 @@ def main():
     """Radiosity Engine: render scenes, cast on the simulated machine, and generate its hardware."""
 
 
-for _command in (render_command(*METHODS), formfactors_command(*METHODS), cast_command(*METHODS), schedule_command,
-                 intersect, list_scenes, export, show_config, export_stimulus, verilog, report, figures, registers,
-                 board, bench, demo, pictures):
+for _command in (render_command(*METHODS), formfactors_command(*METHODS), exchange_command, cast_command(*METHODS),
+                 schedule_command, intersect, list_scenes, export, show_config, export_stimulus, verilog, report,
+                 figures, registers, board, bench, demo, pictures):
     main.add_command(_command)

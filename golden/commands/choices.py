@@ -29,7 +29,7 @@ REFERENCES = ("naive", "oracle")
 SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "overshooting", "proximity",
            "conjugate-gradient")
 CURVES = ("reinhard", "linear")
-SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff")
+SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 EXPORT_SUFFIXES = (".glb", ".obj", ".ply", ".stl")
 STIMULUS_SUFFIXES = (".npz", ".jsonl")
 STIMULUS_BLOCKS = (

@@ -27,6 +27,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "two.")
     @click.option("--samples", type=click.IntRange(1, 16), default=1,
                   help="Set the number of Gauss points along each side of a patch.")
+    @click.option("--facets", is_flag=True, help="Keep each face of a file as one patch, in the file's order; "
+                  "its front alone radiates.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how hemispheres are cast.")
@@ -34,7 +36,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, rays, samples, max_edge, max_area, method, cell, resume, **given):
+    def formfactors(scene, output, rays, samples, facets, max_edge, max_area, method, cell, resume, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. row_sums, N x samples^2, are
@@ -48,7 +50,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         hemisphere = Hemisphere(*rays)
         if chosen:
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, max_edge=max_edge, max_area=max_area, resume=resume,
+        task = ViewFactorTask(scene, output, facets=facets, max_edge=max_edge, max_area=max_area, resume=resume,
                               progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell))) as caster:

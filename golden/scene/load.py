@@ -8,6 +8,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED
+from golden.scene.facets import facet_scene
 from golden.scene.gltf import read_gltf
 from golden.scene.mesh import Mesh, mesh_scene
 from golden.scene.nff import read_nff
@@ -15,10 +16,11 @@ from golden.scene.obj import read_obj
 from golden.scene.parser import load_with_trimesh, unreadable
 from golden.scene.ply import read_ply
 from golden.scene.scene import Scene
+from golden.scene.vs3 import read_vs3
 
 __all__ = ["SUFFIXES", "load_scene"]
 
-SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff")
+SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -43,27 +45,32 @@ def _read_stl(path: Path) -> Mesh:
                 material=np.zeros(count, dtype=np.int64), materials=(UNSPECIFIED,), one_sided=np.zeros(1, dtype=bool))
 
 
-def _read(path: Path, up) -> Scene:
+def _read(path: Path, up, facets: bool) -> Scene:
     """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)
+    if suffix == ".nff":
+        return read_nff(path.read_text(encoding="utf-8", errors="replace"), where)
+    if suffix == ".vs3":
+        return read_vs3(path)
+    make = facet_scene if facets else mesh_scene
     if suffix == ".obj":
-        return mesh_scene(read_obj(path), name=name, where=where, up=up or Y_UP)
+        return make(read_obj(path), name=name, where=where, up=up or Y_UP)
     if suffix == ".ply":
-        return mesh_scene(read_ply(path), name=name, where=where, up=up or Z_UP)
+        return make(read_ply(path), name=name, where=where, up=up or Z_UP)
     if suffix == ".stl":
-        return mesh_scene(_read_stl(path), name=name, where=where, up=up or Z_UP)
+        return make(_read_stl(path), name=name, where=where, up=up or Z_UP)
     mesh, view = read_gltf(path)
-    return mesh_scene(mesh, name=name, where=where, up=up or Y_UP, camera=view.camera, lights=tuple(view.lights))
+    return make(mesh, name=name, where=where, up=up or Y_UP, camera=view.camera, lights=tuple(view.lights))
 
 
-def load_scene(path, *, up=None) -> Scene:
-    """The scene of a file: .obj (with .mtl), .ply, .stl, .gltf, .glb or .nff.
+def load_scene(path, *, up=None, facets: bool = False) -> Scene:
+    """The scene of a file: .obj (with .mtl), .ply, .stl, .gltf, .glb, .nff or .vs3.
 
     Coordinates stay as they are in the file, in its unit of length. Pairs of triangles that form a quad are merged,
     polygons are cut into quads and triangles (`golden.scene.mesh.mesh_scene`). `read_mtl`, `gltf_material` and
     `read_ply` describe the materials; STL has none. All patches are two-sided, whether meshes are closed or not: the
     camera may be inside a closed room whose faces look outwards. Only glTF materials can state that a face is
-    one-sided.
+    one-sided. `read_vs3` has rules of its own, and ``facets`` those of `facet_scene`.
 
     Parameters
     ----------
@@ -72,12 +79,14 @@ def load_scene(path, *, up=None) -> Scene:
     up
         Up direction of the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. NFF files
         state their own.
+    facets
+        Whether each face of the file is one patch, in the file's order, whose front alone radiates.
 
     Raises
     ------
     InputError
         One line with the path, the fault and its position: no such file, a directory, an unknown suffix, bad content,
-        or anything that `mesh_scene` refuses.
+        or anything that `mesh_scene`, `facet_scene` or `read_vs3` refuses.
     """
     path = Path(path)
     if up is not None and (np.shape(up) != (3,) or not np.all(np.isfinite(up)) or not np.any(up)):
@@ -89,11 +98,9 @@ def load_scene(path, *, up=None) -> Scene:
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: Suffix must be one of {' '.join(SUFFIXES)}, not {path.suffix!r}")
     try:
-        if path.suffix.lower() == ".nff":
-            return read_nff(path.read_text(encoding="utf-8", errors="replace"), str(path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return _read(path, None if up is None else tuple(float(value) for value in up))
+            return _read(path, None if up is None else tuple(float(value) for value in up), facets)
     except InputError as error:
         if str(error).startswith(str(path)):
             raise

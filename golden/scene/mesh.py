@@ -10,7 +10,7 @@ from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
 
-__all__ = ["CREASE", "Mesh", "mesh_scene"]
+__all__ = ["CREASE", "Mesh", "check_mesh", "mesh_scene"]
 
 CREASE = 30.0
 """Least angle between neighbouring patches, in degrees, at which their common edge is a crease."""
@@ -47,7 +47,14 @@ class Mesh:
     one_sided: np.ndarray
 
 
-def _check(mesh: Mesh, where: str) -> None:
+def check_mesh(mesh: Mesh, where: str) -> None:
+    """A mesh has faces, each with an area and with three corners or more at finite vertices.
+
+    Raises
+    ------
+    InputError
+        It has not; faces and vertices are counted from 1.
+    """
     if not len(mesh.counts):
         raise InputError(f"{where}: it has no faces")
     short = np.flatnonzero(mesh.counts < 3)
@@ -138,7 +145,7 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
         No faces, faces with less than three corners or without area, corners at vertices that do not exist, vertices
         that are not finite, polygons that cross themselves. Faces and vertices are counted from 1.
     """
-    _check(mesh, where)
+    check_mesh(mesh, where)
     patches, face = _cut(mesh, where)
     material = mesh.material[face]
     patches, material, one_sided = _without_duplicates(patches, material, one_sided=mesh.one_sided[material])

@@ -26,6 +26,8 @@ class ViewFactorTask:
         Name of a built-in scene, or path of a file.
     output
         Path of the result, see `golden.light.factors.files.write_view_factors`.
+    facets
+        Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
     max_edge, max_area
         Patches are cut until none is larger, see `golden.scene.refine.refine`.
     resume
@@ -39,12 +41,12 @@ class ViewFactorTask:
         The scene, the output or a limit cannot be used.
     """
 
-    def __init__(self, scene: str, output: Path, *, max_edge: float | None = None, max_area: float | None = None,
-                 resume: bool = False, progress: bool = False):
+    def __init__(self, scene: str, output: Path, *, facets: bool = False, max_edge: float | None = None,
+                 max_area: float | None = None, resume: bool = False, progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
         self._name, self._output, self._resume, self._progress = scene, output, resume, progress
-        opened = open_scene(scene)
+        opened = open_scene(scene, facets=facets)
         self.scene: Scene = opened if max_edge is None and max_area is None else refine(
             opened, max_edge=max_edge, max_area=max_area).scene
 

@@ -60,6 +60,15 @@ def refused(exit_code, stderr, message, code=2):
 
 RENDER = ("render", "furnace:1", "-o", "out.png", *FAST)
 
+FACTORS = ("formfactors", "furnace:1", "--rays", "16x4")
+PENTAGON = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n"
+BENT = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n"
+EXCHANGE = ("exchange", "F.npz", "t.csv", "-o", "q.csv")
+HEAD = "surface,temperature,emissivity\n"
+# View factors between two parallel walls.
+WALLS = {"data": [1.0, 1.0], "indices": [1, 0], "indptr": [0, 1, 2], "shape": [2, 2], "sky": [0.0, 0], "area": [1.0, 1],
+         "normal": [[0.0, 0, 1], [0, 0, -1]], "surface": ["a", "b"], "settings": "{}"}
+
 # Name of the case: files to make (text, or arrays of an .npz), arguments, the message.
 BAD = {
     "no command": ({}, (), "Missing command"),
@@ -146,6 +155,44 @@ BAD = {
                                           "elements"),
     "form factors without sample points": ({}, ("formfactors", "furnace", "-o", "F.npz", "--samples", "0"),
                                            "--samples"),
+    "view factors without a case": ({}, ("formfactors", "furnace", "-o", "vfsparse.input"), "vfsparse.inp"),
+    "view factors in a missing folder": ({}, (*FACTORS, "-o", "missing/F.nc"), "missing/F.nc"),
+    "view factors over a folder": ({"F.nc/a": ""}, (*FACTORS, "-o", "F.nc"), "directory"),
+    "sky view factors over a folder": ({"svf.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "svf.inp.1"),
+    "resumed run that is none": ({"F.npz.blocks/run.json": "rubbish"}, (*FACTORS, "-o", "F.npz", "--resume"),
+                                 "cannot be resumed"),
+    "resumed run of something else": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz", "--resume"),
+                                      "other values of"),
+    "unfinished run": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz"), "continue it by --resume"),
+    "facets with many corners": ({"a.obj": PENTAGON}, ("formfactors", "a.obj", "-o", "F.npz", "--facets"),
+                                 "5 corners"),
+    "facet that is bent": ({"a.obj": BENT}, ("formfactors", "a.obj", "-o", "F.npz", "--facets"), "not planar"),
+    "empty VS3": ({"a.vs3": ""}, ("formfactors", "a.vs3", "-o", "F.npz"), "no surfaces"),
+    "rubbish as VS3": ({"a.vs3": "\0\1 rubbish"}, ("formfactors", "a.vs3", "-o", "F.npz"), "line 1"),
+    "missing VS3": ({}, ("formfactors", "a.vs3", "-o", "F.npz"), "no such file"),
+    "vertex of VS3 not a number": ({"a.vs3": "V 1 0 0 x\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "'x'"),
+    "surface of VS3 at a missing vertex": ({"a.vs3": "V 1 0 0 0\nS 1 1 2 3 0 0 0 1 a\n"},
+                                           ("formfactors", "a.vs3", "-o", "F.npz"), "line 2"),
+    "VS3 of two dimensions": ({"a.vs3": "F 2\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "Geometry must be 3"),
+    "exchange without view factors": ({"t.csv": ""}, EXCHANGE, "F.npz: no such file"),
+    "exchange by rays": ({"F.npz": {"origin": [0.0]}, "t.csv": ""}, EXCHANGE, "F.npz: it holds no view factors"),
+    "exchange by an archive that is none": ({"F.npz": "rubbish", "t.csv": ""}, EXCHANGE, "no view factors"),
+    "exchange by text": ({"F.txt": "", "t.csv": ""}, ("exchange", "F.txt", "t.csv", "-o", "q.csv"), ".npz or .nc"),
+    "exchange with the wrong ending": ({"F.npz": WALLS}, ("exchange", "F.npz", "t.csv", "-o", "q.txt"), ".csv"),
+    "exchange without a table": ({"F.npz": WALLS}, EXCHANGE, "t.csv: cannot be read"),
+    "exchange with an empty table": ({"F.npz": WALLS, "t.csv": ""}, EXCHANGE, "Header must name"),
+    "exchange without emissivities": ({"F.npz": WALLS, "t.csv": "surface,temperature\na,3\n"}, EXCHANGE, "Header"),
+    "exchange of an unknown surface": ({"F.npz": WALLS, "t.csv": HEAD + "x,3,1\n"}, EXCHANGE, "no surface 'x'"),
+    "exchange of a surface twice": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\na,3,1\n"}, EXCHANGE,
+                                    "line 3: surface 'a' has a row already"),
+    "exchange of some surfaces": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\n"}, EXCHANGE, "surface 'b' have no row"),
+    "temperature not a number": ({"F.npz": WALLS, "t.csv": HEAD + "a,hot,1\nb,3,1\n"}, EXCHANGE, "'hot'"),
+    "temperature below zero": ({"F.npz": WALLS, "t.csv": HEAD + "a,-3,1\nb,3,1\n"}, EXCHANGE, "at least 0 K"),
+    "emissivity above one": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1.5\nb,3,1\n"}, EXCHANGE, "0 to 1"),
+    "neither temperature nor flux": ({"F.npz": WALLS, "t.csv": HEAD + "a,,1\nb,3,1\n"}, EXCHANGE, "patch 0 must have"),
+    "sky below zero": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\nb,3,1\n"}, (*EXCHANGE, "--sky-temperature", "-1"),
+                       "--sky-temperature: Sky temperature"),
+    "script-F with the wrong ending": ({"F.npz": WALLS}, (*EXCHANGE, "--script-f", "s.txt"), ".csv"),
     "missing rays": ({}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "rays.npz"),
     "rays that are no archive": ({"rays.npz": "0 0 0"}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"),
                                  "'rays.npz': rays: not a .npz file\n"),
@@ -197,7 +244,7 @@ def test_help_names_every_command_and_every_command_has_help():
     for name, command in golden.cli.main.commands.items():
         assert name in text
         assert command.help
-        assert "SCENE" in succeed(name, "--help") or name in ("scenes", "config", "stimulus")
+        assert "SCENE" in succeed(name, "--help") or name in ("exchange", "scenes", "config", "stimulus")
 
 
 def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from scipy import sparse
 
 from golden.errors import InputError
+from golden.output import whole_file
 
 __all__ = ["ViewFactors"]
 
@@ -108,3 +110,17 @@ class ViewFactors:
     def sky_change(self) -> float | None:
         """Largest change of a sky view factor by the projection; None without one."""
         return None if self.unprojected_sky is None else float(np.abs(self.sky - self.unprojected_sky).max())
+
+    def to_npz(self, path) -> None:
+        """Write a .npz, atomically; `scipy.sparse.load_npz` reads ``F``. OSError if it cannot be written."""
+        from golden.light.factors.npz_file import write_npz
+
+        with whole_file(Path(path)) as part:
+            write_npz(self, part)
+
+    def to_netcdf(self, path) -> None:
+        """Write a .nc, atomically, with CF-style names and units. OSError if it cannot be written."""
+        from golden.light.factors.netcdf_file import write_netcdf
+
+        with whole_file(Path(path)) as part:
+            write_netcdf(self, part)

@@ -425,7 +425,7 @@ BAD = {
     "glTF without nodes": ("a.gltf", '{"asset": {"version": "2.0"}}', ": it has no faces"),
     "packed glTF": ("a.gltf", '{"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_draco_mesh_compression"]}',
                     ": its geometry is compressed with KHR_draco_mesh_compression, which cannot be read"),
-    "wrong suffix": ("a.doc", "x", ": Suffix must be one of .obj .ply .stl .gltf .glb .nff, not '.doc'"),
+    "wrong suffix": ("a.doc", "x", ": Suffix must be one of .obj .ply .stl .gltf .glb .nff .vs3, not '.doc'"),
 }
 
 

@@ -1,0 +1,46 @@
+import csv
+
+import numpy as np
+import pytest
+
+from golden.light.factors.exchange import net_exchange
+from golden.light.factors.files import write_view_factors
+from tb.golden.commands.runner import report
+from tb.golden.light.factors.samples import three_sides
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture
+def factors(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    factors = three_sides(surface=np.array(["sun", "wall", "wall"]))
+    write_view_factors(factors, tmp_path / "F.nc")
+    return factors
+
+
+def test_surfaces_of_a_table_are_those_of_patches(factors, tmp_path):
+    (tmp_path / "t.csv").write_text("surface, emissivity, temperature, flux\nwall,0.5,,0\nsun,0.9,600,\n")
+    printed = report("exchange", "F.nc", "t.csv", "-o", "q.csv", "--sky-temperature", "250", "--script-f", "s.csv")
+    expected = net_exchange(factors, temperature=(600, np.nan, np.nan), emissivity=(0.9, 0.5, 0.5),
+                            flux=(np.nan, 0, 0), sky_temperature=250)
+    written = rows(tmp_path / "q.csv")
+    assert [row["surface"] for row in written] == ["sun", "wall", "wall"]
+    for name in "temperature", "radiosity", "irradiance", "flux":
+        np.testing.assert_array_equal([float(row[name]) for row in written], getattr(expected, name))
+    heat = factors.area * expected.flux
+    assert [row["heat"] for row in printed["surfaces"]] == pytest.approx([heat[0], 0])
+    assert printed["heat_to_sky"] == pytest.approx(heat.sum())
+    shares = rows(tmp_path / "s.csv")
+    assert [row["surface"] for row in shares] == ["sun", "wall"]
+    # The rest of the sun's emissivity leaves for the sky.
+    assert 0.75 < float(shares[0]["sun"]) + float(shares[0]["wall"]) < 0.9
+
+
+def test_a_table_may_list_patches(factors, tmp_path):
+    (tmp_path / "t.csv").write_text("patch,temperature,emissivity\n2,500,0.1\n0,300,0.9\n1,400,0.5\n")
+    report("exchange", "F.nc", "t.csv", "-o", "q.csv")
+    assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [300, 400, 500]

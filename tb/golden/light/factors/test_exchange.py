@@ -1,0 +1,113 @@
+"""Enclosures with closed forms: Siegel and Howell, Thermal Radiation Heat Transfer."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from golden.errors import InputError
+from golden.light.factors.exchange import STEFAN_BOLTZMANN, net_exchange, script_f
+from golden.light.factors.view_factors import ViewFactors
+from tb.golden.light.solvers.systems import DUCT_FACTORS
+
+DUCT_AREA = np.array([3.0, 4, 5])
+
+
+def enclosure(matrix, area):
+    matrix = np.asarray(matrix, dtype=float)
+    return ViewFactors(F=sparse.csr_array(matrix), sky=np.maximum(1 - matrix.sum(axis=1), 0).round(15),
+                       area=np.asarray(area, dtype=float), normal=np.zeros((len(area), 3)),
+                       surface=np.array([f"side {number}" for number in range(len(area))]))
+
+
+# A body of area 2 inside one of area 5.
+BODY = enclosure([(0, 1), (2 / 5, 3 / 5)], (2, 5))
+DUCT = enclosure(DUCT_FACTORS, DUCT_AREA)
+
+
+def black(*temperatures):
+    return STEFAN_BOLTZMANN * np.array(temperatures)**4
+
+
+@pytest.mark.parametrize("emissivity", [(0.8, 0.3), (0.05, 0.99), (1, 1), (0.5, 1)])
+def test_a_body_in_another_one(emissivity):
+    found = net_exchange(BODY, temperature=(900.0, 300.0), emissivity=emissivity)
+    emitted, other = black(900.0, 300.0)
+    resistance = (1 - emissivity[0]) / (2 * emissivity[0]) + 1 / 2 + (1 - emissivity[1]) / (5 * emissivity[1])
+    heat = (emitted - other) / resistance
+    np.testing.assert_allclose(found.flux * BODY.area, (heat, -heat), rtol=1e-11)
+    np.testing.assert_array_equal(found.temperature, (900, 300))
+    np.testing.assert_allclose(found.radiosity - found.irradiance, found.flux, rtol=1e-9)
+
+
+def test_a_duct_with_an_adiabatic_side():
+    emissivity = np.array([0.8, 0.4, 0.6])
+    found = net_exchange(DUCT, temperature=(1200.0, 500.0, np.nan), emissivity=emissivity, flux=(np.nan, np.nan, 0))
+    conductance = DUCT_AREA[:, None] * DUCT_FACTORS
+    through = 1 / (1 / conductance[0, 2] + 1 / conductance[1, 2])
+    resistance = ((1 - emissivity) / (DUCT_AREA * emissivity))[:2].sum() + 1 / (conductance[0, 1] + through)
+    emitted, other = black(1200.0, 500.0)
+    heat = (emitted - other) / resistance
+    np.testing.assert_allclose(found.flux * DUCT_AREA, (heat, -heat, 0), atol=1e-9 * heat)
+    # The adiabatic side takes the radiosity that it receives, whatever its emissivity.
+    assert STEFAN_BOLTZMANN * found.temperature[2]**4 == pytest.approx(found.irradiance[2], rel=1e-11)
+
+
+def test_a_given_flux_gives_the_temperature_that_causes_it():
+    emissivity, temperature = (0.8, 0.4, 0.6), np.array([1200.0, 500.0, 700.0])
+    forward = net_exchange(DUCT, temperature=temperature, emissivity=emissivity)
+    back = net_exchange(DUCT, temperature=(np.nan, 500.0, np.nan), emissivity=emissivity,
+                        flux=(forward.flux[0], np.nan, forward.flux[2]))
+    np.testing.assert_allclose(back.temperature, temperature, rtol=1e-11)
+
+
+def test_equal_temperatures_exchange_nothing():
+    found = net_exchange(DUCT, temperature=np.full(3, 400.0), emissivity=(0.1, 0.5, 0.9))
+    np.testing.assert_allclose(found.radiosity, black(400.0)[0], rtol=1e-12)
+    np.testing.assert_allclose(found.flux, 0, atol=1e-9)
+
+
+def test_a_plate_under_the_sky():
+    plate = enclosure([[0]], [1])
+    found = net_exchange(plate, temperature=[300.0], emissivity=[0.9], sky_temperature=250.0)
+    assert found.flux[0] == pytest.approx(0.9 * (black(300.0) - black(250.0))[0])
+    found = net_exchange(plate, temperature=[np.nan], emissivity=[0.9], flux=[0.0], sky_temperature=250.0)
+    assert found.temperature[0] == pytest.approx(250)
+
+
+def test_script_f_of_three_sides():
+    emissivity = np.array([0.8, 0.4, 0.6])
+    shares = script_f(DUCT, emissivity=emissivity, group=np.arange(3))
+    # By elimination: e F (1 - (1 - e) F)^-1 e.
+    matrix = np.diag(emissivity) @ DUCT_FACTORS @ np.linalg.inv(
+        np.eye(3) - (1 - emissivity)[:, None] * DUCT_FACTORS) @ np.diag(emissivity)
+    np.testing.assert_allclose(shares, matrix, rtol=1e-11)
+    np.testing.assert_allclose(shares.sum(axis=1), emissivity, rtol=1e-11)
+    np.testing.assert_allclose(DUCT_AREA[:, None] * shares, (DUCT_AREA[:, None] * shares).T, rtol=1e-11)
+    temperature = (1200.0, 500.0, 700.0)
+    emitted = black(*temperature)
+    found = net_exchange(DUCT, temperature=temperature, emissivity=emissivity)
+    np.testing.assert_allclose((shares * (emitted[:, None] - emitted)).sum(axis=1), found.flux, rtol=1e-10)
+
+
+def test_script_f_of_groups_is_that_of_their_patches():
+    emissivity = np.array([0.8, 0.4, 0.4])
+    single = script_f(DUCT, emissivity=emissivity, group=np.arange(3)) * DUCT_AREA[:, None]
+    pairs = script_f(DUCT, emissivity=emissivity, group=[0, 1, 1])
+    np.testing.assert_allclose(pairs[0], (single[0, 0] / 3, single[0, 1:].sum() / 3), rtol=1e-11)
+    np.testing.assert_allclose(pairs[1, 1], single[1:, 1:].sum() / 9, rtol=1e-11)
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"temperature": (300.0, 300.0)}, "one value for each of 3 patches"),
+    ({"temperature": (300.0, np.nan, 300.0)}, "patch 1 must have either a temperature or a flux"),
+    ({"temperature": (300.0, 1, 2), "flux": (np.nan, 1, np.nan)}, "patch 1 must have either"),
+    ({"temperature": (300.0, -1, 300.0)}, "at least 0 K"), ({"temperature": (300.0, np.inf, 300.0)}, "finite"),
+    ({"emissivity": (0.5, 1.1, 0.5)}, "Emissivity must be 0 to 1"),
+    ({"emissivity": (0.5, np.nan, 0.5)}, "Emissivity must be 0 to 1"),
+    ({"temperature": (300.0, np.nan, 300.0), "flux": (np.nan, np.inf, np.nan)}, "Flux must be finite"),
+    ({"temperature": (300.0, np.nan, 300.0), "flux": (np.nan, 0, np.nan), "emissivity": (1, 0, 1)}, "above 0"),
+    ({"sky_temperature": -1.0}, "Sky temperature"),
+    ({"temperature": np.full(3, np.nan), "flux": np.zeros(3)}, "At least one patch must have a temperature")])
+def test_values_out_of_range_are_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        net_exchange(DUCT, **{"temperature": (300.0, 400.0, 500.0), "emissivity": (0.5, 0.5, 0.5)} | given)

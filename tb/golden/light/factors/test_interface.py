@@ -1,0 +1,65 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from scipy import sparse
+
+from golden import view_factors
+from golden.errors import InputError
+from golden.light.factors.files import read_view_factors
+from golden.scene.builtin import builtin_scene
+from tb.golden.light.closed_forms import c_11
+
+FAST = {"rays": (32, 8)}
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+PLATES = [SQUARE, [(x, y, 1) for x, y, _ in reversed(SQUARE)]]
+
+
+def test_two_plates():
+    factors = view_factors(PLATES, names=["floor", "lid"], rays=(256, 64), samples=4)
+    assert isinstance(factors.F, sparse.csr_array)
+    assert factors.F[0, 1] == pytest.approx(c_11(1, 1), abs=2e-3)
+    assert factors.sky[0] == pytest.approx(1 - c_11(1, 1), abs=2e-3)
+    assert factors.surface.tolist() == ["floor", "lid"]
+    np.testing.assert_array_equal(factors.normal, [(0, 0, 1), (0, 0, -1)])
+
+
+def test_a_mesh_is_its_triangles():
+    box = trimesh.creation.box()
+    box.invert()
+    from_mesh, from_corners = view_factors(box, **FAST), view_factors(box.triangles, **FAST)
+    assert from_mesh.F.shape == (12, 12)
+    assert (from_mesh.F != from_corners.F).nnz == 0
+    np.testing.assert_allclose(from_mesh.F.sum(axis=1), 1)
+
+
+def test_a_scene_stays_as_it_is():
+    factors = view_factors(builtin_scene("furnace:1"), **FAST)
+    assert len(factors) == 6
+    assert set(factors.surface) == {"wall"}
+
+
+@pytest.mark.parametrize(("write", "suffix"), [("to_npz", ".npz"), ("to_netcdf", ".nc")])
+def test_files_are_those_of_the_command(tmp_path, write, suffix):
+    factors, path = view_factors(PLATES, **FAST), tmp_path / f"F{suffix}"
+    getattr(factors, write)(path)
+    assert (read_view_factors(path).F != factors.F).nnz == 0
+
+
+@pytest.mark.parametrize(("geometry", "given", "message"), [
+    (np.zeros((2, 5, 3)), {}, "N x 3 x 3 or N x 4 x 3, not"), (np.zeros((0, 3, 3)), {}, "N x 3 x 3 or N x 4 x 3"),
+    (np.full((1, 3, 3), np.nan), {}, "finite"), (np.zeros((1, 3, 3)), {}, "facet 1 has no area"),
+    ([[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]], {}, "facet 1 is not planar and strictly convex"),
+    (PLATES, {"names": ["a"]}, "one for each of 2 facets, not 1"), (PLATES, {"method": "magic"}, "grid or naive"),
+    (builtin_scene("furnace:1"), {"two_sided": True}, "those of the scene")])
+def test_what_cannot_be_used_is_refused(geometry, given, message):
+    with pytest.raises(InputError, match=message):
+        view_factors(geometry, **given)
+
+
+def test_the_package_imports_nothing_until_it_is_used():
+    code = "import sys, golden; print('numpy' in sys.modules); golden.view_factors; print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["False", "True"]

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+import trimesh
+
+from golden.errors import InputError
+from golden.scene.load import load_scene
+from golden.scene.open import open_scene
+
+# A square as two triangles, the square again, and a triangle that faces the other way.
+POINTS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0\nv 0.5 0.2 0\nv 0 1 1\n"
+FACES = "f 1 2 3\nf 1 3 4\nf 1 2 3 4\nf 3 2 1\n"
+
+
+def test_each_face_is_one_patch_in_its_order(tmp_path):
+    path = tmp_path / "a.obj"
+    path.write_text(POINTS + FACES)
+    scene = open_scene(path, facets=True)
+    assert scene.is_triangle.tolist() == [True, True, False, True]
+    np.testing.assert_array_equal(scene.normals[:, 2], [1, 1, 1, -1])
+    np.testing.assert_array_equal(scene.vertices[1], [(0, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 0)])
+    assert not scene.two_sided.any()
+    assert scene.surface.tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
+def test_facets_of_stl_stay_triangles(tmp_path, kind):
+    box = trimesh.creation.box()
+    box.export(tmp_path / "a.stl", file_type=kind)
+    scene = load_scene(tmp_path / "a.stl", facets=True)
+    np.testing.assert_allclose(scene.vertices[:, :3], box.triangles)
+    assert len(load_scene(tmp_path / "a.stl")) == 6
+
+
+@pytest.mark.parametrize(("faces", "message"), [
+    ("f 1 2 3 4 6\n", "facet 1 has 5 corners, a facet has three or four"),
+    ("f 1 2 3\nf 1 2 3 7\n", "facet 2 is not planar and strictly convex"),
+    ("f 1 2 6 4\n", "facet 1 is not planar and strictly convex"), ("f 1 3 5\n", "face 1 has no area")])
+def test_faces_that_are_no_patches_are_refused(tmp_path, faces, message):
+    path = tmp_path / "a.obj"
+    path.write_text(POINTS + faces)
+    with pytest.raises(InputError, match=message):
+        load_scene(path, facets=True)
