@@ -174,6 +174,7 @@ BAD = {
     "surface of VS3 at a missing vertex": ({"a.vs3": "V 1 0 0 0\nS 1 1 2 3 0 0 0 1 a\n"},
                                            ("formfactors", "a.vs3", "-o", "F.npz"), "line 2"),
     "VS3 of two dimensions": ({"a.vs3": "F 2\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "Geometry must be 3"),
+    "size of a city": ({}, ("formfactors", "city:0", "-o", "F.npz"), "Size must be 1 to 20"),
     "exchange without view factors": ({"t.csv": ""}, EXCHANGE, "F.npz: no such file"),
     "exchange by rays": ({"F.npz": {"origin": [0.0]}, "t.csv": ""}, EXCHANGE, "F.npz: it holds no view factors"),
     "exchange by an archive that is none": ({"F.npz": "rubbish", "t.csv": ""}, EXCHANGE, "no view factors"),

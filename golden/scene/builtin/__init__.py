@@ -45,6 +45,8 @@ BUILTIN = {scene.name: scene for scene in (
     BuiltinScene("cubes", "a regular array of boxes"),
     BuiltinScene("man", "an articulated figure"),
     BuiltinScene("phone", "a telephone with curved handset and keys"),
+    BuiltinScene("city", "blocks, towers and streets in small facets, under the sky; size: plots along an edge",
+                 range(1, 21), 6),
     BuiltinScene("teapot", "the 32 Bezier patches of Utah; size: cuts along a side", range(1, 65), 8),
     BuiltinScene("tetra", "SPD: pyramid of tetrahedra; size: levels", range(1, 10), 6),
     BuiltinScene("mountain", "SPD: fractal terrain with four glass balls; size: levels", range(1, 9), 5),
