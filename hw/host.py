@@ -266,11 +266,13 @@ class Host:
         await self.command("clear")
         await self.command("resume", *(["copies"] if self._copies.get(image) else []))
         waited = 0
-        while (status := await self.status())["halted"]:
-            if status["failed"]:
+        # Nothing is loaded while the queue is halted.
+        while not (status := await self.status())["loaded"]:
+            if status["halted"] and status["failed"]:
                 raise await self._error()
             if waited >= timeout:
-                raise EngineTimeoutError(f"the queue is still halted after {waited} cycles")
+                what = "halted" if status["halted"] else "loading"
+                raise EngineTimeoutError(f"the queue is still {what} after {waited} cycles")
             await self._port.wait(POLL)
             waited += POLL
 

@@ -210,18 +210,23 @@ def test_an_endless_job_times_out(port):
     assert len(job().descriptors) == 18
 
 
-def test_a_halted_queue_is_resumed_from_an_image(port):
-    host, (phase, *_) = begun(port), job().phases
+def resumes(port, **ends):
+    """The status of a queue that is halted, loads from cycle 300 on, and ends so at cycle 700."""
     original, port.values[ADDRESSES["status"]] = port.wait, register("status").pack(halted=1)
 
     async def wait(cycles):
         await original(cycles)
         if port.waited >= 300:
-            port.set("status", 0)
+            port.set("status", register("status").pack(**{"busy": 1, "loading": 1} if port.waited < 700 else ends))
 
     port.wait = wait
+
+
+def test_a_halted_queue_is_resumed_from_an_image(port):
+    host, (phase, *_) = begun(port), job().phases
+    resumes(port, loaded=1)
     run(host.resume(phase.address))
-    assert port.waited == 300
+    assert port.waited == 700, "the load has ended"
     assert port.get("image") == phase.address
     # Every cluster holds all patches of the scene: the tables of the first one are for all.
     assert port.commands == [{"clear"}, {"resume", "copies"}]
@@ -236,6 +241,16 @@ def test_a_resume_that_fails_or_never_ends(port):
     port.set("status", register("status").pack(halted=1, failed=1))
     port.set("error", ErrorCode.IMAGE.value)
     with pytest.raises(EngineError, match=r"^IMAGE: "):
+        run(host.resume(64))
+
+
+def test_a_resume_whose_load_fails_or_never_ends(port):
+    host = begun(port)
+    resumes(port, halted=1, failed=1)
+    with pytest.raises(EngineTimeoutError, match="still loading after 500 cycles"):
+        run(host.resume(64, timeout=500))
+    port.set("error", ErrorCode.READ_REPLY.value)
+    with pytest.raises(EngineError, match=r"^READ_REPLY: "):
         run(host.resume(64))
 
 
