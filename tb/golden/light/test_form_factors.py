@@ -8,11 +8,11 @@ from golden.errors import InputError
 from golden.frustum import Hemisphere
 from golden.light import form_factors
 from golden.light.analytic import point_to_polygon
+from golden.light.closed_forms import b_4, c_11, c_14, c_41
 from golden.light.form_factors import PatchRows, gauss_points, hemisphere_sums, patch_columns
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
-from tb.golden.light.closed_forms import b_4, c_11, c_14, c_41
 from tb.golden.light.cube import cube
 from tb.golden.light.hemisphere_factors import hemisphere_factors
 

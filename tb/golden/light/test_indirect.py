@@ -6,6 +6,7 @@ from golden.cast.grid import Grid
 from golden.frustum import Hemisphere
 from golden.light import indirect
 from golden.light.analytic import point_to_polygon
+from golden.light.closed_forms import c_11, c_14
 from golden.light.direct import DirectLight
 from golden.light.indirect import indirect_light
 from golden.light.solvers import SOLVERS
@@ -15,7 +16,6 @@ from golden.scene.builtin.shapes import box
 from golden.scene.material import Material
 from golden.scene.refine import refine
 from golden.scene.scene import PointLight
-from tb.golden.light.closed_forms import c_11, c_14
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 SKY = 1.0, 0.5, 0.25

@@ -8,9 +8,9 @@ from scipy import sparse
 
 from golden import view_factors
 from golden.errors import InputError
+from golden.light.closed_forms import c_11
 from golden.light.factors.files import read_view_factors
 from golden.scene.builtin import builtin_scene
-from tb.golden.light.closed_forms import c_11
 
 FAST = {"rays": (32, 8)}
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
