@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from golden.frustum import frame
+from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence, weighted_points_on
+from golden.light.sampling import mix
+
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+KITE = np.array([(0, 0, 1), (3, 0, 1), (2, 2, 1), (0, 1, 1)], dtype=float)
+TRIANGLE = np.array([(0, 0, 0), (2, 0, 0), (0, 3, 0), (0, 3, 0)], dtype=float)
+CENTROIDS = {"square": (SQUARE, (0.5, 0.5, 0)), "kite": (KITE, (17 / 12, 3 / 4, 1)),
+             "triangle": (TRIANGLE, (2 / 3, 1, 0))}
+
+
+def area(patch):
+    return np.linalg.norm(np.cross(patch[2] - patch[0], patch[3] - patch[1])) / 2
+
+
+def drawn(patch, count=1 << 14):
+    point = sequence(np.full(count, mix(1, 2)), np.arange(count))
+    return np.repeat(patch[None], count, axis=0), np.full(count, (patch[2] == patch[3]).all()), *point[:, :2].T
+
+
+@pytest.mark.parametrize(("patch", "centroid"), CENTROIDS.values(), ids=CENTROIDS)
+def test_points_are_uniform_by_area(patch, centroid):
+    points = points_on(*drawn(patch))
+    np.testing.assert_allclose(points.mean(axis=0), centroid, rtol=0, atol=3e-3)
+    inward = np.cross(patch[2] - patch[0], patch[3] - patch[1])
+    turns = np.cross(np.roll(patch, -1, axis=0) - patch, points[:, None] - patch) @ inward
+    assert turns.min() >= -1e-12
+
+
+@pytest.mark.parametrize(("patch", "centroid"), CENTROIDS.values(), ids=CENTROIDS)
+def test_area_vectors_weigh_the_points(patch, centroid):
+    points, vectors = weighted_points_on(*drawn(patch))
+    weights = np.linalg.norm(vectors, axis=1)
+    assert weights.mean() == pytest.approx(area(patch), rel=2e-4)
+    np.testing.assert_allclose(weights @ points / weights.sum(), centroid, rtol=0, atol=3e-3)
+    np.testing.assert_allclose(vectors[:, :2], 0, rtol=0, atol=1e-12)
+    assert vectors[:, 2].min() > 0
+
+
+def test_points_of_a_triangle_have_equal_weights():
+    weights = np.linalg.norm(weighted_points_on(*drawn(TRIANGLE, 64))[1], axis=1)
+    np.testing.assert_allclose(weights, area(TRIANGLE), rtol=1e-9)
+
+
+def test_directions_are_distributed_by_the_cosine():
+    normal = np.array([0.6, 0, 0.8])
+    count = 1 << 14
+    point = sequence(np.full(count, mix(3)), np.arange(count))
+    directions = cosine_directions(np.repeat(frame(normal)[None], count, axis=0), *point[:, 2:].T)
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, rtol=1e-12)
+    cosine = directions @ normal
+    assert cosine.min() >= 0
+    # The moments of 2 cos d(cos).
+    assert cosine.mean() == pytest.approx(2 / 3, abs=1e-3)
+    assert (cosine**2).mean() == pytest.approx(1 / 2, abs=1e-3)
+
+
+def test_the_sequence_is_more_even_than_random_points_in_every_replicate():
+    count = 256 * REPLICATES
+    number = np.arange(count)
+    point = sequence(np.full(count, mix(5)), number)
+    box = (point < 0.5).all(axis=1)
+    shares = np.bincount(number % REPLICATES, box, REPLICATES) / 256
+    # Random points would miss 1/16 by sqrt(15) / 16 / 16 = 0.015.
+    assert np.sqrt(((shares - 1 / 16)**2).mean()) < 0.01
+    assert len(np.unique(shares)) > 1
+
+
+def test_numbers_of_a_use_do_not_depend_on_others():
+    uses = mix(7, np.arange(5))
+    alone = sequence(uses[3:4], np.array([40]))
+    np.testing.assert_array_equal(sequence(uses, np.full(5, 40))[3], alone[0])
