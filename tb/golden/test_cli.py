@@ -67,7 +67,8 @@ EXCHANGE = ("exchange", "F.npz", "t.csv", "-o", "q.csv")
 HEAD = "surface,temperature,emissivity\n"
 # View factors between two parallel walls.
 WALLS = {"data": [1.0, 1.0], "indices": [1, 0], "indptr": [0, 1, 2], "shape": [2, 2], "sky": [0.0, 0], "area": [1.0, 1],
-         "normal": [[0.0, 0, 1], [0, 0, -1]], "surface": ["a", "b"], "settings": "{}"}
+         "normal": [[0.0, 0, 1], [0, 0, -1]], "surface": ["a", "b"], "settings": "{}",
+         "back": [0.0, 0], "patch": [0, 1], "front": [True, True]}
 
 # Name of the case: files to make (text, or arrays of an .npz), arguments, the message.
 BAD = {

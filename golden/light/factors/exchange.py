@@ -42,7 +42,7 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     """Net radiative exchange between grey, diffuse patches; each has a temperature or a net flux.
 
     Radiosity J = e s T^4 + (1 - e) H where the temperature T is given, J = q + H where the flux q is, irradiance
-    H = F J + S s T_sky^4 with the sky view factor S and the Stefan-Boltzmann constant s.
+    H = F J + S s T_sky^4 with the sky view factor S (black backs count as sky) and the Stefan-Boltzmann constant s.
 
     Parameters
     ----------
@@ -76,11 +76,11 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
         raise InputError(f"exchange: Sky temperature must be finite and at least 0 K, not {sky_temperature!r}")
     if (emissivity[~given] == 0).any():
         raise InputError("exchange: Emissivity must be above 0 where the flux is given")
-    if not given.any() and not factors.sky.any():
+    if not given.any() and not (factors.sky + factors.back).any():
         raise InputError("exchange: At least one patch must have a temperature or see the sky")
     reflected = np.where(given, 1 - emissivity, 1.0)
     own = np.where(given, emissivity * STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4, np.nan_to_num(flux))
-    outside = factors.sky * STEFAN_BOLTZMANN * sky_temperature**4
+    outside = (factors.sky + factors.back) * STEFAN_BOLTZMANN * sky_temperature**4
     radiosity = _radiosity(factors.F, reflected, own + reflected * outside)
     irradiance = factors.F @ radiosity + outside
     net = np.where(given, emissivity * (STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4 - irradiance), flux)

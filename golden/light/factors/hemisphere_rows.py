@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.light.factors.view_factors import ViewFactors
-from golden.light.form_factors import PatchRows
+from golden.light.form_factors import PatchRows, gauss_points
 from golden.scene.scene import Scene
 
 __all__ = ["HemisphereBlock", "HemisphereRows"]
@@ -53,6 +53,7 @@ class HemisphereRows:
                  progress: bool = False):
         self._scene = scene
         self._rows = PatchRows(scene, caster, rays=rays, samples=samples, progress=progress)
+        self._shares = gauss_points(scene, samples)[1]
         self.block_rows = block_rows
         self.settings = {"rays": f"{rays[0]}x{rays[1]}", "samples": samples}
 
@@ -72,7 +73,10 @@ class HemisphereRows:
                  for block in blocks]
         matrix = sparse.csr_array(sparse.vstack(parts))
         names = np.array([material.name for material in self._scene.materials])
-        return ViewFactors(F=matrix, sky=np.maximum(1 - matrix.sum(axis=1), 0), area=self._scene.areas,
-                           normal=self._scene.normals, surface=names[self._scene.material],
-                           row_sums=np.concatenate([block.row_sums for block in blocks]),
-                           weight_bits=self._rows.hemisphere.weight_bits, settings=self.settings)
+        row_sums, bits = np.concatenate([block.row_sums for block in blocks]), self._rows.hemisphere.weight_bits
+        sky = np.maximum(1 - (self._shares * row_sums).sum(axis=1) / 2**bits, 0)
+        back = np.maximum(1 - matrix.sum(axis=1) - sky, 0)
+        return ViewFactors(F=matrix, sky=sky, back=back, area=self._scene.areas, normal=self._scene.normals,
+                           surface=names[self._scene.material], patch=np.arange(count),
+                           front=np.ones(count, dtype=bool), row_sums=row_sums, weight_bits=bits,
+                           settings=self.settings)

@@ -17,9 +17,13 @@ _VARIABLES = {
     "view_factor_error": (("entry",), "1", "standard error of view_factor; 0 where it is exact"),
     "view_factor_unprojected": (("entry",), "1", "view_factor before closure and reciprocity were enforced"),
     "sky_view_factor": (("patch",), "1", "share of the radiation leaving a patch that leaves the scene"),
+    "back_view_factor": (("patch",), "1", "share of the radiation leaving a patch that meets black backs"),
     "sky_view_factor_unprojected": (("patch",), "1", "sky_view_factor before closure was enforced"),
     "area": (("patch",), "m2", "area of a patch"),
     "normal": (("patch", "axis"), "1", "unit normal of the front of a patch"),
+    "scene_patch": (("patch",), None, "number of the patch in the scene, from 0"),
+    "front": (("patch",), None, "1 for the front of that patch, 0 for its back"),
+    "feasible": (("patch",), None, "1 if the row could be closed within its errors, else 0"),
     "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),
     "to_patch": (("entry",), None, "number of the patch that receives, from 0"),
     "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
@@ -34,7 +38,10 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
     matrix = factors.F.tocoo()
     values = {"from_patch": matrix.row.astype(np.int32), "to_patch": matrix.col.astype(np.int32),
               "view_factor": matrix.data, "area": factors.area, "normal": factors.normal,
-              "sky_view_factor": factors.sky, "sky_view_factor_unprojected": factors.unprojected_sky}
+              "sky_view_factor": factors.sky, "back_view_factor": factors.back,
+              "scene_patch": factors.patch.astype(np.int32), "front": factors.front.astype(np.int8),
+              "feasible": (~np.isin(np.arange(len(factors)), factors.infeasible)).astype(np.int8),
+              "sky_view_factor_unprojected": factors.unprojected_sky}
     values |= {f"view_factor_{suffix}": value.data for suffix, value in
                (("error", factors.error), ("unprojected", factors.unprojected)) if value is not None}
     if not matrix.nnz:  # a dimension of length 0 is the unlimited one in this format
@@ -62,7 +69,7 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
                 variable.coordinates = "surface_name"
             variable[:] = values[name]
         variable = file.createVariable("surface_name", "S1", ("patch", "name_length"))
-        variable.long_name = "name of the surface that a patch belongs to"
+        variable.long_name, variable._Encoding = "name of the surface that a patch belongs to", "utf-8"
         variable[:] = np.frombuffer(names.astype(f"S{lengths['name_length']}").tobytes(), "S1").reshape(len(names), -1)
 
 
@@ -90,5 +97,7 @@ def read_netcdf(path: Path) -> ViewFactors:
     return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
                        unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
                        unprojected_sky=values.get("sky_view_factor_unprojected"), area=values["area"],
-                       normal=values["normal"], settings=settings,
+                       normal=values["normal"], settings=settings, back=values["back_view_factor"],
+                       patch=values["scene_patch"].astype(np.int64), front=values["front"].astype(bool),
+                       infeasible=np.flatnonzero(values["feasible"] == 0),
                        surface=np.array([b"".join(name).rstrip(b"\0").decode() for name in names]))

@@ -10,7 +10,8 @@ from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["read_npz", "write_npz"]
 
-_ARRAYS = ("sky", "area", "normal", "surface", "unprojected_sky", "row_sums", "weight_bits")
+_ARRAYS = ("sky", "back", "area", "normal", "surface", "patch", "front", "unprojected_sky", "row_sums", "weight_bits",
+           "infeasible")
 _MATRICES = ("error", "unprojected")
 
 

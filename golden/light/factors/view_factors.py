@@ -21,15 +21,18 @@ class ViewFactors:
     ----------
     F
         N x N sparse `scipy.sparse.csr_array` of float64, from patch i (row) to patch j.
-    sky
-        N float64: the share that leaves the scene, the sky view factor. The back of a one-sided patch takes no
-        radiation: what arrives there counts as sky.
+    sky, back
+        N float64: the share that leaves the scene, the sky view factor, and the share that meets the black back of a
+        one-sided patch.
     area
         N float64, areas of the patches in squared units of length of the scene.
     normal
         N x 3 float64, unit normals of the fronts.
     surface
         N str: name of the surface that each patch belongs to.
+    patch, front
+        N int and N bool: the patch of the scene, and whether the row is its front. A two-sided patch may have a row for
+        each side.
     error
         Standard error of each entry, sparse with the pattern of ``F``; 0 exactly where the entry is exact. None if it
         is unknown.
@@ -39,6 +42,8 @@ class ViewFactors:
     row_sums, weight_bits
         Of casting on fixed points: N x samples int64, the weights of the rays of each hemisphere that hit a patch, in
         units of 2^-weight_bits. None otherwise.
+    infeasible
+        Rows that no change within the errors closes; they stay as near to closure as the errors allow.
     settings
         Names and values of what the result depends on.
 
@@ -50,20 +55,25 @@ class ViewFactors:
 
     F: sparse.csr_array
     sky: np.ndarray
+    back: np.ndarray
     area: np.ndarray
     normal: np.ndarray
     surface: np.ndarray
+    patch: np.ndarray
+    front: np.ndarray
     error: sparse.csr_array | None = None
     unprojected: sparse.csr_array | None = None
     unprojected_sky: np.ndarray | None = None
     row_sums: np.ndarray | None = None
     weight_bits: int | None = None
+    infeasible: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     settings: dict = field(default_factory=dict)
 
     def __post_init__(self):
         count = len(self.area)
-        shapes = {"F": (count, count), "sky": (count,), "area": (count,), "normal": (count, 3), "surface": (count,),
-                  "error": (count, count), "unprojected": (count, count), "unprojected_sky": (count,)}
+        shapes = {"F": (count, count), "sky": (count,), "back": (count,), "area": (count,), "normal": (count, 3),
+                  "surface": (count,), "patch": (count,), "front": (count,), "error": (count, count),
+                  "unprojected": (count, count), "unprojected_sky": (count,)}
         for name, shape in shapes.items():
             value = getattr(self, name)
             if value is None:
@@ -86,8 +96,8 @@ class ViewFactors:
 
     @cached_property
     def closure(self) -> float:
-        """Largest absolute difference of a row sum plus its sky from 1."""
-        return float(np.abs(self.F.sum(axis=1) + self.sky - 1).max())
+        """Largest absolute difference of a row sum plus sky and back from 1."""
+        return float(np.abs(self.F.sum(axis=1) + self.sky + self.back - 1).max())
 
     @cached_property
     def reciprocity(self) -> float:

@@ -15,6 +15,7 @@ DUCT_AREA = np.array([3.0, 4, 5])
 def enclosure(matrix, area):
     matrix = np.asarray(matrix, dtype=float)
     return ViewFactors(F=sparse.csr_array(matrix), sky=np.maximum(1 - matrix.sum(axis=1), 0).round(15),
+                       back=np.zeros(len(area)), patch=np.arange(len(area)), front=np.ones(len(area), dtype=bool),
                        area=np.asarray(area, dtype=float), normal=np.zeros((len(area), 3)),
                        surface=np.array([f"side {number}" for number in range(len(area))]))
 

@@ -57,7 +57,7 @@ def test_files_of_urban_models_count_from_one(tmp_path):
     write_view_factors(three_sides(), tmp_path / "vfsparse.inp.065")
     lines = (tmp_path / "vfsparse.inp.065").read_text().splitlines()
     assert lines == ["1 2 0.3", "1 3 0.6", "2 1 0.25", "2 3 0.75", "3 1 0.4", "3 2 0.6"]
-    assert (tmp_path / "svf.inp.065").read_text() == "# sky view factors\n0.1\n0\n0\n"
+    assert (tmp_path / "svf.inp.065").read_text() == "# sky view factors\n0.06\n0\n0\n"
     assert (tmp_path / "facetarea.inp.065").read_text() == "# area of facets\n3\n4\n5\n"
 
 

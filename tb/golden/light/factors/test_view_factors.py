@@ -24,7 +24,7 @@ def test_what_is_not_known_is_none():
 
 def test_figures_without_entries():
     none = sparse.csr_array((3, 3))
-    factors = three_sides(F=none, error=none, unprojected=none, sky=np.ones(3))
+    factors = three_sides(F=none, error=none, unprojected=none, sky=np.full(3, 0.75), back=np.full(3, 0.25))
     assert (factors.closure, factors.reciprocity, factors.largest_error, factors.largest_change) == (0, 0, 0, 0)
 
 
