@@ -23,7 +23,6 @@ _VARIABLES = {
     "normal": (("patch", "axis"), "1", "unit normal of the front of a patch"),
     "scene_patch": (("patch",), None, "number of the patch in the scene, from 0"),
     "front": (("patch",), None, "1 for the front of that patch, 0 for its back"),
-    "feasible": (("patch",), None, "1 if the row could be closed within its errors, else 0"),
     "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),
     "to_patch": (("entry",), None, "number of the patch that receives, from 0"),
     "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
@@ -40,7 +39,6 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
               "view_factor": matrix.data, "area": factors.area, "normal": factors.normal,
               "sky_view_factor": factors.sky, "back_view_factor": factors.back,
               "scene_patch": factors.patch.astype(np.int32), "front": factors.front.astype(np.int8),
-              "feasible": (~np.isin(np.arange(len(factors)), factors.infeasible)).astype(np.int8),
               "sky_view_factor_unprojected": factors.unprojected_sky}
     values |= {f"view_factor_{suffix}": value.data for suffix, value in
                (("error", factors.error), ("unprojected", factors.unprojected)) if value is not None}
@@ -53,6 +51,7 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
     with netcdf_file(path, "w", version=2) as file:
         file.Conventions, file.title = "CF-1.11", "View factors between patches, with occlusion"
         file.source, file.settings = "radiosity-engine", json.dumps(factors.settings, sort_keys=True)
+        file.hidden_error = np.float64(factors.hidden_error)
         lengths = {"patch": len(factors), "entry": max(matrix.nnz, 1), "axis": 3, "name_length": names.itemsize or 1}
         if factors.row_sums is not None:
             lengths["sample"] = factors.row_sums.shape[1]
@@ -85,7 +84,7 @@ def read_netcdf(path: Path) -> ViewFactors:
     """
     with netcdf_file(path, "r", mmap=False) as file:
         values = {name: np.array(variable[:]) for name, variable in file.variables.items()}
-        settings = json.loads(file.settings)
+        settings, hidden_error = json.loads(file.settings), float(file.hidden_error)
     values = {name: value.astype(value.dtype.newbyteorder("=")) for name, value in values.items()}
     count = len(values["area"])
     names = values["surface_name"]
@@ -97,7 +96,7 @@ def read_netcdf(path: Path) -> ViewFactors:
     return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
                        unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
                        unprojected_sky=values.get("sky_view_factor_unprojected"), area=values["area"],
-                       normal=values["normal"], settings=settings, back=values["back_view_factor"],
-                       patch=values["scene_patch"].astype(np.int64), front=values["front"].astype(bool),
-                       infeasible=np.flatnonzero(values["feasible"] == 0),
+                       normal=values["normal"], settings=settings, hidden_error=hidden_error,
+                       back=values["back_view_factor"], patch=values["scene_patch"].astype(np.int64),
+                       front=values["front"].astype(bool),
                        surface=np.array([b"".join(name).rstrip(b"\0").decode() for name in names]))

@@ -11,7 +11,7 @@ from golden.light.factors.view_factors import ViewFactors
 __all__ = ["read_npz", "write_npz"]
 
 _ARRAYS = ("sky", "back", "area", "normal", "surface", "patch", "front", "unprojected_sky", "row_sums", "weight_bits",
-           "infeasible")
+           "hidden_error")
 _MATRICES = ("error", "unprojected")
 
 
@@ -47,5 +47,7 @@ def read_npz(path: Path) -> ViewFactors:
     given |= {name: sparse.csr_array((arrays[name], *pattern), shape=shape) for name in _MATRICES if name in arrays}
     if "weight_bits" in given:
         given["weight_bits"] = int(given["weight_bits"])
+    if "hidden_error" in given:
+        given["hidden_error"] = float(given["hidden_error"])
     return ViewFactors(F=sparse.csr_array((arrays["data"], *pattern), shape=shape),
                        settings=json.loads(str(arrays["settings"])), **given)

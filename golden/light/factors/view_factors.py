@@ -10,7 +10,10 @@ from scipy import sparse
 from golden.errors import InputError
 from golden.output import whole_file
 
-__all__ = ["ViewFactors"]
+__all__ = ["CLOSED", "ViewFactors"]
+
+# A row that misses 1 by at most this is closed.
+CLOSED = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,14 +39,14 @@ class ViewFactors:
     error
         Standard error of each entry, sparse with the pattern of ``F``; 0 exactly where the entry is exact. None if it
         is unknown.
+    hidden_error
+        Largest standard error of a factor that is no entry of ``F``.
     unprojected, unprojected_sky
         ``F`` (sparse, of the same pattern) and ``sky`` as measured, before closure and reciprocity were enforced. None
         if they were not enforced.
     row_sums, weight_bits
         Of casting on fixed points: N x samples int64, the weights of the rays of each hemisphere that hit a patch, in
         units of 2^-weight_bits. None otherwise.
-    infeasible
-        Rows that no change within the errors closes; they stay as near to closure as the errors allow.
     settings
         Names and values of what the result depends on.
 
@@ -62,11 +65,11 @@ class ViewFactors:
     patch: np.ndarray
     front: np.ndarray
     error: sparse.csr_array | None = None
+    hidden_error: float = 0.0
     unprojected: sparse.csr_array | None = None
     unprojected_sky: np.ndarray | None = None
     row_sums: np.ndarray | None = None
     weight_bits: int | None = None
-    infeasible: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     settings: dict = field(default_factory=dict)
 
     def __post_init__(self):
@@ -108,8 +111,15 @@ class ViewFactors:
 
     @cached_property
     def largest_error(self) -> float | None:
-        """Estimated absolute error of the least certain entry: twice its standard error; None if it is unknown."""
-        return None if self.error is None else 2 * float(self.error.data.max(initial=0))
+        """Estimated absolute error of the least certain factor: twice its standard error; None if it is unknown."""
+        return None if self.error is None else 2 * float(self.error.data.max(initial=self.hidden_error))
+
+    @cached_property
+    def infeasible(self) -> np.ndarray:
+        """The rows that the projection could not close within the errors; none without one."""
+        if self.unprojected is None:
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero(np.abs(self.F.sum(axis=1) + self.sky + self.back - 1) > CLOSED)
 
     @cached_property
     def largest_change(self) -> float | None:

@@ -13,6 +13,9 @@ def test_figures_of_three_sides():
     # A F is 0.9 and 1 between the first two, 1.8 and 2 between the outer ones, equal between the others.
     assert factors.reciprocity == pytest.approx(2 * (0.1 + 0.2) / (0.9 + 1 + 1.8 + 2 + 3 + 3))
     assert factors.largest_error == pytest.approx(2 * 0.0075)
+    assert three_sides(hidden_error=0.25).largest_error == 0.5
+    assert factors.infeasible.tolist() == []
+    assert three_sides(sky=np.array([0.06, 1e-6, 0])).infeasible.tolist() == [1]
     assert factors.largest_change == pytest.approx(0.0075)
     assert factors.sky_change == pytest.approx(0.02)
 
@@ -25,7 +28,7 @@ def test_what_is_not_known_is_none():
 def test_figures_without_entries():
     none = sparse.csr_array((3, 3))
     factors = three_sides(F=none, error=none, unprojected=none, sky=np.full(3, 0.75), back=np.full(3, 0.25))
-    assert (factors.closure, factors.reciprocity, factors.largest_error, factors.largest_change) == (0, 0, 0, 0)
+    assert (factors.closure, factors.reciprocity, factors.largest_error, factors.largest_change) == (0, 0, 0.002, 0)
 
 
 @pytest.mark.parametrize(("changed", "message"), [
