@@ -24,7 +24,11 @@ def check_image(image: Mapping[str, np.ndarray]):
         A table breaks a rule; the message names both.
     """
     _check_tables(image)
-    _require((image["patches"]["kind"] == 0).all(), "patches.kind must be 0")
+    patches = image["patches"]
+    _require((patches["kind"] == 0).all(), "patches.kind must be 0")
+    # Four vertices of 0 are the machine's answer for a patch that a cluster does not hold.
+    _require((patches["vertex"].any(axis=1) | patches["top"].any(axis=1)).all(),
+             "patches.vertex must not be 0 of all vertices")
     residence, held = image["residence"], image["residents"]["patch"][:int(image["clusters"]["residents"][0])]
     _require(((residence["cluster"] >= EVERY_CLUSTER) & (residence["cluster"] < len(image["clusters"]))).all(),
              f"residence.cluster must be {EVERY_CLUSTER} to {len(image['clusters']) - 1}")

@@ -109,7 +109,7 @@ REGIONS = (
         Field("top", "u1", "the highest byte of each beat, that of beat 0 is 0", 5),
         Field("kind", "u1", "0: a quad"),
         Field("padding", "u1", "0", 2),
-        Field("vertex", "u8", "low 64 bits of each vertex; a triangle repeats its last one", 4),
+        Field("vertex", "u8", "low 64 bits of each vertex, which are not all 0; a triangle repeats its last one", 4),
         Field("reserved", "u8", "0", 2),
     )),
     Region("residence", "phase", "patch id", "The cluster that holds a copy of the patch.", (

@@ -20,7 +20,8 @@ class LocalPatchGeometry(wiring.Component):
     """Reads patches by local address, for this cluster and for the others: the four vertices of a patch, one after the
     other.
 
-    A patch that is not there is read as four vertices of 0, which no ray hits, and flagged.
+    A patch that is not there is read as four vertices of 0, which no ray hits. Of this cluster's reads it is flagged;
+    other readers find it with `VoidCheck`.
 
     Parameters
     ----------
@@ -42,9 +43,9 @@ class LocalPatchGeometry(wiring.Component):
         Their vertices.
     cluster : In(PathFormats.cluster)
         The number of this cluster. Stable while patches are in flight.
-    wrong, remote_wrong : Out(1)
-        A patch is not there; in the cycle after its first vertex has left.
-    number, remote_number : Out(patch_bits)
+    wrong : Out(1)
+        A patch of ``i`` is not there; in the cycle after its first vertex has left.
+    number : Out(patch_bits)
         That patch.
 
     Timing
@@ -64,18 +65,16 @@ class LocalPatchGeometry(wiring.Component):
             "o": Out(stream.Signature(icu.patch_vertex)),
             "i_remote": In(stream.Signature(formats.remote_found)),
             "o_remote": Out(stream.Signature(formats.remote_reply)),
-            "cluster": In(formats.cluster), "wrong": Out(1), "number": Out(icu.patch), "remote_wrong": Out(1),
-            "remote_number": Out(icu.patch)})
+            "cluster": In(formats.cluster), "wrong": Out(1), "number": Out(icu.patch)})
         patches = config.memsys.own_patches
         self._vertices = Memory(shape=icu.scene_vector, depth=4 * patches, init=[], attrs={"no_rw_check": 1})
         self._heads = Memory(shape=formats.patch_head, depth=patches, init=[], attrs={"no_rw_check": 1})
         own, remote = self.i.payload, self.i_remote.payload
         found = remote.found
         self._sides = [
-            _Side(self, i=self.i, o=self.o, vertex=self.o.payload, wrong=self.wrong, number=self.number,
+            _Side(self, i=self.i, o=self.o, vertex=self.o.payload, wrong=self.wrong,
                   request={"patch": own.patch, "address": own.address, "present": 1}),
             _Side(self, i=self.i_remote, o=self.o_remote, vertex=self.o_remote.payload.vertex,
-                  wrong=self.remote_wrong, number=self.remote_number,
                   request={"patch": found.patch, "address": found.address, "node": remote.node,
                            "present": found.is_held & ~found.wrong & (found.cluster == self.cluster)},
                   node=self.o_remote.payload.node)]
@@ -86,6 +85,7 @@ class LocalPatchGeometry(wiring.Component):
         m.submodules.vertices, m.submodules.heads = self._vertices, self._heads
         for side in self._sides:
             side.add_to(m)
+        m.d.sync += self.number.eq(self.o.payload.patch)
         self._add_load(m)
         return m
 
@@ -118,14 +118,14 @@ class _Side:
         Its streams.
     vertex, node
         Parts of the payload of ``o``.
-    wrong, number
-        Ports for a patch that is not there.
+    wrong
+        A port: a patch is not there; none of the others' reads.
     request
         ``patch``, ``address``, ``present``, and ``node`` if there is one, from the payload of ``i``.
     """
 
-    def __init__(self, of, *, i, o, vertex, wrong, number, request, node=None):
-        self._i, self._wrong, self._number, self._vertex, self._request = i, wrong, number, vertex, request
+    def __init__(self, of, *, i, o, vertex, request, wrong=None, node=None):
+        self._i, self._wrong, self._request = i, wrong, request
         formats, icu = of._formats, of._icu
         shape = {"patch": icu.patch, "address": formats.own_patch_bits, "present": 1}
         if node is not None:
@@ -158,7 +158,7 @@ class _Side:
             m.d.sync += [kept.index.eq(index + 1), busy.eq(index != 3)]
         with m.If(given.valid & given.ready):
             m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._request.items())]
-        latency = self.pipeline.latency
-        m.d.sync += [self._wrong.eq(self.pipeline.moves(latency) & (self._index.value == 0) & ~self._present.value),
-                     self._number.eq(self._vertex.patch)]
+        if self._wrong is not None:
+            m.d.sync += self._wrong.eq(
+                self.pipeline.moves(self.pipeline.latency) & (self._index.value == 0) & ~self._present.value)
         self.pipeline.add_to(m)

@@ -25,6 +25,7 @@ from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
 from hw.memsys.timeout import Timeout
 from hw.memsys.vertex_merge import VertexMerge
+from hw.memsys.void_check import VoidCheck
 from hw.memsys.work_count import WorkCount
 
 __all__ = ["COUNTERS", "MemorySystem"]
@@ -64,8 +65,9 @@ class MemorySystem(wiring.Component):
                          '- PatchStore -+- remote -.
                                         '- bus ----'- PatchMerge - PatchStore - VertexMerge
 
-    A faulty cell or patch is flagged and dropped; the others are not delayed. The store is emptied after each load of
-    cells, residence or patches.
+    A faulty cell or patch is flagged and dropped; the others are not delayed. A patch that is not in the memory named
+    for it is flagged by the cluster that requests it, and leaves with vertices of 0, which no ray hits. The store is
+    emptied after each load of cells, residence or patches.
 
     Parameters
     ----------
@@ -202,13 +204,18 @@ class MemorySystem(wiring.Component):
                             (patches, (patch_filter.dropped, no_source, *others.lost, merge.left.any()))):
             m.d.comb += [leaves.eq(end) for leaves, end in zip(count.leaves, ends, strict=True)]
 
-        # Requests of other clusters.
+        # Requests of other clusters, and of subshells under the own number.
         wiring.connect(m, wiring.flipped(self.i_remote), types.i_remote)
         wiring.connect(m, types.o_remote, geometry.i_remote)
         wiring.connect(m, geometry.o_remote, wiring.flipped(self.o_remote))
 
         m.submodules.timeout = timeout = Timeout(bits=config.memory.timeout_bits + 2)
         vertex, cell, patch = self.o_vertex, cell_found.o, patch_found.o
+        reply, answer = self.i_reply, self.o_remote
+        voids = [self._add_check(m, "reply", reply.payload, reply.valid & reply.ready)]
+        if config.ctu.subshells:
+            voids.append(self._add_check(m, "subshell", answer.payload.vertex, answer.valid & answer.ready
+                                         & (answer.payload.node == self.cluster)))
         # A stall of the intersection unit is no time-out.
         m.d.sync += [
             timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
@@ -216,7 +223,7 @@ class MemorySystem(wiring.Component):
                              | patches.enters.any() | patches.leaves.any() | cells.leaves.any())]
         self._add_fault(m, cell_filter.number, (
             (timeout.expired, PathFault.TIMEOUT, 0),
-            (geometry.remote_wrong, PathFault.RESIDENCE, geometry.remote_number),
+            *((void, PathFault.RESIDENCE, number) for void, number in voids),
             (geometry.wrong, PathFault.RESIDENCE, geometry.number),
             (bus.lost_cell | bus.lost_patch, PathFault.BUS, bus.number),
             (no_source, PathFault.RESIDENCE, patch.payload.patch),
@@ -332,6 +339,14 @@ class MemorySystem(wiring.Component):
         with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
             m.d.sync += is_old.eq(1)
         return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits)
+
+    def _add_check(self, m, name, vertex, moves):
+        """Whether a patch has come from a memory that does not hold it, and which one; a cycle later."""
+        m.submodules[f"{name}_check"] = check = VoidCheck(config=self._config)
+        void, number = Signal(name=f"{name}_void"), Signal.like(vertex.patch, name=f"{name}_number")
+        m.d.comb += [check.vertex.eq(vertex.vertex), check.moves.eq(moves)]
+        m.d.sync += [void.eq(check.void), number.eq(vertex.patch)]
+        return void, number
 
     def _add_fault(self, m, number, causes):
         """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""

@@ -15,10 +15,10 @@ from hw.lib.queue import Queue
 from hw.lib.validate import check_power_of_two
 from hw.memsys.istructure import IStructure
 from hw.memsys.path_formats import PathFormats
+from hw.memsys.void_check import VERTICES, VoidCheck
 
 __all__ = ["PatchStore"]
 
-VERTICES = 4
 # Versions of the presence bits and of the tags before a sweep.
 VERSION_BITS = 4
 # Of so many misses that meet another patch in their frame one replaces it, a power of two.
@@ -40,8 +40,8 @@ class PatchStore(wiring.Component):
     is not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
     fill never stalls but with ``o_passed``.
 
-    A patch whose vertices are all 0 comes from a cluster that does not hold it. It is answered and not kept, so each
-    request for it is an error there.
+    A patch whose vertices are all 0 comes from a cluster that does not hold it, see `VoidCheck`. It is answered and not
+    kept, so a later frustum fetches it again.
 
     Parameters
     ----------
@@ -227,7 +227,8 @@ class PatchStore(wiring.Component):
         write = vertices.write_port()
         # A vertex waits a cycle for the entry of its patch.
         vertex, there, is_lost = Signal.like(self.i_fill.payload, reset_less=True), Signal(), Signal()
-        index, found, advances, ends = Signal(range(VERTICES)), Signal(self._requests), Signal(), Signal()
+        found, advances, ends = Signal(self._requests), Signal(), Signal()
+        m.submodules.check = check = VoidCheck(config=self._config)
         patch = Mux(self.i_lost.valid, self.i_lost.payload, self.i_fill.payload.patch)
         first = Signal(range(VERTICES))
         takes_lost, takes = Signal(), Signal()
@@ -250,20 +251,16 @@ class PatchStore(wiring.Component):
             with m.If(found[k]):
                 m.d.comb += entry.eq(entries[k])
         moves = there & advances
-        # Of the vertices so far.
-        is_zero, is_void = Signal(), Signal()
         m.d.comb += [
-            ends.eq(moves & (is_lost | (index == VERTICES - 1))),
-            write.addr.eq(Cat(index, entry.frame)), write.data.vertex.eq(vertex.vertex),
+            check.vertex.eq(vertex.vertex), check.moves.eq(moves & ~is_lost),
+            ends.eq(moves & (is_lost | (check.index == VERTICES - 1))),
+            write.addr.eq(Cat(check.index, entry.frame)), write.data.vertex.eq(vertex.vertex),
             write.data.surface.eq(vertex.surface),
             write.en.eq(moves & entry.is_stored & ~is_lost),
             fills.i.valid.eq(ends & entry.is_stored), fills.i.payload.frame.eq(entry.frame),
-            fills.i.payload.head.is_lost.eq(is_lost), is_zero.eq(~vertex.vertex.as_value().any()),
-            fills.i.payload.head.is_void.eq(~is_lost & is_void & is_zero),
+            fills.i.payload.head.is_lost.eq(is_lost), fills.i.payload.head.is_void.eq(check.void),
             self.o_passed.valid.eq(there & ~entry.is_stored & ~is_lost), self.o_passed.payload.eq(vertex),
             advances.eq(~self.o_passed.valid | self.o_passed.ready)]
-        with m.If(moves & ~is_lost):
-            m.d.sync += [index.eq(index + 1), is_void.eq((is_void | (index == 0)) & is_zero)]
         m.d.comb += [
             presence.i_write.valid.eq(fills.o.valid), fills.o.ready.eq(presence.i_write.ready),
             presence.i_write.payload.address.eq(fills.o.payload.frame),

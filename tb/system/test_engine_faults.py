@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.cast.shelling import Shelling
+from golden.ctu.sector import Sector
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import REGIONS
+from golden.memsys.reference_strings import ReferenceStrings
 from hw.registers.error_code import ErrorCode
 from hw.simulator.simulated_port import complete
 from tb.lib.seed import SEED
-from tb.system.job_machine import CLUSTERS, SMALL, JobMachine, cornell, planned
+from tb.system.job_machine import CLUSTERS, SMALL, TWO_CLUSTERS, JobMachine, cornell, planned
 
 POINTS = (5, 6, 9, 10, 0, 3)
 
@@ -97,8 +100,9 @@ def broken_images(image):
 
     yield table("cells", pointer=lists), "POINTER", "NOT_LOADED"
     yield table("patch_lists", patch=len(image["patches"])), "POINTER", "NOT_LOADED"
-    # What a load accepts: the cluster does not hold the patches.
-    yield table("residence", cluster=0, address=SMALL["memsys.own_patches"] - 1), "NONE", "PATH_RESIDENCE"
+    # What a load accepts: the last cluster does not hold the patches.
+    yield table("residence", cluster=len(image["clusters"]) - 1, address=SMALL["memsys.own_patches"] - 1), "NONE", (
+        "PATH_RESIDENCE")
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
@@ -114,13 +118,36 @@ def test_images_that_are_wrong(clusters):
         address += -(-len(data) // 64) * 64
     descriptors = job.descriptors[[number for number, _ in order]]
     descriptors["tag"] = np.arange(len(order))
-    # The cluster that has been named in place of another one.
-    descriptors["cluster"][1::4] = 0
     for number, (_, image) in enumerate(order):
         descriptors["hits"][number] = image or descriptors["hits"][number]
     job = replace(job, descriptors=descriptors, sections=tuple(job.sections[number] for number, _ in order))
     with JobMachine(job, extra=extra) as machine:
         machine.right(errors)
+
+
+@TWO_CLUSTERS
+def test_a_patch_that_the_cluster_named_for_it_has_not():
+    """The sections that request it end with an error; those that the named cluster casts are right."""
+    job = planned(2, cornell(2, points=(0,) * 3, sets="scheduled", clusters=2))
+    (one,), sections = job.phases, [each for each in job.sections if each]
+    shelling = Shelling.of_cells(one.request.geometry, one.request.table, job.config)
+    halves = sorted({(each.section.first_column, each.section.end_column) for each in sections})
+    (requests,) = ReferenceStrings.of(shelling, one.request.records[:1], tuple(
+        Sector(*columns, 0, one.request.records[0].rows) for columns in halves)).patches
+    left, right = ({*patches.tolist()} for patches in requests)
+    patch = min(left - right)
+    descriptors = job.descriptors.copy()
+    wrong = [tag for tag, each in enumerate(job.sections) if each and not each.section.first_column]
+    descriptors["cluster"][1:] = [tag in wrong for tag in range(1, len(descriptors))]
+    with JobMachine(job, descriptors) as machine:
+        machine.begin()
+        record = np.array([(0, SMALL["memsys.own_patches"] - 1)], one.image["residence"].dtype)
+        machine.write(one.address + one.image.offsets["residence"] + patch * record.itemsize, record.tobytes())
+        records = machine.run()
+        assert codes(records) == dict.fromkeys(wrong, ErrorCode.PATH_RESIDENCE)
+        assert {int(each["address"]) for each in records if each["error"]} == {patch}
+        machine.check(records, codes(records))
+        machine.right()
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)

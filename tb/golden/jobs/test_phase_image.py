@@ -156,6 +156,7 @@ def broken(image, **changes):
 
 @pytest.mark.parametrize(("change", "message"), [
     ({"patches__kind": 1}, r"patches\.kind must be 0"),
+    ({"patches__vertex": 0, "patches__top": 0}, r"patches\.vertex must not be 0"),
     ({"residence__cluster": -3}, r"residence\.cluster must be -2 to 3"),
     ({"residence__cluster": 4}, r"residence\.cluster must be -2 to 3"),
     ({"residence__address": 2}, r"residence\.address of a copy"),
