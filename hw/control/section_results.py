@@ -47,8 +47,8 @@ class SectionResults(wiring.Component):
         Clears it: it has been kept.
     counts : In, struct of `COUNTS`
         Counters of the cast.
-    o_read_out : Out, stream of 1 bit
-        `IntersectionUnit`'s ``i_read_out``; always 0, the present frustum.
+    o_read_out : Out, stream without payload
+        `IntersectionUnit`'s ``i_read_out``.
     o_command : Out, stream of `ResultFormats.section_command`
         `ResultWriter`'s ``i``.
     i_done : In, stream of `ResultFormats.section_done`
@@ -72,7 +72,7 @@ class SectionResults(wiring.Component):
             "begins": In(1), "results": In(job.results), "i": In(stream.Signature(0)), "cycle": In(32),
             "cycles": In(32),
             "fault": In(control.fault), "clear": Out(1), "counts": In(StructLayout(dict.fromkeys(COUNTS, 32))),
-            "o_read_out": Out(stream.Signature(1)), "o_command": Out(stream.Signature(result.section_command)),
+            "o_read_out": Out(stream.Signature(0)), "o_command": Out(stream.Signature(result.section_command)),
             "i_done": In(stream.Signature(result.section_done)), "o": Out(stream.Signature(WORD_BITS)),})
 
     def elaborate(self, platform):

@@ -11,7 +11,7 @@ from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.intersection_pipeline import IntersectionPipeline
 from hw.icu.patch_setup import PatchSetup
 from hw.icu.patch_sums import PatchSums
-from hw.icu.ray_memory import BANKS, RayMemory
+from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
 from hw.icu.vertex_gate import VertexGate
@@ -64,9 +64,9 @@ class IntersectionUnit(wiring.Component):
         waits at ``i_frustum``, and the present one is not read out or requested to be.
     o_done : Out, stream of a patch id
         Done tokens: the patches in their order, each after its last ray has been written.
-    i_read_out : In, stream of 1 bit
-        1 reads out the frustum before the present one, when there was one; 0 the present one, when no patch is in
-        flight.
+    i_read_out : In, stream without payload
+        Reads out the present frustum when no patch is in flight. The next frustum is offered after it has been
+        accepted.
     o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
         The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the sums.
     o_sum : Out, stream of `IcuFormats.section_sum`
@@ -101,7 +101,7 @@ class IntersectionUnit(wiring.Component):
             "i_table": In(stream.Signature(formats.table_write)),
             "i_vertex": In(stream.Signature(formats.patch_vertex)),
             "o_done": Out(stream.Signature(formats.patch)),
-            "i_read_out": In(stream.Signature(1)),
+            "i_read_out": In(stream.Signature(0)),
             "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
                                                         "hit": formats.hit, "last": 1}))),
             "o_sum": self._sums.signature.members["o"],
@@ -121,9 +121,8 @@ class IntersectionUnit(wiring.Component):
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
         m.submodules.gate = gate = VertexGate(config=self._config)
 
-        # Patches in flight, from their first vertex until their token is accepted; and whether there is a frustum, and
-        # one before it.
-        frustum, has_frustum, has_earlier = Signal(formats.frustum), Signal(), Signal()
+        # Patches in flight, from their first vertex until their token is accepted; and whether there is a frustum.
+        frustum, has_frustum = Signal(formats.frustum), Signal()
         begun_patch, leaves = Signal(), Signal()
         in_flight = Signal(range(2 * (TOKENS + self._config.icu.slots)))
         # Known a cycle after the last token, but in the cycle after the first vertex.
@@ -154,15 +153,8 @@ class IntersectionUnit(wiring.Component):
             m.d.sync += begun.eq(1)
         with m.If(settle_begins):
             m.d.sync += settle_begun.eq(1)
-        sections = [Signal(StructLayout({"section": formats.section, "tiles_across": formats.count}))
-                    for _ in range(BANKS)]
         with m.If(accepts):
-            m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), has_earlier.eq(has_frustum),
-                         begun.eq(0), settle_begun.eq(0)]
-            for bank, kept in enumerate(sections):
-                with m.If(memory.active == bank):
-                    m.d.sync += [kept.section.eq(self.i_frustum.payload.section),
-                                 kept.tiles_across.eq(self.i_frustum.payload.tiles_across)]
+            m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), begun.eq(0), settle_begun.eq(0)]
 
         # Tables.
         table = self.i_table
@@ -172,8 +164,8 @@ class IntersectionUnit(wiring.Component):
 
         # Setup and rays.
         # The ray memory cannot update and read the same bank.
-        request_now, read_now = self.i_read_out.valid & ~self.i_read_out.payload, Signal()
-        m.d.sync += read_now.eq(request_now | (read_out.busy & (read_out.bank == memory.active)))
+        read_now = Signal()
+        m.d.sync += read_now.eq(self.i_read_out.valid | (read_out.busy & (read_out.bank == memory.active)))
         is_screen = Signal()
         # The source of vertices may be on the other side of the chip.
         m.submodules.vertices = vertices = SkidBuffer(formats.patch_vertex)
@@ -215,12 +207,11 @@ class IntersectionUnit(wiring.Component):
         # Read-out and sums.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
-        bank = memory.active ^ self.i_read_out.payload
-        is_readable = has_frustum & Mux(self.i_read_out.payload, has_earlier, drained & read_now) & ~begins
+        is_readable = has_frustum & drained & read_now & ~begins
         m.d.sync += reads.eq(self.i_read_out.valid & is_readable & read_out.i.ready & ~reads)
-        m.d.comb += [read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(bank)]
-        for name in ("section", "tiles_across"):
-            m.d.comb += read_out.i.payload[name].eq(Mux(bank, sections[1][name], sections[0][name]))
+        m.d.comb += [
+            read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(memory.active),
+            read_out.i.payload.section.eq(frustum.section), read_out.i.payload.tiles_across.eq(frustum.tiles_across)]
         wiring.connect(m, read_out.o_read, memory.i_read)
         wiring.connect(m, memory.o_read, read_out.i_hit)
         found = read_out.o

@@ -56,7 +56,6 @@ def run(sections, *, seed=1, slow=5):
             read_out = ctx.get(dut.o_read_out.valid) and ctx.get(dut.o_read_out.ready)
             if read_out:
                 assert ctx.get(dut.i.ready), "the cast is over when its read-out begins"
-                assert ctx.get(dut.o_read_out.payload) == 0, "the present frustum is read out"
                 assert ctx.get(dut.clear), "the fault has been kept"
                 state, cleared = "idle", True
             else:

@@ -65,11 +65,11 @@ class UnitBench:
             await self._edge
         assert self.done.items[start:] == [int(patch) for patch in order], "tokens must come in the patches' order"
 
-    async def hits(self, section: Sector, *, previous: bool = False) -> FixedHits:
-        """Read out a frustum's section, and its sums into ``sums``."""
+    async def hits(self, section: Sector) -> FixedHits:
+        """Read out the section of the present frustum, and its sums into ``sums``."""
         rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
         start, first_sum = len(self.hit.items), len(self.sum.items)
-        await self.read_out.send([int(previous)])
+        await self.read_out.send([0])
         while len(self.hit.items) - start < rays:
             await self._edge
         assert len(self.sum.items) == first_sum, "sums must come after the hits"

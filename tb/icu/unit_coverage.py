@@ -59,9 +59,9 @@ class CoveredBench(UnitBench):
             "all rays issued": counters["issued"] == counters["visited"] > 0,
             "vertices wait": counters["waits_for_slot"] > 0, "no vertex waits": counters["waits_for_slot"] == 0})
 
-    async def hits(self, section: Sector, *, previous: bool = False):
+    async def hits(self, section: Sector):
         """See `UnitBench.hits`."""
-        found = await super().hits(section, previous=previous)
+        found = await super().hits(section)
         most, hit = self.config.icu.uv.high, found.patch >= 0
         COVERAGE.hit_all({
             "no hit": ~hit, "u smallest": hit & (found.u == 0), "u largest": hit & (found.u == most),
