@@ -5,7 +5,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.memory_map.layout import Field, Region
 
-__all__ = ["COMPLETION", "has_arrived", "lap", "parse_completions"]
+__all__ = ["COMPLETION", "has_arrived", "lap", "parse_completions", "patch_sources"]
 
 _LAP_BITS = 16
 COMPLETION = Region("completion", "job", "entry of the ring", "What became of a descriptor. It is written when all "
@@ -18,7 +18,7 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
     Field("tested", "u4", "counter `intersection_tested` of the cast"),
     Field("visited", "u4", "counter `intersection_visited`"),
     Field("steps", "u4", "counter `traversal_steps`"),
-    Field("found", "u4", "counter `memory_found`"),
+    Field("found", "u4", "counter `memory_found`: patches of the next four fields and of the patch store"),
     Field("own", "u4", "patches read from the cluster's own memory"),
     Field("remote", "u4", "patches from other clusters"),
     Field("hits", "u4", "patches from the cache that all clusters share"),
@@ -71,3 +71,24 @@ def parse_completions(data: bytes) -> np.ndarray:
     if len(data) % size:
         raise InputError(f"completions: Bytes must be a multiple of {size}, not {len(data)}")
     return np.frombuffer(data, dtype=COMPLETION.dtype)
+
+
+def patch_sources(records: np.ndarray) -> dict[str, np.ndarray]:
+    """Patches of each section by source: ``own``, ``kept``, ``remote``, ``hits``, ``misses``.
+
+    The patch store's, ``kept``, are those found that have no other source. So the numbers are those of sections without
+    an error.
+
+    Parameters
+    ----------
+    records
+        N records of `COMPLETION`.
+
+    Returns
+    -------
+    dict
+        N int64 for each source.
+    """
+    own, remote, hits, misses, found = (
+        records[name].astype(np.int64) for name in ("own", "remote", "hits", "misses", "found"))
+    return {"own": own, "kept": found - own - remote - hits - misses, "remote": remote, "hits": hits, "misses": misses}

@@ -7,6 +7,7 @@ import numpy as np
 
 from golden.cast.fixed_hits import FixedHits
 from golden.config import Config
+from golden.jobs.completion import patch_sources
 from golden.jobs.descriptor import Kind
 from golden.jobs.job import Job, Read
 from golden.jobs.load_regions import region_bits
@@ -15,8 +16,8 @@ from golden.noc.packing import reply_flits, request_flits
 from hw.cluster import COUNTERS, RECORDED
 from hw.ctu.ctu_formats import GRID_GROUP
 
-__all__ = ["OF_CACHES", "SHARED_COUNTERS", "SINCE_RESET", "FrustumResult", "JobCycles", "JobResult", "cluster_counters",
-           "frustum_results", "loads_scene"]
+__all__ = ["KEPT", "OF_CACHES", "SHARED_COUNTERS", "SINCE_RESET", "FrustumResult", "JobCycles", "JobResult",
+           "cluster_counters", "frustum_results", "loads_scene"]
 
 # Registers that count for the whole machine, beside the counters of each cluster; those of caches begin with a load of
 # the scene.
@@ -24,6 +25,8 @@ OF_CACHES = ("cell_hits", "cell_misses", "patch_hits", "patch_misses")
 SHARED_COUNTERS = ("flits", "flit_stalls", *OF_CACHES)
 # Counters of a cluster that the machine does not clear when a section begins.
 SINCE_RESET = ("memory_answered", "memory_stalls")
+# The counter that completion records have no field for: it follows from the others.
+KEPT = "memory_kept"
 # Cycle counters wrap.
 _WORD = 1 << 32
 
@@ -101,7 +104,7 @@ class JobResult:
         The cycles of the job.
     counters
         Of each cluster, for the whole job: `hw.cluster.COUNTERS` if no cluster has cast more than one section, else
-        those that completion records have, and `SINCE_RESET`.
+        those that completion records have, `KEPT`, and `SINCE_RESET`.
     shared
         `SHARED_COUNTERS` of the job; those of caches since its last load of a scene, if there is one.
     """
@@ -177,12 +180,14 @@ def cluster_counters(job: Job, records: np.ndarray, now: list[Mapping[str, int]]
     """
     casts = records[job.descriptors["kind"][records["tag"]] == Kind.FRUSTUM]
     own = [casts[casts["cluster"] == cluster] for cluster in range(len(now))]
-    names = tuple(COUNTERS) if all(len(one) <= 1 for one in own) else ("cycles", *RECORDED.values(), *SINCE_RESET)
+    names = tuple(COUNTERS) if all(len(one) <= 1 for one in own) else (
+        "cycles", *RECORDED.values(), KEPT, *SINCE_RESET)
     summed = {"cycles": "cycles"} | {counter: name for name, counter in RECORDED.items()}
     found = []
     for sections, read, earlier in zip(own, now, before, strict=True):
         values = {name: (read[name] if len(sections) else 0) for name in names}
         values |= {counter: int(sections[name].sum()) for counter, name in summed.items()}
+        values[KEPT] = int(patch_sources(sections)["kept"].sum())
         values |= {name: (read[name] - earlier[name]) % _WORD for name in SINCE_RESET}
         found.append(values)
     return found

@@ -63,7 +63,7 @@ def rows_of(scene: str, found: dict[int, dict]) -> tuple[list[str], list[str]]:
             f"| {one['cold']} | {one['cast_cycles']} | {bound['traversal']} | {bound['intersection']} "
             f"| {bound['patches']} | {one['of_bound']:.2f} | {one['efficiency']:.3f} "
             f"| {lowest:.3f} | {speedup:.2f} | {most:.2f} | {one['tests_per_ray']:.2f} | {one['edrc']:.1f} "
-            f"| {sources['own']} | {sources['remote']} | {sources['hits']} | {sources['misses']} |")
+            f"| {sources['own']} | {sources['kept']} | {sources['remote']} | {sources['hits']} | {sources['misses']} |")
         stalls.append(f"| {scene} | {clusters} | {one['cast_cycles']} | " + " | ".join(
             str(max(each[name] for each in one["each"])) for name in STALLS) + " |")
     return cycles, stalls
@@ -99,11 +99,11 @@ def main(scenes, output, clusters, cell, rays, latency, preset, assignments) -> 
         "Job: from the doorbell to the last result, of the first frustum. Cold: its cast. Warm: the third "
         "cast of the same frustum. Bound: traversal (steps per pipeline, cells met, grid rays sent, or eighths of "
         "those looked at), intersection (tests), four cycles per patch, each of the busiest cluster. Patches: in the "
-        "cluster's own memory, of another cluster, in the cache, in main memory.", "",
+        "cluster's own memory, in its patch store, of another cluster, in the cache, in main memory.", "",
         "| scene | clusters | cell | job | load | cold | warm | traversal | intersection | patches | bound : warm "
-        "| efficiency | lowest | speedup | by the bound | tests per ray | tests per patch | own | remote | cache "
-        "| main |",
-        "|---" * 21 + "|", *(line for cycles, _ in rows for line in cycles), "",
+        "| efficiency | lowest | speedup | by the bound | tests per ray | tests per patch | own | store "
+        "| remote | cache | main |",
+        "|---" * 22 + "|", *(line for cycles, _ in rows for line in cycles), "",
         "Cycles in which something waited, of the cluster with most of them:", "",
         f"| scene | clusters | warm | {' | '.join(name.replace('_', ' ') for name in STALLS)} |",
         "|---" * (3 + len(STALLS)) + "|", *(line for _, stalls in rows for line in stalls)])

@@ -10,6 +10,7 @@ from golden.cast.fixed_hits import FixedHits
 from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.frustum import FrustumRecord, Hemisphere, hemisphere_record
+from golden.jobs.completion import patch_sources
 from golden.jobs.descriptor import Kind
 from golden.jobs.job import PhaseRequest
 from golden.jobs.phase_request import phase_request
@@ -177,7 +178,7 @@ class JobRun:
     @property
     def patches(self) -> dict[str, int]:
         """Patches that the clusters have read, by source."""
-        return {name: self._total(name) for name in ("own", "remote", "hits", "misses")}
+        return {name: int(count.sum()) for name, count in patch_sources(self.sections).items()}
 
     @property
     def efficiency(self) -> float:
@@ -188,7 +189,7 @@ class JobRun:
     def bounds(self) -> dict[str, int]:
         """Least cycles, as if all clusters had equal shares: a test a cycle, a patch in four, a beat a cycle."""
         return {"tests": -(-self.tests // self.clusters),
-                "patches": -(-4 * sum(self.patches.values()) // self.clusters),
+                "patches": -(-4 * self._total("found") // self.clusters),
                 "memory": max(self.read_beats, self.written_beats)}
 
     @property

@@ -28,7 +28,7 @@ from hw.host import EngineError
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from hw.simulator.job_result import OF_CACHES, SHARED_COUNTERS, SINCE_RESET, JobCycles, cluster_counters
+from hw.simulator.job_result import KEPT, OF_CACHES, SHARED_COUNTERS, SINCE_RESET, JobCycles, cluster_counters
 from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
 from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
@@ -119,7 +119,8 @@ def test_counters_are_those_of_the_job():
         assert one["traversal_cells"] == 7 + number
     # One of them casts both, the other none: what it has counted before does not count.
     each = cluster_counters(job, records_of(job, (1, 0, 0, 50, 60), (2, 0, 0, 70, 90)), now, before)
-    assert [set(one) for one in each] == [{"cycles", *RECORDED.values(), *SINCE_RESET}] * 2
+    assert [set(one) for one in each] == [{"cycles", *RECORDED.values(), KEPT, *SINCE_RESET}] * 2
+    assert [one[KEPT] for one in each] == [3, 0], "no other source has served the patches found"
     assert [one["intersection_tested"] for one in each] == [300, 0]
     assert [one["cycles"] for one in each] == [120, 0]
     each = cluster_counters(job, records_of(job, (1, 0, 0, 50, 60)), now, before)

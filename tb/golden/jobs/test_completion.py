@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.errors import InputError
-from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completions
+from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completions, patch_sources
 
 
 def test_bytes_are_where_the_specification_says():
@@ -47,3 +47,12 @@ def test_a_host_that_polls_sees_each_completion_once_it_is_written(bits):
 def test_a_ring_of_no_power_of_two_is_refused(entries):
     with pytest.raises(InputError, match=f"power of two, not {entries}"):
         has_arrived(np.zeros(entries, dtype=COMPLETION.dtype), 0)
+
+
+def test_what_no_other_source_has_served_is_from_the_patch_store():
+    records = np.zeros(2, dtype=COMPLETION.dtype)
+    for name, counts in {"found": (30, (1 << 32) - 1), "own": (9, 0), "remote": (8, 1), "hits": (5, 0),
+                         "misses": (1, 0)}.items():
+        records[name] = counts
+    assert {name: counts.tolist() for name, counts in patch_sources(records).items()} == {
+        "own": [9, 0], "kept": [7, (1 << 32) - 2], "remote": [8, 1], "hits": [5, 0], "misses": [1, 0]}

@@ -35,7 +35,7 @@ def run_of(spec=SPEC, *, clusters=1, length=1000):
     for number, one in enumerate(records[1:]):
         begin = BEGIN + 310 + number // clusters * (length + 50)
         one["cluster"], one["begin"], one["cycles"] = number % clusters, begin % (1 << 32), length
-        one["end"], one["tested"], one["own"] = (begin + length + 100) % (1 << 32), 900, 20
+        one["end"], one["tested"], one["own"], one["found"] = (begin + length + 100) % (1 << 32), 900, 20, 24
     return JobRun(prepared=prepared, config=config, loads=records[:1], sections=records[1:], read_beats=80,
                   written_beats=90, checked=True)
 
@@ -50,8 +50,9 @@ def test_counts_of_a_job_beyond_the_wrap_of_the_counter():
     run = run_of()
     assert run.cycles == 310 + 5 * 1050 + 1100
     assert (run.load_cycles, run.frustum_cycles, run.cast_cycles) == (300, 1000, 6000)
-    assert (run.tests, run.patches["own"], run.rays) == (5400, 120, 6 * 64)
-    assert run.bounds == {"tests": 5400, "patches": 480, "memory": 90}
+    assert (run.tests, run.rays) == (5400, 6 * 64)
+    assert run.patches == {"own": 120, "kept": 24, "remote": 0, "hits": 0, "misses": 0}
+    assert run.bounds == {"tests": 5400, "patches": 576, "memory": 90}
     assert run.bound == "tests"
     assert run.efficiency == pytest.approx(5400 / run.cycles)
 
@@ -61,7 +62,7 @@ def test_rows_compare_with_one_cluster():
     one, two = (dict(zip(jobs.HEAD, row, strict=True)) for row in rows_of(scene))
     assert (one["cycles"], two["cycles"]) == (6660, 310 + 2 * 1050 + 1100)
     assert (one["speedup"], two["speedup"]) == ("1.00", f"{6660 / 3510:.2f}")
-    assert (two["tests"], two["patches"], two["cast"]) == (2700, 240, 3000)
+    assert (two["tests"], two["patches"], two["cast"]) == (2700, 288, 3000)
     assert jobs.mean_row(scene)[4:7] == [800, 1000, "1.250"]
 
 
