@@ -22,14 +22,17 @@ ErrorCode = enum.Enum("ErrorCode", {
     **{name: ENGINE + k for k, name in enumerate(_OWN)}})
 ABOUT = {
     "NONE": "no error",
-    "READ_OUTSIDE": "an address outside the window of reads, or no multiple of a beat",
-    "WRITE_OUTSIDE": "the same of writes",
-    "READ_REPLY": "main memory has answered a read with an error",
-    "WRITE_REPLY": "the same of a write",
-    "READ_TIMEOUT": "main memory has not answered a read",
-    "WRITE_TIMEOUT": "the same of a write",
-    "READ_PROTOCOL": "main memory has answered no outstanding request, or with too many or too few beats",
-    "WRITE_PROTOCOL": "the same of answers to writes",
+    "READ_OUTSIDE": "an address outside the window of reads, or no multiple of a beat; of a load or of the ring",
+    "WRITE_OUTSIDE": "an address outside the window of writes, or no multiple of a beat; of a completion record",
+    "READ_REPLY": "main memory has answered a read with an error; of a section any error of a read, an address outside "
+                  "the window too",
+    "WRITE_REPLY": "main memory has answered a write with an error; of a section any error of a write, an address "
+                   "outside the window too",
+    "READ_TIMEOUT": "main memory has not answered a read; of a load or of the ring",
+    "WRITE_TIMEOUT": "main memory has not answered a write; of a completion record",
+    "READ_PROTOCOL": "main memory has answered no outstanding read, or with too many or too few beats; of a load or of "
+                     "the ring",
+    "WRITE_PROTOCOL": "main memory has answered no outstanding write; of a completion record",
     "IMAGE": "there is no image, or one of another version",
     "REGION": "a region outside the image, not at a multiple of 64, or of a length that it must not have",
     "POINTER": "a record points outside the table that it points into",
