@@ -212,8 +212,8 @@ class Host:
         Raises
         ------
         EngineError
-            The queue has halted; the error names the descriptor that has caused it, if there is one. The records of
-            what was in flight are in the ring, see `collect`.
+            The queue has halted; the error names the descriptor that has caused it, if there is one, and a completion
+            record that cannot be written. The records of what was in flight are in the ring, see `collect`.
         EngineTimeoutError
             It takes longer.
         """
@@ -233,18 +233,24 @@ class Host:
                 raise EngineTimeoutError(f"the machine has completed {len(records)} of {count} descriptors, and none "
                                          f"for {idle} cycles")
             status = await self.status()
-            if status["halted"] and not status["busy"]:
+            # A record that cannot be written stays in flight until a resume.
+            if status["halted"] and not status["stops"] and (status["unwritten"] or not status["busy"]):
                 raise await self._error(job, records)
             await self._port.wait(POLL)
         return np.array(records, dtype=COMPLETION.dtype)
 
     async def _error(self, job=None, records=()):
-        """That of the machine; of a job it names the descriptor that has ended in the same error."""
-        code, work = ErrorCode(await self.read("error")), ""
+        """That of the machine; of a job it names the descriptor that has ended in the same error, and a record that
+        cannot be written.
+        """
+        code, work = ErrorCode(await self.read("error")), []
         for record in [*records, *await self._arrived(job)] if job else []:
             if record["error"] == code.value and record["tag"] < len(job.sections):
-                work = job.name(int(record["tag"]))
-        return EngineError(code, await self.read("error_cluster"), await self.read("error_address"), work=work)
+                work = [job.name(int(record["tag"]))]
+        if (await self.status())["unwritten"]:
+            work.append(f"completion record {await self.read('completed')} cannot be written")
+        return EngineError(code, await self.read("error_cluster"), await self.read("error_address"),
+                           work=", ".join(work))
 
     async def command(self, *names: str) -> None:
         """One of the register ``command``, and ``copies`` of a resume."""

@@ -13,7 +13,7 @@ __all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATES", "S
 # ``status``.
 COMMANDS = ("stop", "clear", "resume")
 COPIES = len(COMMANDS)
-STATUS = ("busy", "loading", "halted", "stops", "loaded", "failed")
+STATUS = ("busy", "loading", "halted", "stops", "loaded", "failed", "unwritten")
 # By state: what it does, and what it waits for before the next state.
 STATES = {
     "run": "descriptors are taken",
@@ -306,8 +306,8 @@ class JobControl:
             takes_load=state == "run" and not load and not waits,
             load=load.given if offers else None,
             record=self._record(given), tag=section[0].tag if section and self._live else None, taken=self._taken,
-            status=dict(zip(STATUS, (busy, reads, halted, state == "stop", self._loaded, bool(self._error)),
-                            strict=True)),
+            status=dict(zip(STATUS, (busy, reads, halted, state == "stop", self._loaded, bool(self._error),
+                                     given.unwritten), strict=True)),
             error=self._error, enabled=self._enabled, pending=self._pending, takes=takes, ring=self._kept.ring,
             completions=self._kept.completions, ring_bits=self._kept.ring_bits)
 

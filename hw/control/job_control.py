@@ -420,7 +420,7 @@ class JobControl(wiring.Component):
         values = {
             "busy": ~free | state["stop"] | self._resuming | (self._live & ~even), "loading": self._reads,
             "halted": self._is_halted, "stops": state["stop"], "loaded": self.loaded,
-            "failed": self.error.code != ErrorCode.NONE}
+            "failed": self.error.code != ErrorCode.NONE, "unwritten": self.unwritten}
         for k, field in enumerate(register("status").fields):
             m.d.comb += self.status[k].eq(values[field.name])
         enable, pending = self.interrupt_value

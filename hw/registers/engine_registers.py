@@ -30,13 +30,14 @@ ENGINE_REGISTERS = (
         _flag("clear", "clears the error"),
         _flag("resume", "of a halted queue: loads all regions of the image at `image`, then the queue goes on"),
         _flag("copies", "no command: the load of `resume` gives the tables of cluster 0 to all clusters"))),
-    Register(name="status", access=Access.READ, width=6, about="State of the machine.", fields=(
+    Register(name="status", access=Access.READ, width=7, about="State of the machine.", fields=(
         _flag("busy", "a descriptor is in flight, or waits in a queue that is not halted"),
         _flag("loading", "tables are being read"),
         _flag("halted", "no descriptor is taken until `command.resume`"),
         _flag("stops", "units are in reset until main memory has answered"),
         _flag("loaded", "all regions have been loaded, without an error since"),
-        _flag("failed", "`error` is not 0"))),
+        _flag("failed", "`error` is not 0"),
+        _flag("unwritten", "a completion record cannot be written; `command.resume` writes it again"))),
     Register(name="ring", access=Access.WRITE, width=64, about=f"Address of the descriptors' ring, a multiple of 64. "
              f"{_TAKEN}"),
     Register(name="completions", access=Access.WRITE, width=64, about="Address of the completion records' ring, a "

@@ -38,7 +38,8 @@ An error of a descriptor is in its completion record, its results are undefined,
 halt the queue: the first one stays in `error` until `command.clear`. [The engine](engine.md) has the rules. A queue
 that has halted is idle when `status.busy` is 0: no interrupt reports the end of a reset. Then write the address of an
 image into `image`, and `command.resume`; or write `taken` into `doorbell` before, which drops the descriptors that are
-left. After an error of a load, load all regions again (`status.loaded`).
+left. After an error of a load, load all regions again (`status.loaded`). While `status.unwritten` is 1 `status.busy`
+stays 1: write an address into `completions` that can be written, if the ring is the cause, then `command.resume`.
 
 After `READ_TIMEOUT` all reads end as errors until all late beats have arrived: a load that begins before fails with
 `READ_REPLY`. Repeat the load until it ends without an error. If a burst never ends, no load succeeds: reset the machine

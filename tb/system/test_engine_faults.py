@@ -12,6 +12,7 @@ from golden.ctu.sector import Sector
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import REGIONS
 from golden.memsys.reference_strings import ReferenceStrings
+from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
 from hw.simulator.simulated_port import complete
 from tb.lib.seed import SEED
@@ -214,10 +215,30 @@ def test_rings_that_memory_refuses(clusters, ring):
         code = ErrorCode.READ_REPLY if ring == "ring" else ErrorCode.WRITE_REPLY
         assert machine(machine.host.read("error")) == code.value
         assert machine(machine.host.read("error_address")) == address
+        assert machine(machine.host.status())["unwritten"] == (ring == "completions")
         machine.port.fault()
         records = [*machine(machine.host.collect(job)), *machine.resumed()]
         machine.check(np.array(records), codes(records))
         assert {*codes(records).values()} <= {ErrorCode.ABORTED, ErrorCode.NONE}
+        sound(machine)
+
+
+@pytest.mark.parametrize("clusters", CLUSTERS)
+def test_a_run_whose_records_cannot_be_written_is_an_error(clusters):
+    """Soon, and with the record's number; of an earlier error with that, and with the number."""
+    job = planned(clusters, cornell(clusters, points=POINTS[:4]))
+    with JobMachine(job) as machine:
+        for watchdog, message in ((1 << 20, "^completion record 2 cannot be written: WRITE_REPLY: main memory "),
+                                  (200, r"^completion record \d+ cannot be written: WATCHDOG: ")):
+            machine.begin()
+            first = machine(machine.host.read("completed"))
+            machine.port.fault(first=job.completion(first + 2 if watchdog > 200 else first), size=64)
+            machine(machine.host.write("watchdog", watchdog))
+            with pytest.raises(EngineError, match=message):
+                machine.run(timeout=1 << 16)
+            machine(machine.host.write("watchdog", 1 << 20))
+            machine.port.fault()
+            machine.resumed()
         sound(machine)
 
 

@@ -186,6 +186,25 @@ def test_a_queue_that_halts_by_itself_is_an_error(port):
     assert port.waited == 3 * POLL
 
 
+def test_a_record_that_cannot_be_written_is_an_error_at_once(port):
+    """The queue has halted and stays busy; while units are in reset the error is not complete."""
+    host, port.speed = begun(port), 0
+    for name, value in ("error", ErrorCode.WRITE_REPLY.value), ("error_address", 64):
+        port.set(name, value)
+    original = port.wait
+
+    async def wait(cycles):
+        await original(cycles)
+        port.set("status", register("status").pack(
+            halted=1, failed=1, busy=1, unwritten=1, stops=port.waited < 3 * POLL))
+
+    port.wait = wait
+    with pytest.raises(EngineError, match=rf"^completion record {BEFORE} cannot be written: WRITE_REPLY: main memory "
+                       r"has answered a write with .* \(cluster 0, at 0x40\)$"):
+        run(host.run(job()))
+    assert port.waited == 3 * POLL
+
+
 def test_records_with_errors_are_a_line_each():
     records = np.zeros(4, COMPLETION.dtype)
     records["tag"], records["cluster"] = [0, 2, 3, 1], [0xFF, 1, 0, 1]
