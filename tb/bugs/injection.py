@@ -19,9 +19,14 @@ import click
 __all__ = ["apply", "main", "near_tests", "read_list"]
 
 BUILD = Path("build") / "bugs"
+# What runs after the tests near a bug, so that most bugs meet the tests of whole machines before all others.
+WHOLE = ["tb/system", "tb"]
 KEYS = {"id", "class", "file", "old", "new", "does"}
 # Exit codes of pytest with which tests notice a bug: a failure, or an error while the tests are collected.
 NOTICED = (1, 2, 3)
+# The exit code of pytest when the options leave none of the tests.
+NONE_SELECTED = 5
+NO_END, UNNAMED = "no end within", "pytest"
 
 
 def read_list(path: Path) -> dict[str, dict[str, str]]:
@@ -58,16 +63,18 @@ def apply(bug: dict[str, str], root: Path, *, write: bool = True) -> None:
 
 
 def near_tests(file: str, root: Path) -> list[str]:
-    """The tests of a file's folder: ``tb/icu`` of ``hw/icu/sbb.py``, ``tb/golden/ctu`` of ``golden/ctu/unit.py``; of a
-    folder without tests those of the folder above it. What lies in ``hw`` itself is the whole machine: ``tb/system``.
+    """The tests nearest to a file, in the order in which they run: ``tb/icu/test_sbb.py`` of ``hw/icu/sbb.py`` if it
+    exists, then its folder. Of a folder without tests it is the folder above it, of what only whole machines test
+    ``tb/system``.
     """
-    folder = Path(file).parent
-    if folder == Path("hw"):
-        return ["tb/system"]
-    folder = Path("tb", *folder.parts[folder.parts[:1] == ("hw",):])
-    while not list((root / folder).rglob("test_*.py")):
+    source = Path(file)
+    folder = Path("tb", *source.parent.parts[source.parts[:1] == ("hw",):])
+    while folder != Path("tb") and not list((root / folder).rglob("test_*.py")):
         folder = folder.parent
-    return [str(folder)]
+    if folder == Path("tb"):
+        folder = folder / "system"
+    own = folder / f"test_{source.stem}.py"
+    return [str(own), str(folder)] if (root / own).exists() else [str(folder)]
 
 
 def _commit_marks(root):
@@ -88,11 +95,12 @@ def _run(tree, tests, options, limit):
             output = process.communicate(timeout=limit)[0]
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
-            return f"no end within {limit:g} s", limit
-    if process.returncode not in (0, *NOTICED):
+            return f"{NO_END} {limit:g} s", limit
+    if process.returncode not in (0, NONE_SELECTED, *NOTICED):
         raise click.ClickException(f"no such tests: {' '.join(tests)}\n{output[-2000:]}")
     first = re.search(r"^(?:FAILED|ERROR) (\S.*?)(?: - |$)", output, re.M)
-    return ("" if process.returncode == 0 else first[1] if first else "pytest"), round(time.monotonic() - begin, 1)
+    noticed = process.returncode in NOTICED
+    return ("" if not noticed else first[1] if first else UNNAMED), round(time.monotonic() - begin, 1)
 
 
 def _git(*words, where=Path()):
@@ -120,38 +128,55 @@ def _page(bugs, state):
 @click.command()
 @click.argument("listed", metavar="LIST", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--ids", help="Inject only the bugs with these ids, separated by commas, even if they have a result.")
-@click.option("--tests", multiple=True, help="Run these tests.  [default: those of each bug's folder]")
-@click.option("--whole", is_flag=True, help="Run all of a commit's tests.")
+@click.option("--tests", multiple=True, help="Run these tests, in this order.  [default: each bug's own, its folder's]")
+@click.option("--whole", is_flag=True, help="Then run tb/system, then all other tests of a commit.")
 @click.option("--options", default="", help="Add options of pytest, for example '-n 2'.")
 @click.option("--limit", type=float, default=3600, help="Kill tests that still run after this many seconds.")
 def main(listed, ids, tests, whole, options, limit):
     """Inject the bugs of LIST that no test has killed yet, and write a table to out/bench/ under the name of the list.
 
-    Results so far stay in build/bugs, so a run that was stopped continues.
+    Results so far stay in build/bugs, so a run that was stopped continues. Bugs whose text is gone are reported at the
+    end; the exit code is then 1.
     """
     bugs, name = read_list(listed), listed.stem
     tree, commit = BUILD / name, _git("rev-parse", "--short", "HEAD")
     _reset(tree, commit)
     record = BUILD / f"{name}.json"
     state = json.loads(record.read_text()) if record.exists() else {}
-    options, todo = ["-m", _commit_marks(tree), *options.split()], {}
+    options, todo, stale, passes = ["-m", _commit_marks(tree), *options.split()], {}, [], set()
     for number in ids.split(",") if ids else bugs:
-        ran, known = ["tb"] if whole else list(tests) or near_tests(bugs[number]["file"], tree), state.get(number)
-        if ids or not (known and (known["by"] or known["tests"] == ran)):
-            apply(bugs[number], tree, write=False)
-            todo[number] = ran
-    for ran in {tuple(ran): None for ran in todo.values()}:
-        if failing := _run(tree, ran, options, limit)[0]:
-            raise click.ClickException(f"{failing} fails without a bug")
-    for number, ran in todo.items():
-        apply(bugs[number], tree)
+        near = list(tests) or near_tests(bugs[number]["file"], tree)
+        ran, known = list(dict.fromkeys([*near, *(WHOLE if whole else [])])), state.get(number)
         try:
-            by, seconds = _run(tree, ran, options, limit)
-        finally:
-            _reset(tree, commit)
-        state[number] = {"by": by, "seconds": seconds, "tests": ran, "commit": commit}
-        record.write_text(json.dumps(state, indent=1))
+            apply(bugs[number], tree, write=False)
+        except (ValueError, OSError) as error:
+            stale.append(str(error))
+            continue
+        if ids or not (known and (known["by"] or known["tests"] == ran)):
+            todo[number] = ran
+    for number, ran in todo.items():
+        known = state.get(number, {})
+        done = known["tests"] if known.get("commit") == commit and not ids else []
+        by, seconds = "", known["seconds"] if done else 0
+        for group in ran[len(done):]:
+            apply(bugs[number], tree)
+            try:
+                by, spent = _run(tree, [group, *(f"--ignore={one}" for one in done)], options, limit)
+            finally:
+                _reset(tree, commit)
+            seconds, done = round(seconds + spent, 1), [*done, group]
+            killer = by if ".py" in by else group
+            if by and killer not in passes:
+                if failing := _run(tree, [killer], options, limit)[0]:
+                    raise click.ClickException(f"{failing} fails without a bug")
+                passes.add(killer)
+            state[number] = {"by": by, "seconds": seconds, "tests": done, "commit": commit}
+            record.write_text(json.dumps(state, indent=1))
+            if by:
+                break
         click.echo(f"{number}: {f'killed by {by}' if by else 'SURVIVED'} in {seconds} s")
         page = Path("out") / "bench" / f"{name}.md"
         page.parent.mkdir(parents=True, exist_ok=True)
         page.write_text(_page(bugs, state))
+    if stale:
+        raise click.ClickException("\n".join([f"{len(stale)} of {len(bugs)} bugs no longer fit:", *stale]))

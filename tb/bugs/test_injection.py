@@ -1,5 +1,6 @@
 """Bugs are applied one at a time, exactly once, and their results stay."""
 
+import json
 import subprocess
 
 import pytest
@@ -24,6 +25,7 @@ def project(tmp_path, monkeypatch):
     files = {
         "golden/__init__.py": "", "golden/sums.py": "def total(a, b):\n    return a + b\n",
         "tb/golden/test_sums.py": "from golden.sums import total\n\n\ndef test_total():\n    assert total(3, 1) == 4\n",
+        "tb/system/test_machine.py": "from golden import sums\n\n\ndef test_zero():\n    assert not sums.total(0, 0)\n",
         "Makefile": "test: lint ## fast\n\t@echo tests\n\tpytest -n 2 -m \"not nightly\"\n",
         "pytest.ini": "[pytest]\nmarkers = nightly\n", ".gitignore": "build/\nout/\n"}
     for name, text in files.items():
@@ -53,11 +55,20 @@ def test_a_bug_is_killed_and_one_that_changes_nothing_survives(project):
     assert run(project, GOOD, "--whole").output.startswith("order: SURVIVED")
 
 
+def test_the_tests_of_whole_machines_follow_those_near_a_bug(project):
+    late = BUG.format(id="late", old="a + b", new="a + b + (a == 0)")
+    assert "late: SURVIVED" in run(project, late).output
+    assert "late: killed by tb/system/test_machine.py::test_zero" in run(project, late, "--whole").output
+    tests = json.loads((project / "build/bugs/list.json").read_text())["late"]["tests"]
+    assert tests == ["tb/golden/test_sums.py", "tb/golden", "tb/system"]
+
+
 @pytest.mark.parametrize("old", ["a * b", "a"])
-def test_a_text_that_is_not_in_the_file_once_is_refused(project, old):
-    refused = run(project, BUG.format(id="x", old=old, new="b"))
-    assert isinstance(refused.exception, ValueError)
-    assert not (project / "build/bugs/list.json").exists()
+def test_a_text_that_is_not_in_the_file_once_is_reported_and_the_others_run(project, old):
+    result = run(project, BUG.format(id="x", old=old, new="b") + GOOD)
+    assert result.exit_code == 1
+    assert "minus: killed" in result.output
+    assert "1 of 3 bugs no longer fit:\nText of bug x must be in golden/sums.py once" in result.output
 
 
 def test_tests_that_fail_without_a_bug_are_refused(project):
@@ -76,4 +87,10 @@ def test_ids_differ_and_fields_are_complete(project):
 
 def test_tests_of_a_folder_without_any_are_those_above(project):
     assert near_tests("golden/ctu/unit.py", project) == ["tb/golden"]
-    assert near_tests("hw/engine.py", project) == ["tb/system"]
+    assert near_tests("golden/sums.py", project) == ["tb/golden/test_sums.py", "tb/golden"]
+
+
+@pytest.mark.parametrize("file", ["hw/machine.py", "hw/simulator/port.py", "hw/engine.py"])
+def test_what_has_no_folder_is_tested_with_whole_machines(project, file):
+    own = ["tb/system/test_machine.py"] if file == "hw/machine.py" else []
+    assert near_tests(file, project) == [*own, "tb/system"]
