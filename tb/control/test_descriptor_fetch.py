@@ -114,10 +114,12 @@ def test_near_cells_that_are_not_read(fetch, fields):
 
 
 def test_replies_never_wait(fetch):
-    """Nobody takes a word for long: all requests are answered in the meantime, and only so many are made."""
+    """Nobody takes a word for long, then for a while none of near cells: all requests are answered in the meantime, and
+    only so many are made.
+    """
     draw = random.Random(8)
     ones = [descriptor(fetch.config, draw, near_count=300) for _ in range(8)]
-    found = fetch.run(ones, stalls=[2000])
+    found = fetch.run(ones, stalls=[2000, *[0] * (DESCRIPTOR_WORDS + 4), 200])
     cycles = fetch.bench.cycles
     early = [cycle for cycle in cycles["o_request"] if cycle < cycles["o"][0]]
     answered = [cycle for cycle in cycles["i_reply"] if cycle < cycles["o"][0]]

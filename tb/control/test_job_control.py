@@ -3,6 +3,7 @@
 import random
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -107,6 +108,20 @@ def test_the_culprit_has_its_own_code(benches):
         error = next(said.error for _, said in found if said.error)
         assert all((record.code, record.cluster) == (error.code, error.cluster) for record in blamed)
     assert set(codes) == {"NONE", "ABORTED", "PATH_TIMEOUT", "NETWORK_ORDER"}
+
+
+def test_the_culprit_after_a_stop(benches):
+    """Sections that had not begun when they were aborted change nothing of who is blamed later."""
+    codes, both = Counter(), False
+    for seed in range(8):
+        event = ("timeout", "network")[seed % 2]
+        found, around = check(benches, Plan(seed=seed, nodes=1 + seed % 2, cycles=260, slowest=30, events={
+            50 + 3 * seed: "stop", 160 + seed: event}))
+        codes.update(record.code for record in around.records)
+        both |= sum(said.stops and not before.stops for (_, before), (_, said) in pairwise(found)) == 2
+    assert both
+    assert codes["PATH_TIMEOUT"]
+    assert codes["NETWORK_ORDER"]
 
 
 @pytest.mark.parametrize("nodes", NODES)

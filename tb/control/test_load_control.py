@@ -107,6 +107,27 @@ def test_a_fault_of_copies():
     assert (len(commands), overs) == (1, [Fault.SIZE])
 
 
+def test_the_load_after_a_fault_begins_with_the_shared_tables():
+    """Also if the fault was in the tables of a cluster."""
+    dut, commands, overs = LoadControl(config=CONFIG), [], []
+
+    async def bench(ctx):
+        ctx.set(dut.i.payload, {"image": 64, "regions": ALL, "copies": 0})
+        for always in dut.i.valid, dut.o_command.ready, dut.i_done.valid, dut.stored:
+            ctx.set(always, 1)
+        while len(overs) < 2:
+            if ctx.get(dut.o_command.valid):
+                commands.append((ctx.get(dut.o_command.payload.cluster), ctx.get(dut.o_command.payload.regions)))
+            ctx.set(dut.i_done.payload.code, Fault.POINTER if len(commands) == 3 else Fault.NONE)
+            if ctx.get(dut.o_over.valid):
+                overs.append(Fault(ctx.get(dut.o_over.payload.code)))
+            await ctx.tick()
+
+    run(dut, bench)
+    whole = [(0, ALL & ~OWN), *((k, ALL & OWN) for k in range(CLUSTERS))]
+    assert (commands, overs) == (whole[:3] + whole, [Fault.POINTER, Fault.NONE])
+
+
 def test_latency():
     dut, found = LoadControl(config=CONFIG), []
 

@@ -248,6 +248,29 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
     assert bench.held, "the scan of the tiles must stall"
 
 
+def test_what_lies_behind_column_0():
+    """Of a window that goes round all squares count, whichever of its rows they are in."""
+    case = Case(config_of({"ctu.pyramid_levels": 2}), 11, screen=False, whole=True)
+    columns, rows = case.record.columns, case.record.rows
+    firsts = {ray: int(grid.first_column.ravel()[number]) for ray, (grid, number) in case.requested.items()}
+    coverage = Coverage(["goes on by what lies behind column 0"])
+
+    async def test(ctx, bench):
+        for row in range(0, rows, rows // 4):
+            codes = np.full((rows, columns), 255)
+            codes[row, 0] = 0
+            case.write(codes)
+            await bench.swept(ctx)
+            expected = case.expected()
+            assert await bench.send(ctx, case.items) == expected
+            coverage.hit("goes on by what lies behind column 0", [
+                one and case.thresholds[case.requested[ray][0].shell] < 256 and firsts[ray] > columns // 2
+                for ray, one in expected.items()])
+
+    Bench(case).run(test)
+    coverage.check()
+
+
 @pytest.mark.parametrize("levels", [1, 2, 3])
 def test_rates_after_the_latency(levels):
     """A group per cycle, or a ray of a live group; and after the latency a ray alone."""

@@ -3,6 +3,7 @@
 from itertools import pairwise
 from random import Random
 
+from amaranth.sim import Simulator
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -129,3 +130,40 @@ def test_nothing_is_requested_while_beats_are_discarded():
     assert came == {"o_request": [], "o_data": []}
     assert {b - a for a, b in pairwise(BENCH.cycles["i"])} == {1}
     assert set(BENCH.history["idle"]) == {1}
+
+
+def test_an_offer_stays_while_beats_are_discarded():
+    """It is accepted with its own beats; what waits behind it is dropped."""
+    dut, beats, sent = BeatWriter(config=CONFIG), beats_of(4, CONFIG, 30), []
+    (first, second, *_), (those, *_) = requests(beats, CONFIG), requests_of(beats)
+    assert first != second
+
+    async def bench(ctx):
+        for beat in beats:
+            ctx.set(dut.i.valid, 1)
+            ctx.set(dut.i.payload, beat)
+            await ctx.tick()
+        ctx.set(dut.i.valid, 0)
+        ctx.set(dut.o_data.ready, 1)
+        for _ in range(4):
+            offer = dut.o_request.payload
+            assert (ctx.get(dut.o_request.valid), ctx.get(offer.address), ctx.get(offer.length)) == (
+                1, first["address"], first["length"])
+            await ctx.tick()
+            ctx.set(dut.discard, 1)
+        ctx.set(dut.o_request.ready, 1)
+        await ctx.tick()
+        for _ in range(len(beats) + 2):
+            assert not ctx.get(dut.o_request.valid)
+            *_, valid, data, strobe = await ctx.tick().sample(
+                dut.o_data.valid, dut.o_data.payload.data, dut.o_data.payload.strobe)
+            sent.extend([{"data": data, "strobe": strobe}] * valid)
+        ctx.set(dut.i_written.valid, 1)
+        await ctx.tick()
+        assert ctx.get(dut.idle)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert sent == [strobed(beat, CONFIG) for beat in those]

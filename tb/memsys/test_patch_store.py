@@ -217,6 +217,9 @@ def test_a_frame_in_use_is_not_renewed():
     others = [2 + FRAMES * (k % 3 + 1) for k in range(KEPT_OF - 1)]
     run = Run([2, *others, 2, 1, 2 + 4 * FRAMES, 2 + 4 * FRAMES, 2], spread=60, gap=0)
     assert run.fetched == [2, *others, 1, 2 + 4 * FRAMES, 2]
+    # The last requests of what is replaced are in flight still.
+    run = Run([2, *others, 2, 2, 2 + 4 * FRAMES, 2 + 4 * FRAMES, 2], spread=60, gap=0)
+    assert run.fetched == [2, *others, 2 + 4 * FRAMES, 2]
 
 
 def test_a_scene_larger_than_the_store_keeps_its_share():

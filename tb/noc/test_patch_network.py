@@ -54,6 +54,7 @@ def test_requests_without_reserved_entries_block_others(monkeypatch, simulator):
 
 @pytest.mark.parametrize("router_cycles", [1, 2])
 def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
+    """And stalls nowhere."""
     config = PRESETS["tiny"].replace({"noc.router_cycles": router_cycles, "noc.networks": "virtual"})
     network = PatchNetwork(config=config)
     simulator = Simulator(network)
@@ -70,6 +71,10 @@ def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
         assert ctx.get(network.o_request[1].valid)
         assert ctx.get(network.o_request[1].payload.node) == 0
         assert ctx.get(network.o_request[1].payload.patch) == 77
+        # Counters count what registers have seen.
+        await ctx.tick().repeat(4)
+        assert ctx.get(network.flits) > 0
+        assert ctx.get(network.stalls) == 0
 
     simulator.add_testbench(requester)
     simulator.run()

@@ -13,7 +13,6 @@ TESTED_IN = {
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
     "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
-    "hw/ctu/settle_sweep.py": ("tb/ctu/test_survival.py", "Survival"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
     "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
     "hw/ctu/traversal_start.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),

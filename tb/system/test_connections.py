@@ -19,6 +19,8 @@ from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import NEAR_INDEX
 from hw.engine import FETCH, PRELOAD, Engine
 from hw.lib.inspection import inspect
+from hw.memsys.image_layout import RegionNumber
+from hw.noc.network_fault import NetworkFault
 from tb.control.image_words import words
 from tb.golden.schedule.scenes import case
 from tb.icu.frustum_load import frustum_payload
@@ -85,6 +87,15 @@ class Connections:
 
 
 @pytest.fixture(scope="module")
+def made():
+    """A scene, and the image of a phase with one frustum."""
+    scene = case("cornell", rays=(64, 16), cell=0.25)
+    plan = schedule(scene.record, scene.geometry, scene.shelling.table, CONFIG, clusters=2, ratio=16)
+    return scene, plan, phase_image([scene.record], scene.geometry, scene.shelling.table, CONFIG, plan=plan,
+                                    weights=Hemisphere(64, 16).polar_weights)
+
+
+@pytest.fixture(scope="module")
 def cluster():
     """Cluster 1 of two."""
     return Connections(hw.cluster, UNITS, lambda: Cluster(config=CONFIG))
@@ -96,17 +107,14 @@ def engine():
     return Connections(hw.engine, BLOCKS, lambda: Engine(config=CONFIG))
 
 
-def test_units_begin_with_what_was_loaded(cluster):
+def test_units_begin_with_what_was_loaded(cluster, made):
     """The tables of the cluster, and the numbers of the section in its slot."""
-    made = case("cornell", rays=(64, 16), cell=0.25)
-    table = made.shelling.table
-    plan = schedule(made.record, made.geometry, table, CONFIG, clusters=2, ratio=16)
-    image = phase_image([made.record], made.geometry, table, CONFIG, plan=plan,
-                        weights=Hemisphere(64, 16).polar_weights)
+    scene, plan, image = made
+    record, table = scene.record, scene.shelling.table
     assert len(image.subshells(0)) != len(image.subshells(1)) > 0
     section = plan.partition.sections[1]
-    descriptor = frustum_descriptor(made.record, table, section=section)
-    near = near_cells(made.record, table, made.record.slopes).astype("<u4")
+    descriptor = frustum_descriptor(record, table, section=section)
+    near = near_cells(record, table, record.slopes).astype("<u4")
     sent = [*enumerate(np.frombuffer(descriptor.tobytes(), "<u8").tolist()),
             *((NEAR_INDEX, word) for word in np.frombuffer(np.pad(near, (0, len(near) % 2)).tobytes(), "<u8").tolist())]
     dut, (memory, intersection, traversal) = cluster.dut, (cluster.units[name] for name in UNITS)
@@ -144,11 +152,11 @@ def test_units_begin_with_what_was_loaded(cluster):
             await ctx.tick()
 
     cluster.simulate(bench)
-    frustum = frustum_payload(made.record, section, CONFIG)
+    frustum = frustum_payload(record, section, CONFIG)
     assert found["intersection"] == frustum
     assert found["traversal"] == {
-        "traversal": {"frustum": frustum, "to_global": made.record.to_global.tolist(),
-                      "grid_origin": table.position(made.record.origin).tolist(), "cells": table.shape.tolist()},
+        "traversal": {"frustum": frustum, "to_global": record.to_global.tolist(),
+                      "grid_origin": table.position(record.origin).tolist(), "cells": table.shape.tolist()},
         "last_shell": int(descriptor["last_shell"]),
         "subshells": {"first": 0, "count": len(image.subshells(1)), "patches": SCENE["patches"]}}
     assert [one["cell"] for one in cells if one["is_cell"]] == near.tolist()
@@ -202,5 +210,41 @@ def test_a_stop_ends_what_memory_has_accepted_and_nothing_else(engine):
             for name, unit in units.items():
                 if name == "Cluster":
                     assert ctx.get(unit.reset) == stops
+
+    engine.simulate(bench)
+
+
+def test_sections_may_have_the_shells_that_were_loaded(engine, made):
+    *_, image = made
+    units, regions = engine.units, 1 << RegionNumber.SHELLS.value
+
+    async def bench(ctx):
+        preload, load, control = (units[name] for name in ("PreloadDma", "LoadControl", "JobControl"))
+        for signal in load.i.ready, load.busy, control.o_load.valid:
+            ctx.set(signal, 1)
+        ctx.set(control.o_load.payload.regions, regions)
+        ctx.set(preload.shells["count"], len(image["shells"]))
+        await ctx.tick().repeat(2)
+        assert ctx.get(units["JobDispatch"].last_shell) == image.last_shell
+        # A load of other tables leaves them.
+        ctx.set(control.o_load.payload.regions, 0)
+        await ctx.tick()
+        ctx.set(preload.shells["count"], 1)
+        await ctx.tick().repeat(2)
+        assert ctx.get(units["JobDispatch"].last_shell) == image.last_shell
+
+    engine.simulate(bench)
+
+
+def test_a_fault_of_the_network_is_that_of_its_node(engine):
+    units = engine.units
+
+    async def bench(ctx):
+        network, control = units["PatchNetwork"], units["JobControl"]
+        for number, fault in (0, NetworkFault.ORDER), (1, NetworkFault.CHECK):
+            for node in range(2):
+                ctx.set(network.fault[node], fault if node == number else NetworkFault.NONE)
+            assert [ctx.get(control.networks[node]) for node in range(2)] == [
+                fault if node == number else NetworkFault.NONE for node in range(2)]
 
     engine.simulate(bench)

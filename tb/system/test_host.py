@@ -143,6 +143,20 @@ def test_other_descriptors_and_single_submissions(port):
     assert host.room(job()) == 8
 
 
+def test_records_that_come_while_the_host_reads(port):
+    """A record that is counted is read."""
+    host, read = begun(port), port.read
+
+    async def meanwhile(address):
+        if address == ADDRESSES["completed"]:
+            await port.wait(1)
+        return await read(address)
+
+    port.read = meanwhile
+    records = run(host.run(job()))
+    assert sorted(records["tag"]) == list(range(len(job().descriptors)))
+
+
 @pytest.mark.parametrize(("name", "message"), [("magic", "magic must be"), ("version", "version must be"),
                                                ("clusters", "clusters must be 0x2, not 0x7")])
 def test_another_machine_is_refused(port, name, message):

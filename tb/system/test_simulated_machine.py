@@ -76,6 +76,10 @@ def test_registers_and_counters_have_names_of_their_own():
     assert {*RECORDED.values(), *SINCE_RESET} <= set(COUNTERS)
 
 
+def test_a_field_of_a_record_has_the_name_of_its_counter():
+    assert [counter.partition("_")[2] for counter in RECORDED.values()] == [*RECORDED]
+
+
 def records_of(job, *casts, load=(0, 0)):
     """Completion records: (tag, cluster, begin, cycles, end) of sections, and begin and end of the load."""
     records = np.zeros(1 + len(casts), COMPLETION.dtype)

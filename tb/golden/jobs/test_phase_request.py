@@ -43,6 +43,15 @@ def test_a_single_frustum_is_cut_by_expected_work():
     assert request(hemispheres(1, type(RAYS)(16, 8)), CONFIG, clusters=16).clusters == 8
 
 
+def test_the_work_is_that_of_the_reference():
+    config = CONFIG.replace({"icu.rays": 1024})
+    first, other = hemispheres(4)[::3]
+    (of_first, of_other, referred) = (request([one], config, reference=reference).workload for one, reference in (
+        (first, None), (other, None), (first, other)))
+    assert np.array_equal(referred, of_other)
+    assert not np.array_equal(referred, of_first)
+
+
 def test_subshell_lists_and_resident_sets_where_the_machine_has_them():
     few = {"memsys.own_patches": 64}
     assert request(hemispheres(3), CONFIG.replace(few)).plan is None

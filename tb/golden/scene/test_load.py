@@ -256,6 +256,16 @@ def test_ply_face_and_vertex_colours_become_materials(tmp_path):
     assert by_vertex.channels("diffuse") == pytest.approx(np.full((4, 3), 0.75), abs=0.005)
 
 
+@pytest.mark.parametrize(("kind", "most"), [("uchar", 255), ("char", 127), ("ushort", 65535), ("int", 2**31 - 1)])
+def test_colours_of_a_ply_cover_the_range_of_their_type(tmp_path, kind, most):
+    points, quads = grid_quads(1)
+    text = ply(points, quads, face_colours=[(most, most // 2, 0)])
+    text = text.replace(b"property uchar", f"property {kind}".encode())
+    (colour,) = load_scene(write(tmp_path, "a.ply", text)).channels("diffuse")
+    # Half of sRGB's range.
+    assert colour == pytest.approx((1, 0.21, 0), abs=0.01)
+
+
 def refusal(path):
     try:
         load_scene(path)

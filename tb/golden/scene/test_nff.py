@@ -99,6 +99,15 @@ def test_fills_become_materials_that_never_give_more_than_they_get(whole):
     assert whole.material[0] == whole.material[-1] == 0
 
 
+def test_a_fill_ends_a_smooth_surface():
+    """Its material is the one before, whatever follows."""
+    fills = [f"f {red} 0 0 1 0 0 0 0\n" for red in (1, 0.5, 0.25)]
+    surfaces = [f"pp 3\n0 0 {z} 0 0 1\n1 0 {z} 0 0 1\n0 1 {z} 0 0 1\n" for z in (0, 1)]
+    scene = read_nff(fills[0] + surfaces[0] + fills[1] + surfaces[1] + fills[2] + "s 0 0 5 1", "x.nff", segments=6)
+    assert scene.channels("diffuse")[:, 0].tolist() == [1, 0.5, *[0.25] * (len(scene) - 2)]
+    assert len(set(scene.smooth[:3])) == 3
+
+
 def test_objects_before_a_fill_are_light_grey():
     assert read_nff("s 0 0 0 1", "x.nff").materials[0].diffuse == (0.7, 0.7, 0.7)
 

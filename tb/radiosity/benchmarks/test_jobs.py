@@ -1,6 +1,7 @@
 """The counts of whole jobs, from completion records."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -64,6 +65,16 @@ def test_rows_compare_with_one_cluster():
     assert (one["speedup"], two["speedup"]) == ("1.00", f"{6660 / 3510:.2f}")
     assert (two["tests"], two["patches"], two["cast"]) == (2700, 288, 3000)
     assert jobs.mean_row(scene)[4:7] == [800, 1000, "1.250"]
+
+
+def test_the_warm_frustum_is_the_last_of_its_casts(monkeypatch):
+    lengths = iter((1000, 900, 800, 700))
+    monkeypatch.setattr(jobs, "console", lambda: SimpleNamespace(note=str))
+    monkeypatch.setattr(jobs, "job_machine", lambda *_, **__: nullcontext())
+    monkeypatch.setattr(jobs, "run_on", lambda *_, **__: run_of(length=next(lengths)))
+    scene = SceneRuns(SPEC)
+    jobs.measure([scene], simulation_config(PRESETS["tiny"], clusters=1, topology="mesh"), check=False)
+    assert (scene.runs[1].frustum_cycles, scene.warm) == (1000, 700)
 
 
 def test_groups_and_points_of_a_job():
