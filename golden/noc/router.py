@@ -9,13 +9,33 @@ from golden.errors import InputError, check_int
 from golden.noc.routing import Routing
 from golden.noc.topology import NOWHERE
 
-__all__ = ["ARBITRATIONS", "Flits", "Routers", "Wires"]
+__all__ = ["ARBITRATIONS", "Flits", "Routers", "Wires", "check_routers"]
 
 ARBITRATIONS = ("round-robin", "age")
 
 _NONE = np.empty(0, dtype=np.int64)
 # A channel that no packet holds.
 _FREE = -1
+
+
+def check_routers(*, buffer_flits: int, messages: int, arbitration: str, router_cycles: int) -> None:
+    """The parameters are those of a router, see `Routers`.
+
+    Raises
+    ------
+    InputError
+        Arbitration or router cycles are unknown, or entries or kinds out of range.
+    TypeError
+        Entries or kinds are no int.
+    """
+    if arbitration not in ARBITRATIONS:
+        raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
+    for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
+        check_int(f"network: {name}", value)
+        if value < 1:
+            raise InputError(f"network: {name} must be at least 1, not {value!r}")
+    if router_cycles not in (1, 2):
+        raise InputError(f"network: Router cycles must be 1 or 2, not {router_cycles!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +121,8 @@ class Routers:
 
     def __init__(self, routing: Routing, *, buffer_flits: int, messages: int = 1,
                  arbitration: str = "round-robin", router_cycles: int = 2, copies: int = 1, alone: int | None = None):
-        if arbitration not in ARBITRATIONS:
-            raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
-        for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
-            check_int(f"network: {name}", value)
-            if value < 1:
-                raise InputError(f"network: {name} must be at least 1, not {value!r}")
-        if router_cycles not in (1, 2):
-            raise InputError(f"network: Router cycles must be 1 or 2, not {router_cycles!r}")
+        check_routers(buffer_flits=buffer_flits, messages=messages, arbitration=arbitration,
+                      router_cycles=router_cycles)
         behind = routing.topology.neighbour
         known = slice(None) if alone is None else slice(alone, alone + 1)
         output, channel = routing.port[known], routing.channel[known]

@@ -1,0 +1,1 @@
+"""Simulators of whole machines: discrete events, driven by the golden model's work."""

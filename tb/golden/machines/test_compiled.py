@@ -1,0 +1,17 @@
+"""The simulators give the same numbers compiled and uncompiled."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+
+from tb.golden.machines.scenarios import SCENARIOS
+
+
+def test_uncompiled_runs_equal_compiled_ones():
+    done = subprocess.run([sys.executable, "-m", "tb.golden.machines.scenarios"], check=True, capture_output=True,
+                          text=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    uncompiled = json.loads(done.stdout)
+    assert {name: np.asarray(run()).tolist() for name, run in SCENARIOS.items()} == uncompiled
