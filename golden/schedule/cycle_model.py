@@ -72,7 +72,7 @@ def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Ite
             rays = traversal.rays(shell)
             live = SettlePyramid.of(memory.inverse.reshape(shape), section, config).live(
                 traversal.threshold(shell, config))
-            words = max(survival_words(rays, live, section, record, config))
+            words = max(survival_words(rays, live, section, record, config)[0])
             rows = rays.rows * max(ROW, -(-rays.columns // GROUP))
         stage = cluster.explore(*where, memory.inverse)
         if stage is None:

@@ -23,8 +23,8 @@ GROUP, FEW, SIDE = 8, 2, 4
 
 
 def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: FrustumRecord,
-                   config: Config) -> list[int]:
-    """Words that the survival test of all grid rays of a shell reads, of each level from the tiles on.
+                   config: Config) -> tuple[list[int], int]:
+    """Words that the survival test of all grid rays of a shell reads, of each level from the tiles on; and windows.
 
     Neighbours are looked up together, from the highest level down. A group that a level finds dead ends there; each ray
     of one that all levels find live is looked up among the tiles.
@@ -37,6 +37,10 @@ def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: Fr
         Live squares of the section (`SettlePyramid.live`).
     section
         The section of the frustum ``record``: all of it, so that all grid rays are requested.
+
+    Returns
+    -------
+    The words, and how many groups and rays alone are looked up.
     """
     levels = [live]
     for _ in range(1, config.ctu.pyramid_levels):
@@ -51,6 +55,7 @@ def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: Fr
     groups = _windows(rays, left, columns, section, record)
     few = np.broadcast_to(last - first < FEW, left.shape).ravel()
     alive = np.flatnonzero(~few)
+    lookups = len(alive)
     for level in reversed(range(len(levels))):
         read, is_live = scanned_words(_only(groups, alive), levels[level], tile * SIDE**level)
         words[level] += int(read.sum())
@@ -60,7 +65,7 @@ def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: Fr
     number = np.flatnonzero(alone.reshape(left.shape).repeat(GROUP, axis=1)[:, :rays.columns])
     windows = _windows(rays, rays.first_column, rays.column_count, section, record)
     words[0] += int(scanned_words(_only(windows, number), live, tile)[0].sum())
-    return words
+    return words, lookups + len(number)
 
 
 def scanned_words(window: SectionWindow, live: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,314 @@
+"""Cluster cast: the events of a cluster that casts a section, from stages of grid rays to tests.
+
+Traversal, lists, patch filter, geometry, slots and tests are servers in a line, with a queue of limited capacity in
+front of each. Each takes its items in order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from golden.compiled import compiled
+from golden.machines.cluster_timing import ClusterTiming
+from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
+
+__all__ = ["ClusterCast", "StageItems", "add_stage", "begin_cast", "clock", "end_cast", "next_stage", "tested"]
+
+_CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
+# Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
+# cycles in which traversal has stalled, by which that clock is late.
+(_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
+ _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
+ _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _LAST) = range(27)
+# States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
+_IDLE, _BUSY, _BLOCKED = range(3)
+_NEVER = -1
+_EVENTS = 512
+_LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "entries", "requests",
+           "waiting")
+(_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _ENTRIES, _REQUESTS, _WAITING,
+ _ALL_SLOTS, _RUN_AHEAD) = range(13)
+
+
+class StageItems(NamedTuple):
+    """The items of all stages so far.
+
+    Parameters
+    ----------
+    time
+        C int64: of each cell that grid rays meet, when its list can be read, on traversal's own clock.
+    entries
+        C + 1 int64: the first entry of each cell's list; a cell that is open already has none.
+    is_new
+        E bool: an entry is a patch that has not been found before.
+    tests
+        P int64: cycles of the walk of each patch that is found, in the order of discovery.
+    """
+
+    time: np.ndarray
+    entries: np.ndarray
+    is_new: np.ndarray
+    tests: np.ndarray
+
+
+class ClusterCast(NamedTuple):
+    """A cast, which compiled functions advance.
+
+    Parameters
+    ----------
+    heap
+        Its events.
+    numbers
+        Its state.
+    limits
+        Latencies and capacities.
+    ends
+        P int64: of each patch that has entered setup, in order, the cycle in which its last ray ends.
+    closes
+        S int64: of each stage of requests, when its last grid ray ends, on traversal's own clock.
+    """
+
+    heap: EventHeap
+    numbers: np.ndarray
+    limits: np.ndarray
+    ends: np.ndarray
+    closes: np.ndarray
+
+
+def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, run_ahead: int) -> ClusterCast:
+    """A cast at cycle 0, whose first item will be a near cell.
+
+    Parameters
+    ----------
+    timing
+        Latencies and capacities.
+    patches, shells
+        Patches of the scene, and the last shell.
+    slots, run_ahead
+        ``icu.slots`` and ``ctu.run_ahead``.
+    """
+    numbers = np.zeros(27, dtype=np.int64)
+    numbers[_FRONT], numbers[_STALLED] = timing.begin, _NEVER
+    limits = [getattr(timing, name) for name in _LIMITS]
+    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, run_ahead], dtype=np.int64),
+                       np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64))
+
+
+def clock(cast: ClusterCast, time: int) -> int:
+    """A time on traversal's own clock, which stops while traversal stalls."""
+    return time - int(cast.numbers[_SHIFT])
+
+
+def tested(cast: ClusterCast, time: int) -> int:
+    """Patches whose last ray has ended by then, the first ones in the order of discovery."""
+    return int(np.searchsorted(cast.ends[:cast.numbers[_ENTERED]], time, side="right"))
+
+
+@compiled
+def next_stage(cast: ClusterCast, items: StageItems, generator: int) -> int:
+    """Advance until the next stage's first request can be sent: the cycle in which it is.
+
+    Parameters
+    ----------
+    generator
+        Cycles from its permission to that request.
+    """
+    numbers, limits = cast.numbers, cast.limits
+    while True:
+        if numbers[_STARTED] - numbers[_OVER] <= limits[_RUN_AHEAD] and numbers[_STALLED] == _NEVER:
+            begin = max(numbers[_FRONT] + numbers[_SHIFT], numbers[_PERMITTED] + generator)
+            following = next_time(cast.heap)
+            if following == _NEVER or following > begin:
+                return begin
+        _advance(cast, items)
+
+
+@compiled
+def add_stage(cast: ClusterCast, items: StageItems, begin: int, cycles: int, near: bool) -> None:
+    """A stage begins whose requests take so many cycles.
+
+    Parameters
+    ----------
+    items
+        With the stage's cells, whose times are those of its begin and after.
+    near
+        It is the list of near cells, which is no stage of requests.
+    """
+    numbers = cast.numbers
+    numbers[_FRONT] = begin - numbers[_SHIFT] + cycles
+    if not near:
+        numbers[_STARTED] += 1
+        cast.closes[numbers[_STARTED] - 1] = numbers[_FRONT] + cast.limits[_TRAVERSAL]
+        _schedule_close(cast, begin)
+    _schedule_cell(cast, items, begin)
+
+
+@compiled
+def end_cast(cast: ClusterCast, items: StageItems) -> int:
+    """Advance until no event waits: the cycle in which the last item ended."""
+    while next_time(cast.heap) != _NEVER:
+        _advance(cast, items)
+    return cast.numbers[_LAST]
+
+
+@compiled
+def _advance(cast, items):
+    """One event."""
+    heap, numbers, limits = cast.heap, cast.numbers, cast.limits
+    time, kind, _ = pop(heap)
+    if kind == _CELL:
+        numbers[_CELL_PENDING] = 0
+        if numbers[_CELLS_LEFT] - numbers[_CELLS_TAKEN] == limits[_CELLS]:
+            numbers[_STALLED] = time
+        else:
+            _send_cell(cast, items, time)
+    elif kind == _CLOSE:
+        numbers[_CLOSE_PENDING] = 0
+        if numbers[_STALLED] == _NEVER and time >= cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]:
+            numbers[_CLOSED] += 1
+            _end_stages(cast, items, time)
+        _schedule_close(cast, time)
+    elif kind == _LIST:
+        _list(cast, items, time)
+    elif kind == _FILTER:
+        numbers[_FILTERING] = 0
+        _filter(cast, items, time)
+        _end_stages(cast, items, time)
+    elif kind == _GEOMETRY:
+        numbers[_READING] = 0
+        numbers[_OFFERED] += 1
+        numbers[_OFFER_TIME] = time
+        _enter(cast, items, time)
+        _read(cast, items, time)
+    elif kind == _FREE:
+        numbers[_SLOTS] -= 1
+        _enter(cast, items, time)
+        _read(cast, items, time)
+    else:
+        numbers[_DONE_COUNT] += 1
+        _end_stages(cast, items, time)
+
+
+@compiled
+def _schedule_cell(cast, items, now):
+    """The next cell leaves traversal when its time has come."""
+    numbers = cast.numbers
+    if numbers[_CELL_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CELLS_LEFT] == len(items.time):
+        return
+    numbers[_CELL_PENDING] = 1
+    push(cast.heap, max(now, items.time[numbers[_CELLS_LEFT]] + numbers[_SHIFT]), _CELL, 0)
+
+
+@compiled
+def _schedule_close(cast, now):
+    """The oldest stage closes when its last grid ray has ended; stalls delay it."""
+    numbers = cast.numbers
+    if numbers[_CLOSE_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CLOSED] == numbers[_STARTED]:
+        return
+    numbers[_CLOSE_PENDING] = 1
+    push(cast.heap, max(now, cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]), _CLOSE, 0)
+
+
+@compiled
+def _send_cell(cast, items, time):
+    cast.numbers[_CELLS_LEFT] += 1
+    _schedule_cell(cast, items, time)
+    if cast.numbers[_LISTING] == _IDLE:
+        _list(cast, items, time)
+
+
+@compiled
+def _list(cast, items, time):
+    """An entry of the present cell's list, or of the next one's."""
+    numbers, limits = cast.numbers, cast.limits
+    numbers[_LISTING] = _IDLE
+    if numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
+        if numbers[_CELLS_TAKEN] == numbers[_CELLS_LEFT]:
+            _end_stages(cast, items, time)
+            return
+        numbers[_CELLS_TAKEN] += 1
+        numbers[_LIST_END] = items.entries[numbers[_CELLS_TAKEN]]
+        if numbers[_STALLED] != _NEVER:
+            numbers[_SHIFT] += time - numbers[_STALLED]
+            numbers[_STALLED] = _NEVER
+            numbers[_CELLS_LEFT] += 1
+            _schedule_cell(cast, items, time + 1)
+            _schedule_close(cast, time)
+    if numbers[_ENTRIES_LEFT] < numbers[_LIST_END]:
+        if numbers[_ENTRIES_LEFT] - numbers[_ENTRIES_TAKEN] == limits[_ENTRIES]:
+            numbers[_LISTING] = _BLOCKED
+            return
+        numbers[_ENTRIES_LEFT] += 1
+        _filter(cast, items, time)
+    numbers[_LISTING] = _BUSY
+    push(cast.heap, time + 1, _LIST, 0)
+
+
+@compiled
+def _filter(cast, items, time):
+    """The patch filter takes an entry in each cycle; a patch that is found needs a free entry behind it."""
+    numbers, limits = cast.numbers, cast.limits
+    entry = numbers[_ENTRIES_TAKEN]
+    if numbers[_FILTERING] or entry == numbers[_ENTRIES_LEFT]:
+        return
+    if items.is_new[entry]:
+        if numbers[_FOUND] - numbers[_READ] == limits[_REQUESTS]:
+            return
+        numbers[_FOUND] += 1
+    numbers[_ENTRIES_TAKEN] += 1
+    numbers[_FILTERING] = 1
+    push(cast.heap, time + 1, _FILTER, 0)
+    if numbers[_LISTING] == _BLOCKED:
+        numbers[_LISTING] = _BUSY
+        push(cast.heap, time, _LIST, 0)
+    _read(cast, items, time)
+
+
+@compiled
+def _read(cast, items, time):
+    """The vertices of the next patch are read, one in each cycle."""
+    numbers, limits = cast.numbers, cast.limits
+    if (numbers[_READING] or numbers[_READ] == numbers[_FOUND]
+            or numbers[_OFFERED] - numbers[_ENTERED] == limits[_WAITING]):
+        return
+    numbers[_READ] += 1
+    numbers[_READING] = 1
+    push(cast.heap, time + limits[_VERTICES], _GEOMETRY, 0)
+    # The patch filter may have waited for the entry.
+    if not numbers[_FILTERING] and numbers[_ENTRIES_TAKEN] < numbers[_ENTRIES_LEFT]:
+        numbers[_FILTERING] = 1
+        push(cast.heap, time, _FILTER, 0)
+
+
+@compiled
+def _enter(cast, items, time):
+    """Patches that wait enter setup while slots are free."""
+    numbers, limits = cast.numbers, cast.limits
+    while numbers[_ENTERED] < numbers[_OFFERED] and numbers[_SLOTS] < limits[_ALL_SLOTS]:
+        patch = numbers[_ENTERED]
+        # The vertices of a patch that has not waited have entered while they were read.
+        waited = numbers[_OFFERED] - patch > 1 or numbers[_OFFER_TIME] < time
+        last_vertex = time + limits[_VERTICES] if waited else time
+        numbers[_ENTERED] += 1
+        numbers[_SLOTS] += 1
+        numbers[_READY] = max(last_vertex + limits[_SETUP], numbers[_READY] + limits[_VERTICES])
+        numbers[_WALKED] = max(numbers[_READY], numbers[_WALKED]) + items.tests[patch]
+        last_ray = numbers[_WALKED] + limits[_WALK]
+        push(cast.heap, last_ray, _FREE, 0)
+        cast.ends[patch] = last_ray + limits[_PIPELINE]
+        push(cast.heap, cast.ends[patch], _DONE, 0)
+
+
+@compiled
+def _end_stages(cast, items, time):
+    """All closed stages are over when no cell and no patch is in flight."""
+    numbers, limits = cast.numbers, cast.limits
+    cell = numbers[_CELLS_LEFT]
+    if (numbers[_LISTING] != _IDLE or numbers[_CELLS_TAKEN] != cell
+            or numbers[_ENTRIES_TAKEN] != numbers[_ENTRIES_LEFT] or numbers[_DONE_COUNT] != numbers[_FOUND]
+            or (cell < len(items.time) and items.time[cell] + numbers[_SHIFT] - limits[_MEMORY] <= time)):
+        return
+    numbers[_LAST] = time
+    if numbers[_CLOSED] > numbers[_OVER] and numbers[_STARTED] - numbers[_OVER] > limits[_RUN_AHEAD]:
+        numbers[_PERMITTED] = time + limits[_OVER_CYCLES]
+    numbers[_OVER] = numbers[_CLOSED]

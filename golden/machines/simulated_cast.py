@@ -1,0 +1,182 @@
+"""Simulated cast: the cycles of a section on one cluster, with the golden model's cells and tests.
+
+Golden explores a stage when the simulated cluster begins it, with the settle codes that survival has read by then. So
+grid rays, cells and tests follow from the simulated times.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from golden.cast.shelling import Shelling, ShellingCounts
+from golden.config import Config
+from golden.ctu.sector import Sector
+from golden.ctu.settle_pyramid import SettlePyramid
+from golden.frustum import FrustumRecord
+from golden.icu.ray_memory import RayMemory
+from golden.icu.section_clip import section_clip
+from golden.icu.window_walk import window_tiles
+from golden.machines.cluster_cast import StageItems, clock, tested
+from golden.machines.cluster_timing import ClusterTiming
+from golden.machines.section_trace import CastTimes, SectionTrace, run_stages
+from golden.schedule.cycle_model import BLOCK
+from golden.schedule.square_scan import GROUP, survival_words
+
+__all__ = ["SimulatedCast", "cast_section"]
+
+# Patches whose tests survival sees together.
+_PART = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SimulatedCast:
+    """A section that has been cast.
+
+    Parameters
+    ----------
+    trace, times
+        Its work, and the cycles of its events.
+    tests, cells, grid_rays
+        Tests, cells opened, and grid rays that survived.
+    """
+
+    trace: SectionTrace
+    times: CastTimes
+    tests: int
+    cells: int
+    grid_rays: int
+
+
+def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming) -> SimulatedCast:
+    """Cast a whole frustum on one cluster that holds all patches.
+
+    Parameters
+    ----------
+    shelling
+        Shelling by settle codes, with ``icu.rays`` of at least the frustum's rays.
+    record, config
+        The frustum, and the configuration of ``shelling``.
+    timing
+        Latencies and capacities of a cluster.
+    """
+    stages = _Stages(shelling, record, config, timing)
+    times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
+    return SimulatedCast(trace=stages.trace(), times=times, tests=stages.tests, cells=stages.cells,
+                       grid_rays=stages.grid_rays)
+
+
+class _Stages:
+    """The stages of a section, each explored when it begins."""
+
+    def __init__(self, shelling, record, config, timing):
+        self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
+        self._section, self._memory = Sector.whole(record), RayMemory(len(record), config)
+        self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
+        self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK)
+        self._cluster = shelling.cluster(record, self._section)
+        self._found, self.cells = np.zeros(len(shelling.geometry), dtype=bool), 0
+        self._cycles, self._first_cell = [], [0]
+        # Of all stages so far: times and offsets of cells, their lists, and the walks of patches.
+        self._time, self._offset, self._walks = (np.empty(0, dtype=np.int64) for _ in range(3))
+        self._entries, self._new = np.zeros(1, dtype=np.int64), np.empty(0, dtype=bool)
+        # Stored inverse distances after so many patches.
+        self._patches, self._inverse = [0], [self._memory.inverse.copy()]
+        side = 1 << config.icu.tile_bits
+        self._tiles = -(-record.rows // side) * -(-record.columns // side)
+        self.patches, self.stages = len(shelling.geometry), self._cluster.traversal.last_shell
+
+    @property
+    def tests(self):
+        return int(self._references.sum())
+
+    @property
+    def grid_rays(self):
+        return self._cluster.traversal.grid_rays
+
+    def trace(self):
+        """All of it, for replays."""
+        return SectionTrace(
+            cycles=np.array(self._cycles), searches=np.array([self.searches(stage) for stage in range(self.stages)]),
+            first_cell=np.array(self._first_cell), offset=self._offset, entries=self._entries, is_new=self._new,
+            tests=self._walks)
+
+    def searches(self, stage):
+        rays = self._cluster.traversal.rays(stage + 1) if stage else None
+        return self._timing.search * (rays.rows.bit_length() + rays.columns.bit_length()) if stage else 0
+
+    def items(self, stage, begin, cast):
+        timing, shell, inverse, cycles = self._timing, stage + 1, self._inverse[0], 0
+        if stage:
+            # Codes improve while survival looks rays up: those of the middle stand for all.
+            middle = begin + self._requests(shell, self._seen(cast, begin), None) // 2
+            inverse = self._seen(cast, middle)
+        explored = self._cluster.explore(0, shell, None, inverse)
+        cells = np.empty(0, dtype=np.int64) if explored is None else explored.cells
+        if stage:
+            cycles = self._requests(shell, inverse, explored)
+            offset = (np.arange(len(cells)) + 1) * cycles // max(1, len(cells))
+        else:
+            cycles, offset = len(cells), np.arange(len(cells))
+        latency = timing.memory + (timing.traversal if stage else 0)
+        self._time = np.append(self._time, clock(cast, begin) + latency + offset)
+        self._offset = np.append(self._offset, offset)
+        self._cycles.append(cycles)
+        self._first_cell.append(len(self._offset))
+        if explored is not None:
+            self._append_lists(cells, explored)
+            self._append_tests(explored)
+        return StageItems(self._time, self._entries, self._new, self._walks), cycles
+
+    def _seen(self, cast, now):
+        """Stored inverse distances as the sweep has read them: on average half of a sweep ago."""
+        if now < self._timing.begin + self._tiles + self._timing.sweep:
+            return self._inverse[0]
+        done = tested(cast, now - self._tiles // 2 - self._timing.sweep)
+        return self._inverse[np.searchsorted(self._patches, done, side="right") - 1]
+
+    def _append_tests(self, stage):
+        """Test the patches, and keep the stored inverse distances in between, since survival reads them any time."""
+        self.cells += len(stage.opened)
+        clip = section_clip(self._tests.patches.window[stage.found], self._section, self._record)
+        before = self._references.copy()
+        done = len(self._walks)
+        for part in np.array_split(stage.found, max(1, len(stage.found) // _PART)):
+            self._tests.run(replace(stage, found=part), self._section, ShellingCounts())
+            done += len(part)
+            self._patches.append(done)
+            self._inverse.append(self._memory.inverse.copy())
+        tests = (self._references - before)[stage.found]
+        self._walks = np.append(self._walks, np.maximum(tests, window_tiles(clip, self._config.icu)))
+
+    def _append_lists(self, cells, stage):
+        """Which of the cells are open, and which of the others' patches have been found."""
+        table = self._shelling.table
+        opens = _is_first(cells) & np.isin(cells, stage.opened)
+        count = np.where(opens, table.count[cells], 0)
+        listed = table.patches.read(table.entries(cells[opens]))
+        is_new = _is_first(listed) & ~self._found[listed]
+        self._found[listed] = True
+        self._entries = np.append(self._entries, self._entries[-1] + np.cumsum(count))
+        self._new = np.append(self._new, is_new)
+
+    def _requests(self, shell, inverse, stage):
+        """Cycles in which a stage's grid rays are requested, looked up and traversed."""
+        timing, record, config = self._timing, self._record, self._config
+        traversal = self._cluster.traversal
+        rays = traversal.rays(shell)
+        live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
+            traversal.threshold(shell, config))
+        words, lookups = survival_words(rays, live, self._section, record, config)
+        rows = rays.rows * max(timing.row, -(-rays.columns // GROUP)) + timing.piece + (
+            timing.search * rays.columns.bit_length())
+        if stage is None:
+            return max(rows, lookups, *words)
+        return max(rows, lookups, *words, stage.grid_rays, -(-stage.passes // config.ctu.traversal_pipelines(1)),
+                   len(stage.cells))
+
+
+def _is_first(numbers):
+    """Whether each number is the first of its value."""
+    first = np.zeros(len(numbers), dtype=bool)
+    first[np.unique(numbers, return_index=True)[1]] = True
+    return first

@@ -1,0 +1,127 @@
+"""Simulated machines: the cycles of one cluster, beside those of the hardware.
+
+``radiosity bench machines`` simulates one hemisphere from each scene's ceiling on a cluster that holds all patches, and
+writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv has of the hardware,
+and compares. Latencies are those that the components state; nothing is fitted to the cycles.
+"""
+
+import csv
+from itertools import chain
+
+import click
+import numpy as np
+
+from golden.cast.shelling import Shelling
+from golden.commands.console import console
+from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
+from golden.config import PRESETS, Config
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.machines.simulated_cast import SimulatedCast, cast_section
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
+from hw.history import ROOT
+from hw.simulator.simulation_config import simulation_config
+from radiosity.benchmarks.engine import POINT, SCENES
+from radiosity.benchmarks.report import output_option, provenance, table, write_report
+from radiosity.cluster_timing import cluster_timing
+
+__all__ = ["SceneCasts", "errors_of", "machine_config", "recorded_cycles"]
+
+_RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
+_RAYS = 256, 64
+_HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
+
+
+def recorded_cycles() -> dict[tuple[str, float], int]:
+    """Warm cycles of the hardware by scene and cell size: preset ``paper``, one cluster, 256 x 64 rays."""
+    with _RECORDED.open(newline="") as file:
+        return {(row["scene"], float(row["cell"])): int(row["cycles"]) for row in csv.DictReader(file)}
+
+
+class SceneCasts:
+    """Casts the hemisphere of a scene that `radiosity.benchmarks.engine` has the hardware cast.
+
+    Parameters
+    ----------
+    scene
+        Its name.
+    config
+        A configuration of one cluster.
+    rays
+        Azimuths and polar angles.
+    """
+
+    def __init__(self, scene: str, config: Config, *, rays: tuple[int, int] = _RAYS):
+        opened = open_scene(scene)
+        points, down = ceiling_points(opened)
+        self._config, self._timing = config, cluster_timing(config)
+        self._geometry = PatchGeometry.of(opened, config.numbers, points[[POINT]])
+        self._record = hemisphere_record(Hemisphere(*rays), self._geometry.coordinates, points[POINT], down)
+
+    def cast(self, cell: float) -> SimulatedCast:
+        """The cast with cells of a size."""
+        shelling = Shelling(self._geometry, self._config, cell=cell, by_code=True)
+        return cast_section(shelling, self._record, self._config, self._timing)
+
+
+def machine_config(preset: str, assignments: tuple[str, ...], rays: tuple[int, int]) -> Config:
+    """The configuration with which `radiosity.benchmarks.engine` simulates one cluster."""
+    return simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
+                             given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
+
+
+def errors_of(rows: dict[tuple[str, float], int], config: Config) -> np.ndarray:
+    """Of each scene and cell size the simulated cycles divided by the hardware's, less 1."""
+    return np.array([one.times.cycles / cycles - 1 for (_, cycles), one in zip(
+        rows.items(), _casts(rows, config, _RAYS), strict=True)])
+
+
+def _casts(rows, config, rays):
+    scene = None
+    for name, cell in rows:
+        if scene is None or scene[0] != name:
+            scene = name, SceneCasts(name, config, rays=rays)
+        yield scene[1].cast(cell)
+
+
+def _row(name, cell, cast):
+    return [f"`{name}`", f"{cell:g}", cast.times.cycles, cast.tests, len(cast.trace.tests), cast.cells, cast.grid_rays,
+            f"{cast.tests / cast.times.cycles:.3f}"]
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@output_option("machines")
+@click.option("--cell", type=click.FloatRange(1 / 256, 1), multiple=True, default=(0.25, 0.0625), show_default=True,
+              help="Set the cell size; may be repeated.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", show_default=True,
+              help="Set the number of rays of the hemisphere.")
+@click.option("--calibrate", is_flag=True, help="Compare with all recorded cycles of the hardware, of its cell sizes, "
+              "rays and preset.")
+@PRESET
+@ASSIGNMENTS
+def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
+    """Simulate one hemisphere on one cluster; SCENES default to cornell, lobby, room1627, tetra and man."""
+    recorded = recorded_cycles()
+    if calibrate:
+        preset, assignments, rays = "paper", (), _RAYS
+        rows = [key for key in recorded if not scenes or key[0] in scenes]
+    else:
+        rows = [(name, one) for name in scenes or SCENES for one in cell]
+    found, errors = [], {}
+    for (name, one), cast in zip(rows, _casts(rows, machine_config(preset, assignments, rays), rays), strict=True):
+        found.append(_row(name, one, cast))
+        console().note(f"{name}, cell {one:g}: {cast.times.cycles} cycles")
+        if calibrate:
+            error = cast.times.cycles / recorded[name, one] - 1
+            errors.setdefault(name, []).append(error)
+            found[-1] += [recorded[name, one], f"{100 * error:+.1f} %"]
+    lines = ["# A cluster, simulated", "",
+             f"{provenance('numpy')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays from point "
+             f"{POINT} of the ceiling.", "", *table([*_HEAD, *["hardware", "error"] * calibrate], found)]
+    if calibrate:
+        lines += ["", *table(["scene", "rows", "mean error", "largest error"], [
+            [f"`{name}`", len(each), f"{100 * np.abs(each).mean():.1f} %", f"{100 * max(each, key=abs):+.1f} %"]
+            for name, each in (errors | {"all": [*chain.from_iterable(errors.values())]}).items()])]
+    write_report(output, lines)

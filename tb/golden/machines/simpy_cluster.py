@@ -1,0 +1,200 @@
+"""A cluster's cast in SimPy: a process for each server, as a reference of `golden.machines.cluster_cast`."""
+
+from collections import deque
+
+import numpy as np
+import simpy
+
+from golden.machines.cluster_timing import ClusterTiming
+from golden.machines.section_trace import CastTimes, SectionTrace
+
+__all__ = ["simpy_cast"]
+
+# Behind all events of the same time.
+_LATE = 2
+
+
+def simpy_cast(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
+    """The times of `golden.machines.section_trace.replay`."""
+    env = simpy.Environment()
+    cluster = _Cluster(env, trace, timing, slots, run_ahead)
+    env.run()
+    return CastTimes(begins=np.array(cluster.begins), ends=np.array(cluster.ends),
+                     cycles=cluster.last + timing.over + timing.end)
+
+
+class _Cluster:
+    """Servers that wait for any change of the state."""
+
+    def __init__(self, env, trace, timing, slots, run_ahead):
+        self._env, self._trace, self._timing, self._all_slots, self._run_ahead = env, trace, timing, slots, run_ahead
+        self._change = env.event()
+        self.begins, self.ends, self.last = [], [0] * len(trace.tests), 0
+        # Traversal's clock is late by the shift. Cells that are known, with their times on it.
+        self._shift, self._stalled, self._known, self._sent = 0, False, [], 0
+        self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
+        self._cells, self._listing, self._entries, self._requests, self._waiting = deque(), False, deque(), deque(), []
+        self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
+        for process in (self._front, self._traversal, self._close, self._list, self._filter, self._geometry,
+                        self._setup, self._walk):
+            env.process(process())
+
+    def _changed(self):
+        """Something has changed: all servers look again."""
+        before, self._change = self._change, self._env.event()
+        before.succeed()
+        self._end_stages()
+
+    def _until(self, condition):
+        while not condition():
+            yield self._change
+
+    def _clock(self, due):
+        """Until traversal's clock shows a time."""
+        while self._stalled or self._env.now < due() + self._shift:
+            if self._stalled:
+                yield self._change
+            else:
+                yield self._env.timeout(due() + self._shift - self._env.now)
+
+    def _front(self):
+        """The stages begin."""
+        front = self._timing.begin
+        for stage in range(len(self._trace.cycles)):
+            wait = self._timing.generator + int(self._trace.searches[stage]) if stage else 0
+
+            def may_begin(front=front, wait=wait):
+                return (not self._stalled and len(self._closes) - self._over <= self._run_ahead
+                        and self._env.now >= max(front + self._shift, self._permitted + wait if wait else 0))
+
+            while not may_begin():
+                due = max(front + self._shift, self._permitted + wait)
+                if due > self._env.now and not self._stalled:
+                    yield self._env.any_of([self._change, self._env.timeout(due - self._env.now)])
+                else:
+                    yield self._change
+                # All else that happens now happens before.
+                late = self._env.event()
+                late._ok, late._value = True, None
+                self._env.schedule(late, priority=_LATE)
+                yield late
+            front = self._begin(stage)
+
+    def _begin(self, stage):
+        trace, timing, begin = self._trace, self._timing, self._env.now
+        self.begins.append(begin)
+        first, end = trace.first_cell[stage:stage + 2]
+        latency = timing.memory + (timing.traversal if stage else 0)
+        self._known.extend(int(begin - self._shift + latency + offset) for offset in trace.offset[first:end])
+        front = begin - self._shift + int(trace.cycles[stage])
+        if stage:
+            self._closes.append(front + timing.traversal)
+        self._changed()
+        return front
+
+    def _close(self):
+        """Stages close in order."""
+        while True:
+            yield from self._until(lambda: self._closed < len(self._closes))
+            yield from self._clock(lambda: self._closes[self._closed])
+            self._closed += 1
+            self._changed()
+
+    def _traversal(self):
+        """Cells leave one after the other, and stall while their queue is full."""
+        while True:
+            yield from self._until(lambda: self._sent < len(self._known))
+            yield from self._clock(lambda: self._known[self._sent])
+            since = self._env.now
+            if len(self._cells) == self._timing.cells:
+                self._stalled = True
+                yield from self._until(lambda: len(self._cells) < self._timing.cells)
+                self._shift += self._env.now - since
+                self._stalled = False
+            self._cells.append(self._sent)
+            self._sent += 1
+            self._changed()
+            if self._env.now > since:
+                yield self._env.timeout(1)
+
+    def _list(self):
+        """Entries of the cells' lists, one in each cycle."""
+        while True:
+            yield from self._until(lambda: self._cells)
+            cell = self._cells.popleft()
+            self._listing = True
+            self._changed()
+            entries = range(*self._trace.entries[cell:cell + 2])
+            for entry in entries:
+                yield from self._until(lambda: len(self._entries) < self._timing.entries)
+                self._entries.append(entry)
+                self._changed()
+                yield self._env.timeout(1)
+            if not entries:
+                yield self._env.timeout(1)
+            self._listing = bool(self._cells)
+            self._changed()
+
+    def _filter(self):
+        """An entry in each cycle; a patch that is found needs an entry behind it."""
+        def can_pass():
+            return self._entries and (not self._trace.is_new[self._entries[0]]
+                                      or len(self._requests) < self._timing.requests)
+        while True:
+            yield from self._until(can_pass)
+            if self._trace.is_new[self._entries.popleft()]:
+                self._requests.append(self._found)
+                self._found += 1
+            self._changed()
+            yield self._env.timeout(1)
+
+    def _geometry(self):
+        """The vertices of a patch, one in each cycle."""
+        while True:
+            yield from self._until(lambda: self._requests and len(self._waiting) < self._timing.waiting)
+            patch = self._requests.popleft()
+            self._changed()
+            yield self._env.timeout(self._timing.vertices)
+            self._waiting.append((patch, self._env.now))
+            self._changed()
+
+    def _setup(self):
+        """A slot for each patch, then its window."""
+        timing, ready = self._timing, 0
+        while True:
+            yield from self._until(lambda: self._waiting and self._slots < self._all_slots)
+            patch, offered = self._waiting.pop(0)
+            self._slots += 1
+            last_vertex = self._env.now + (timing.vertices if offered < self._env.now else 0)
+            ready = max(last_vertex + timing.setup, ready + timing.vertices)
+            self._windows.put((patch, ready))
+            self._changed()
+
+    def _walk(self):
+        """Windows one after the other."""
+        while True:
+            patch, ready = yield self._windows.get()
+            yield self._env.timeout(max(0, ready - self._env.now))
+            yield self._env.timeout(int(self._trace.tests[patch]))
+            self._env.process(self._end(patch))
+
+    def _end(self, patch):
+        """The slot is free with the last ray; the patch has ended a pipeline later."""
+        yield self._env.timeout(self._timing.walk)
+        self._slots -= 1
+        self._changed()
+        yield self._env.timeout(self._timing.pipeline)
+        self.ends[patch] = self._env.now
+        self._done += 1
+        self._changed()
+
+    def _end_stages(self):
+        """All closed stages are over when no cell and no patch is in flight."""
+        near = self._sent < len(self._known) and (
+            self._known[self._sent] + self._shift - self._timing.memory <= self._env.now)
+        if near or self._stalled or self._cells or self._listing or self._entries or self._done < self._found:
+            return
+        self.last = self._env.now
+        if self._closed > self._over and len(self._closes) - self._over > self._run_ahead:
+            self._permitted = self._env.now + self._timing.over
+        self._over = self._closed

@@ -1,0 +1,58 @@
+"""The simulated cluster has the cycles of the hardware, and the events of its restatement in SimPy."""
+
+import numpy as np
+import pytest
+
+from golden.machines.section_trace import replay
+from radiosity.benchmarks.machines import SceneCasts, errors_of, machine_config, recorded_cycles
+from radiosity.cluster_timing import cluster_timing
+from tb.golden.machines.simpy_cluster import simpy_cast
+from tb.sources.source_trees import ROOT
+
+CONFIG = machine_config("paper", (), (256, 64))
+
+
+def test_recorded_cycles_are_those_of_the_page():
+    lines = (ROOT / "docs/engine.md").read_text().splitlines()
+    head = next(number for number, line in enumerate(lines) if line.startswith("| scene | 1 | 0.7 |"))
+    cells, found = [float(cell) for cell in lines[head].split("|")[2:-1]], {}
+    for line in lines[head + 2:head + 8]:
+        name, *cycles = (part.strip("*` ") for part in line.split("|")[1:-1])
+        found |= {(name, cell): int(one.replace(",", "")) for cell, one in zip(cells, cycles, strict=True)}
+    assert found == recorded_cycles()
+
+
+def errors(rows, config=CONFIG):
+    recorded = recorded_cycles()
+    return abs(errors_of({row: recorded[row] for row in rows}, config))
+
+
+def test_cycles_are_those_of_the_hardware():
+    assert errors([("cornell", 0.125), ("lobby", 0.0625), ("room1627", 0.25), ("tetra", 0.35)]).max() < 0.02
+
+
+@pytest.mark.nightly
+def test_cycles_are_those_of_the_hardware_for_all_cells():
+    error = errors(recorded_cycles())
+    assert len(error) == 54
+    assert error.mean() < 0.02
+    assert error.max() < 0.10
+
+
+@pytest.mark.parametrize(("row", "changes"), [
+    (("lobby", 0.0625), {"ctu.run_ahead": 0}), (("tetra", 0.35), {"icu.slots": 16})])
+def test_another_rule_has_other_cycles(row, changes):
+    assert errors([row], CONFIG.replace(changes))[0] > 0.05
+
+
+@pytest.mark.parametrize(("name", "cell", "changes"), [
+    ("lobby", 0.125, {}), ("room1627", 0.25, {"icu.slots": 16}), ("cornell", 0.125, {"ctu.run_ahead": 0})])
+def test_a_replay_and_processes_in_simpy_have_the_same_events(name, cell, changes):
+    config = machine_config("paper", (), (32, 32)).replace(changes)
+    cast = SceneCasts(name, config, rays=(32, 32)).cast(cell)
+    limits = {"slots": config.icu.slots, "run_ahead": config.ctu.run_ahead}
+    for times in (replay(cast.trace, cluster_timing(config), **limits),
+                  simpy_cast(cast.trace, cluster_timing(config), **limits)):
+        assert np.array_equal(times.begins, cast.times.begins)
+        assert np.array_equal(times.ends, cast.times.ends)
+        assert times.cycles == cast.times.cycles
