@@ -1,0 +1,137 @@
+"""The view factors nearest to an estimate that are closed and reciprocal."""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
+
+from golden.errors import InputError
+from golden.light.factors.join import Estimate
+
+__all__ = ["project"]
+
+# Standard errors by which a factor may move, and a share outside: of thousands of those some are far off.
+_REACH, _OUTSIDE_REACH = 2.0, 5.0
+
+# Error of the closed forms, by which exact factors may move.
+_CLOSED_FORMS = 1e-8
+
+# Standard deviation, relative to the whole hemisphere, of the slack that names rows which nothing closes.
+_SLACK = 1e-10
+
+# Residual of a row's sum at which the search ends.
+_EXACT = 1e-14
+
+# Newton steps, halvings of one, and iterations of conjugate gradients in one.
+_STEPS, _HALVINGS, _ITERATIONS = 200, 40, 500
+
+
+def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+    """Minimise the sum of (change / standard error)^2 such that all rows close, with exact reciprocity.
+
+    The unknowns are A_i F_ij of each pair once, A_i sky_i and A_i back_i, each at least 0. Factors stay within two
+    standard errors of their estimates, shares outside within five. With a multiplier l_i for each row, an unknown is
+    its estimate plus its variance times (l_i + l_j), clipped to its bounds; Newton steps on the N multipliers find the
+    rows' sums.
+
+    Parameters
+    ----------
+    estimate
+        Reciprocal estimates with standard errors.
+    area
+        N float64, areas of the sides.
+
+    Returns
+    -------
+    View factors, N x N csr_array with the estimate's pattern, and the shares that leave the scene and that meet a black
+    back, N float64 each. A row that no change within the errors closes keeps a row sum other than 1.
+
+    Raises
+    ------
+    InputError
+        Not one area for each row.
+
+    Source: R. P. Taylor and R. Luck, Comparison of reciprocity and closure enforcement methods for radiation view
+    factors (1995), for least squares without bounds.
+    """
+    area = np.asarray(area, dtype=np.float64)
+    if area.shape != estimate.sky.shape:
+        raise InputError(f"projection: Area must have one entry for each of {len(estimate.sky)} rows, "
+                         f"not shape {area.shape!r}")
+    problem = _Problem(estimate, area)
+    exchange, outside = problem.solve()
+    count = len(area)
+    F = sparse.csr_array((exchange[problem.pair] / area[problem.row], estimate.F.indices.copy(),
+                          estimate.F.indptr.copy()), shape=(count, count))
+    return F, outside[:count] / area, outside[count:] / area
+
+
+class _Problem:
+    """The dual problem, in units of each row's area."""
+
+    def __init__(self, estimate, area):
+        count, F = len(area), estimate.F
+        self._area, self._slack = area, _SLACK * area
+        self._pattern = F.indices, F.indptr
+        self.row = np.repeat(np.arange(count), np.diff(F.indptr))
+        low, high = np.minimum(self.row, F.indices), np.maximum(self.row, F.indices)
+        _, first, self.pair = np.unique(low.astype(np.int64) * count + high, return_index=True, return_inverse=True)
+        self._low, self._high = low[first], high[first]
+        own = area[self.row[first]]
+        smaller = np.minimum(area[self._low], area[self._high])
+        spread = np.maximum(estimate.error.data[first] * own, _CLOSED_FORMS * smaller)
+        rows = np.arange(count)
+        self._value = np.concatenate([F.data[first] * own, estimate.sky * area, estimate.back * area])
+        self._spread = np.concatenate([spread, estimate.sky_error * area, estimate.back_error * area])
+        self._rows = np.concatenate([self._low, rows, rows])
+        reach = self._spread * np.repeat([_REACH, _OUTSIDE_REACH], [len(first), 2 * count])
+        self._least, self._most = np.maximum(self._value - reach, 0), self._value + reach
+
+    def solve(self):
+        """Exchange areas of the pairs, and areas times the shares outside, sky before back."""
+        multiplier = np.zeros(len(self._area))
+        value, merit, rest = self._at(multiplier)
+        for _ in range(_STEPS):
+            if np.abs(rest / self._area).max(initial=0) <= _EXACT:
+                break
+            step = self._newton_step(multiplier, rest)
+            for halvings in range(_HALVINGS):
+                trial = multiplier + step / 2**halvings
+                trial_value, trial_merit, trial_rest = self._at(trial)
+                # Near the end the merits differ by rounding alone, and the sums' own residual decides.
+                alike = abs(trial_merit - merit) <= 1e-12 * self._area.sum()
+                if (np.abs(trial_rest).sum() < np.abs(rest).sum()) if alike else trial_merit < merit:
+                    break
+            else:
+                break
+            multiplier, value, merit, rest = trial, trial_value, trial_merit, trial_rest
+        pairs = len(self._high)
+        return value[:pairs], value[pairs:]
+
+    def _at(self, multiplier):
+        """The unknowns that the multipliers give, the dual function, and what the rows' sums miss (minus its slope)."""
+        pull = self._pull(multiplier)
+        value = np.clip(self._value + self._spread**2 * pull, self._least, self._most)
+        moved = np.divide(value - self._value, self._spread, out=np.zeros(len(value)), where=self._spread > 0)
+        slack = self._slack**2 * multiplier
+        rest = self._area - self._sums(value) - slack
+        return value, value @ pull - moved @ moved / 2 + slack @ multiplier / 2 - self._area @ multiplier, rest
+
+    def _newton_step(self, multiplier, rest):
+        moves = self._value + self._spread**2 * self._pull(multiplier)
+        variance = np.where((moves > self._least) & (moves < self._most), self._spread**2, 0.0)
+        diagonal = self._sums(variance) + self._slack**2
+        count, scale = len(rest), 1 / np.sqrt(diagonal)
+        matrix = sparse.csr_array((variance[self.pair], *self._pattern), shape=(count, count))
+        operator = LinearOperator((count, count), dtype=np.float64, matvec=lambda x: (
+            scale * (matrix @ (scale * x.ravel())) + x.ravel()))
+        return scale * cg(operator, scale * rest, rtol=1e-8, maxiter=_ITERATIONS)[0]
+
+    def _pull(self, multiplier):
+        """The sum of the multipliers of each unknown's rows."""
+        pull = multiplier[self._rows]
+        pull[:len(self._high)] += multiplier[self._high]
+        return pull
+
+    def _sums(self, value):
+        count, pairs = len(self._area), len(self._high)
+        return np.bincount(self._rows, value, count) + np.bincount(self._high, value[:pairs], count)

@@ -1,0 +1,47 @@
+"""What some rows of view factors hold before both directions of each pair are joined."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["RowBlock"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RowBlock:
+    """What R consecutive sides see: E entries.
+
+    Parameters
+    ----------
+    first
+        The first side.
+    start
+        R + 1 int64: row r has the entries ``start[r]`` to ``start[r + 1] - 1``, by increasing column.
+    column
+        E int32.
+    hits
+        E int32: rays of the row's hemisphere that met the column.
+    factor, error
+        E float64: the view factor from row to column and its standard error, 0 if it is exact; NaN where only rays
+        tell.
+    sky, back
+        R int64: rays that left the scene, and rays that met the black back of a one-sided patch.
+    sky_error
+        R float64: standard error of the share that left.
+    segments
+        R int64: segments cast.
+    hidden_error
+        R float64: the largest standard error of a factor that segments gave as 0 and that is no entry.
+    """
+
+    first: int
+    start: np.ndarray
+    column: np.ndarray
+    hits: np.ndarray
+    factor: np.ndarray
+    error: np.ndarray
+    sky: np.ndarray
+    back: np.ndarray
+    sky_error: np.ndarray
+    segments: np.ndarray
+    hidden_error: np.ndarray
