@@ -1,9 +1,25 @@
 """Compilation of inner loops by numba, where it is installed."""
 
+import os
 from collections.abc import Callable
-from importlib.util import find_spec
+from functools import cache
 
-__all__ = ["compiled"]
+__all__ = ["compiled", "is_compiler_active"]
+
+
+@cache
+def is_compiler_active() -> bool:
+    """Whether `compiled` compiles: numba is there, accepts the installed numpy, and is not switched off.
+
+    1 in the environment variable ``NUMBA_DISABLE_JIT`` switches it off.
+    """
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") == "1":
+        return False
+    try:
+        import numba  # noqa: F401
+    except ImportError:
+        return False
+    return True
 
 
 def compiled(function: Callable) -> Callable:
@@ -13,9 +29,9 @@ def compiled(function: Callable) -> Callable:
     NaN, so the function computes the bits of the same operations in numpy. It runs beside other threads. The code is
     kept in ``__pycache__`` beside the source, else in the user's cache folder, else for this process only.
 
-    Without numba, or with 1 in the environment variable ``NUMBA_DISABLE_JIT``, Python runs the function as it is.
+    Where the compiler is not active, Python runs the function as it is.
     """
-    if find_spec("numba") is None:
+    if not is_compiler_active():
         return function
     import numba
     options = {"nogil": True, "error_model": "numpy"}

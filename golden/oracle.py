@@ -15,6 +15,7 @@ Source: the edge planes of docs/exactness.md as edge functions, in float64 and f
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.errors import InputError
 from golden.scene.scene import Scene
 
 __all__ = ["Oracle", "ShearedRays"]
@@ -22,6 +23,14 @@ __all__ = ["Oracle", "ShearedRays"]
 # A hit must be this share of the scene's size away from the origin: far more than rounding moves a point that was
 # computed on a surface, far less than any feature of a scene.
 NEAREST_SHARE = 2.0**-30
+# The same in units of the last place of the scene's coordinates, for scenes far from the origin.
+NEAREST_PLACES = 4
+# Sizes of scenes for which products of four coordinates neither overflow nor vanish.
+SMALLEST, LARGEST = 2.0**-200, 2.0**200
+# Farthest coordinate in sizes of the scene: farther away float64 keeps less than 2^-24 of the scene's size apart.
+FARTHEST = 2.0**28
+# Farthest origin of a ray from the scene box in its sizes: there rounding reaches the margin of the cells.
+FARTHEST_RAY = 2.0**18
 
 
 class ShearedRays:
@@ -30,7 +39,7 @@ class ShearedRays:
     Arrays are components first (3 x R), so that each component is contiguous.
     """
 
-    def __init__(self, rays: Rays, size: float):
+    def __init__(self, rays: Rays, tmin: np.ndarray):
         direction = rays.direction
         self.axis = np.argmax(np.abs(direction), axis=1)
         order = (self.axis[:, None] + np.array([1, 2, 0])) % 3
@@ -38,8 +47,8 @@ class ShearedRays:
         self.origin = np.ascontiguousarray(np.take_along_axis(rays.origin, order, axis=1).T)
         self.shear = np.ascontiguousarray((along[:, :2] / along[:, 2:]).T)
         self.scale = 1 / along[:, 2]
-        self.source = rays.source
-        self.tmin = NEAREST_SHARE * size / np.linalg.norm(direction, axis=1)
+        self.source, self.target = rays.source, rays.target
+        self.tmin = tmin
 
 
 class Oracle:
@@ -49,18 +58,57 @@ class Oracle:
     ----------
     scene
         The patches.
+
+    Members
+    -------
+    nearest
+        Least distance of a hit from a ray's origin, in scene units.
+
+    Raises
+    ------
+    InputError
+        Float64 does not resolve the scene: it is too small, too large, or too far from the origin for its size.
     """
 
     def __init__(self, scene: Scene):
+        if not SMALLEST <= scene.size <= LARGEST:
+            raise InputError(f"scene {scene.name!r}: Size must be {SMALLEST:.0e} to {LARGEST:.0e}, not {scene.size!r}")
+        far = float(np.abs(scene.bounds).max())
+        if far > FARTHEST * scene.size:
+            raise InputError(f"scene {scene.name!r}: Coordinates must be at most {FARTHEST:.0e} times its size "
+                             f"{scene.size:.6g}, not {far:.6g}; move it to the origin")
+        self.nearest = max(NEAREST_SHARE * scene.size, NEAREST_PLACES * float(np.spacing(far)))
         self.scene = scene
         self._count = len(scene)
         # Column a * N + i: the components of patch i's vertices with axis a as the last one.
         self._vertices = np.concatenate(
             [np.roll(scene.vertices, -1 - axis, axis=2).reshape(-1, 12).T for axis in range(3)], axis=1)
 
+    def check(self, rays: Rays) -> None:
+        """Refuse rays that float64 does not resolve.
+
+        Raises
+        ------
+        InputError
+            An origin is farther than 2^18 of the scene's size from the scene box.
+        """
+        if len(rays) == 0:
+            return
+        (lower, upper), limit = self.scene.bounds, FARTHEST_RAY * self.scene.size
+        if (rays.origin.min(axis=0) < lower - limit).any() or (rays.origin.max(axis=0) > upper + limit).any():
+            bad = np.flatnonzero(((rays.origin < lower - limit) | (rays.origin > upper + limit)).any(axis=1))[0]
+            raise InputError(f"rays: Origin of ray {bad} must be within {FARTHEST_RAY:.0f} of the scene's size of the "
+                             f"scene, not {rays.origin[bad]!r}")
+
     def sheared(self, rays: Rays) -> ShearedRays:
-        """The rays as `hits` takes them."""
-        return ShearedRays(rays, self.scene.size)
+        """The rays as `hits` takes them; see `check`."""
+        self.check(rays)
+        return ShearedRays(rays, self.tmin(rays.direction))
+
+    def tmin(self, direction: np.ndarray) -> np.ndarray:
+        """The least t of hits along directions, R x 3."""
+        x, y, z = direction.T
+        return self.nearest / np.sqrt(x * x + y * y + z * z)
 
     def hits(self, rays: ShearedRays, ray: np.ndarray, patch: np.ndarray, tmax: np.ndarray):
         """Which of the K pairs ``(ray[k], patch[k])`` meet at ``tmin < t < tmax[k]``.
@@ -109,7 +157,8 @@ class Oracle:
             triangle = self.scene.is_triangle[patch]
             v = np.where(triangle, e01 / total, v)
             u = np.where(triangle, e20 / (total - e01), u)
-        return tuple(np.clip(np.nan_to_num(value, posinf=0, neginf=0), 0, 1) for value in (u, v))
+        # A sum with 0 is never the negative zero.
+        return tuple(np.clip(np.nan_to_num(value, posinf=0, neginf=0), 0, 1) + 0.0 for value in (u, v))
 
     def _columns(self, rays, ray, patch):
         """The twelve vertex components of each pair's patch in its ray's frame."""
@@ -129,7 +178,8 @@ class Oracle:
     def _accept(self, rays, ray, patch, depth, tmax, pair):
         """The hits ``pair`` in front of the ray, nearer than ``tmax`` and not on its source."""
         t = depth * rays.scale[ray]
-        keep = (t > rays.tmin[ray]) & (t < tmax) & (self.scene.surface[patch] != rays.source[ray])
+        surface = self.scene.surface[patch]
+        keep = (t > rays.tmin[ray]) & (t < tmax) & (surface != rays.source[ray]) & (surface != rays.target[ray])
         return pair[keep], t[keep]
 
 

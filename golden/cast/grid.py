@@ -2,17 +2,21 @@
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from golden.cast.nearest import Nearest
-from golden.cast.ray_frusta import RayFrusta
+from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
+from golden.compiled import is_compiler_active
 from golden.errors import InputError
 from golden.oracle import Oracle, ShearedRays
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
+from golden.stage_progress import StageProgress
 
 __all__ = ["Grid"]
 
@@ -20,19 +24,27 @@ __all__ = ["Grid"]
 BLOCK = 1 << 15
 # Share of finished rays from which compacting a block pays.
 IDLE = 0.25
-FAR = 1e300
+# A component of a direction this much smaller than the largest one moves no ray by a cell's margin.
+STILL = 2.0**-60
 # Cost of a test in steps; measured.
 TEST_COST = 1.6
 # Rays, and cell sizes relative to the balanced one, that choose the default cell size.
-TRIAL_RAYS, TRIAL_SIZES = 4096, np.array([1, 0.7, 0.5, 0.35])
+TRIAL_RAYS, TRIAL_SIZES = 4096, (1, 0.7, 0.5, 0.35)
 MOST_JOBS = 256
+# Least rays of a compiled call, and calls per thread.
+FEWEST, SHARES = 1 << 12, 8
+# Seconds of the stages of the first grid of all, nearly all of them compilation.
+EXPECTED = {"cells": 4, "casting": 8}
 
 
-class Grid(RayFrusta):
-    """Casts by 3-D digital differential analysis; all rays of a block advance by one cell at a time.
+class Grid(RayCaster):
+    """Casts by 3-D digital differential analysis, from cell to cell.
 
-    Waiting rays replace finished ones, so a few long rays do not hold up a block. A ray stops in the first cell in
-    which it has a hit before the cell's exit: no nearer hit can follow.
+    A ray stops in the first cell in which it has a hit before the cell's exit: no nearer hit can follow. Positions are
+    relative to the grid, so the scene's own position costs no precision.
+
+    Compiled, each ray is traversed by itself. Without numba all rays of a block advance by one cell at a time; waiting
+    rays replace finished ones, so a few long rays do not hold up a block.
 
     Parameters
     ----------
@@ -42,49 +54,111 @@ class Grid(RayFrusta):
         Cell size, see `Cells`. Default: of a few sizes the one at which rays from the patches cost least.
     jobs
         Threads, at least 1; the hits do not depend on it. Default: one per processor.
+    compiled
+        Cast by numba; the hits do not depend on it. Default: where it is installed and not switched off.
+    progress
+        Shows a progress bar after two seconds of preparation: the first grid of all compiles the code.
 
     Raises
     ------
     InputError
-        Cell size or jobs out of range.
+        Cell size or jobs out of range, or float64 does not resolve the scene.
     """
 
-    def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None):
+    def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None,
+                 compiled: bool | None = None, progress: bool = False):
         if jobs is not None and not 1 <= jobs <= MOST_JOBS:
             raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
         self._jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
+        self._compiled = is_compiler_active() if compiled is None else compiled
         self.oracle = Oracle(scene)
-        self.cells = Cells(scene, _cheapest(scene) if cell is None else cell)
+        with StageProgress("grid", EXPECTED, shown=progress) as bar:
+            with bar.stage("cells"):
+                self._fill(Cells(scene, balanced_cell(scene) if cell is None else cell, compiled=self._compiled))
+            with bar.stage("casting"):
+                if cell is None:
+                    self._choose_cells(_trial_rays(scene))
+                self.nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
+
+    def _fill(self, cells):
+        """Use these cells."""
+        self.cells = cells
         # A border of cells around the grid, marked by a count of -1, ends a ray without a test of its indices.
-        counts = np.pad(np.diff(self.cells.start).reshape(self.cells.shape), 1, constant_values=-1)
-        start = np.pad(self.cells.start[:-1].reshape(self.cells.shape), 1)
-        self._counts, self._start = counts.astype(np.int32).ravel(), start.ravel()
+        counts = np.pad(np.diff(cells.start).reshape(cells.shape), 1, constant_values=-1)
+        start = np.pad(cells.start[:-1].reshape(cells.shape), 1)
+        self._table = np.stack([start.ravel(), counts.ravel()], axis=1).astype(np.int32)
+        self._listed = cells.patch.astype(np.int32)
         self._strides = np.array([counts.shape[1] * counts.shape[2], counts.shape[2], 1])
-        # Planes n . x = offset, and the largest distance of their vertices from them.
-        self._normal = np.ascontiguousarray(scene.normals.T)
-        self._offset = np.einsum("ij,ij->i", scene.normals, scene.centres)
-        distance = np.einsum("ij,ikj->ik", scene.normals, scene.vertices) - self._offset[:, None]
-        self._slack = np.abs(distance).max(axis=1) + self.cells.margin
+
+    def _choose_cells(self, rays):
+        """Replace the cells by ever smaller ones while that makes the trial rays cheaper."""
+        scene = self.oracle.scene
+        sizes = np.clip(balanced_cell(scene) * np.array(TRIAL_SIZES), 1 / FINEST, 1)
+        best = self.cells, self._cost(rays)
+        for cell in np.unique(sizes)[-2::-1].tolist():
+            self._fill(Cells(scene, cell, compiled=self._compiled))
+            cost = self._cost(rays)
+            if cost >= best[1]:
+                break
+            best = self.cells, cost
+        if best[0] is not self.cells:
+            self._fill(best[0])
+
+    def _cost(self, rays):
+        hits = self.nearest(rays)
+        return hits.steps.sum() + TEST_COST * hits.tests.sum()
 
     def nearest(self, rays: Rays) -> Hits:
         """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
         return self._cast(rays, any_hit=False)
 
-    def occluded(self, rays: Rays) -> Hits:
-        """Some hit of each ray before its ``tmax``: the nearest one in the first cell that has one."""
+    def any_hit(self, rays: Rays) -> Hits:
+        """Some hit of each ray before its ``tmax``, on a patch of the first cell that lists a patch with a hit."""
         return self._cast(rays, any_hit=True)
 
     def _cast(self, rays, *, any_hit):
+        return self._cast_compiled(rays, any_hit) if self._compiled else self._cast_in_blocks(rays, any_hit)
+
+    def _cast_compiled(self, rays, any_hit):
+        from golden.cast.grid_kernel import cast
+
+        self.oracle.check(rays)
+        scene, cells, count = self.oracle.scene, self.cells, len(rays)
+        patch, t, u, v = np.empty(count, dtype=np.int32), *np.empty((3, count))
+        tests, steps = np.empty((2, count), dtype=np.int64)
+
+        def part(rows):
+            cast(rays.origin[rows], rays.direction[rows], rays.source[rows], rays.target[rows], rays.tmax[rows],
+                 any_hit, self.oracle.nearest, cells.base, cells.margin, cells.size, cells.shape, self._table,
+                 self._listed, scene.vertices, scene.is_triangle, scene.surface,
+                 patch[rows], t[rows], u[rows], v[rows], tests[rows], steps[rows])
+
+        self._in_threads(part, count, least=FEWEST, shares=SHARES * self._jobs)
+        return Hits(patch=patch, t=t, u=u, v=v, tests=tests, steps=steps)
+
+    def _in_threads(self, part, count, *, least, shares):
+        """Call ``part`` with slices of ``count`` rays; none writes what another reads."""
+        shares = max(1, min(shares, count // least))
+        borders = np.linspace(0, count, shares + 1).astype(int)
+        slices = [slice(begin, end) for begin, end in pairwise(borders.tolist())]
+        if shares == 1 or self._jobs == 1:
+            for rows in slices:
+                part(rows)
+            return
+        with ThreadPoolExecutor(min(self._jobs, shares)) as threads:
+            for _ in threads.map(part, slices):
+                pass
+
+    def _cast_in_blocks(self, rays, any_hit):
+        cells = self.cells
         # Components first, so that gathering one component copies no other.
-        lines = _Lines(np.ascontiguousarray(rays.origin.T), np.ascontiguousarray(rays.direction.T), rays.tmax)
+        lines = _Lines(np.ascontiguousarray(((rays.origin - cells.base) + cells.margin).T),
+                       np.ascontiguousarray(rays.direction.T), rays.tmax)
         tests, steps = np.zeros((2, len(rays)), dtype=np.int64)
         job = _Job(lines=lines, sheared=self.oracle.sheared(rays), best=Nearest(rays.tmax), tests=tests, steps=steps,
                    any_hit=any_hit)
-        # Each thread has rays of its own, so none writes what another reads.
-        parts = np.array_split(np.arange(len(rays)), min(self._jobs, max(1, len(rays) // BLOCK)))
-        with ThreadPoolExecutor(len(parts)) as threads:
-            for _ in threads.map(lambda part: self._traverse(job, part), parts):
-                pass
+        self._in_threads(lambda rows: self._traverse(job, np.arange(rows.start, rows.stop)), len(rays),
+                         least=BLOCK, shares=self._jobs)
         return job.best.hits(self.oracle, job.sheared, tests=tests, steps=steps)
 
     def _traverse(self, job, part):
@@ -96,7 +170,7 @@ class Grid(RayFrusta):
             if len(live.ray) <= BLOCK // 2 and waiting < len(part):
                 live.join(self._enter(lines, part[waiting:waiting + BLOCK // 2]))
                 waiting += BLOCK // 2
-            count = self._counts.take(live.cell)
+            count = self._table[live.cell, 1]
             exit_ = live.exit()
             live.steps += count >= 0
             full = np.flatnonzero(count > 0)
@@ -114,67 +188,71 @@ class Grid(RayFrusta):
 
     def _enter(self, lines, ray):
         """The rays that meet the grid, each in its first cell."""
-        cells = self.cells
-        origin, direction = lines.origin[:, ray], lines.direction[:, ray]
-        still = direction == 0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = 1 / direction
-            low = (cells.lower[:, None] - origin) * inverse
-            high = ((cells.lower + cells.shape * cells.size)[:, None] - origin) * inverse
-        inside = (origin >= cells.lower[:, None]) & (origin <= (cells.lower + cells.shape * cells.size)[:, None])
-        entry = np.where(still, np.where(inside, -FAR, FAR), np.minimum(low, high)).max(axis=0)
-        leave = np.where(still, FAR, np.maximum(low, high)).min(axis=0)
+        shape, size = self.cells.shape[:, None], self.cells.size
+        origin, direction, extent = lines.origin[:, ray], lines.direction[:, ray], shape * size
+        moves = np.abs(direction) > STILL * np.abs(direction).max(axis=0, initial=0)
+        inverse = np.divide(1, direction, out=np.zeros_like(direction), where=moves)
+        low, high = (0 - origin) * inverse, (extent - origin) * inverse
+        inside = (origin >= 0) & (origin <= extent)
+        entry = np.where(moves, np.minimum(low, high), np.where(inside, -np.inf, np.inf)).max(axis=0)
+        leave = np.where(moves, np.maximum(low, high), np.inf).min(axis=0)
         entry = np.maximum(entry, 0)
         some = np.flatnonzero((entry <= leave) & (entry < lines.tmax[ray]))
-        origin, direction, inverse, still = (a[:, some] for a in (origin, direction, inverse, still))
-        point = origin + direction * entry[some]
-        index = np.clip(((point - cells.lower[:, None]) / cells.size).astype(int), 0, cells.shape[:, None] - 1)
+        origin, direction, inverse, moves = (a[:, some] for a in (origin, direction, inverse, moves))
+        index = np.clip(((origin + direction * entry[some]) / size).astype(int), 0, shape - 1)
         forward = direction > 0
-        with np.errstate(invalid="ignore"):
-            crossing = np.where(still, FAR, (cells.lower[:, None] + (index + forward) * cells.size - origin) * inverse)
-            between = np.where(still, 0.0, np.abs(cells.size * inverse))
-        stride = np.where(still, 0, np.where(forward, 1, -1)) * self._strides[:, None]
-        return _Block(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some],
-                     crossing=crossing, between=between, stride=stride)
+        plane, between = (index + forward) * size, np.where(forward, size, -size)
+        stride = np.where(moves, np.where(forward, 1, -1), 0) * self._strides[:, None]
+        return _Block(ray=ray[some], cell=self._strides @ (index + 1), entry=entry[some], origin=origin,
+                      inverse=inverse, crossing=np.where(moves, (plane - origin) * inverse, np.inf), plane=plane,
+                      between=between, stride=stride)
 
     def _test(self, job, live, full, count, exit_):
         """Test the rays ``full`` of the traversal against the patches of their cells."""
-        lines, best = job.lines, job.best
-        ray = live.ray[full]
-        direction = [component.take(ray) for component in lines.direction]
-        entry = live.entry[full]
-        point = [origin.take(ray) + entry * d for origin, d in zip(lines.origin, direction, strict=True)]
-        span = np.minimum(exit_, best.t[ray]) - entry
+        ray, cell = live.ray[full], live.cell[full]
         pair = np.repeat(np.arange(len(full)), count)
-        first = self._start.take(live.cell[full]) - (np.cumsum(count) - count)
-        patch = self.cells.patch.take(np.arange(len(pair)) + first.take(pair))
-        # A ray that does not cross the patch's plane within this cell cannot hit the patch here.
-        normal = [component.take(patch) for component in self._normal]
-        begin = sum(n * p.take(pair) for n, p in zip(normal, point, strict=True)) - self._offset.take(patch)
-        end = begin + sum(n * (d * span).take(pair) for n, d in zip(normal, direction, strict=True))
-        slack = self._slack.take(patch)
-        crosses = np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
-        patch = patch[crosses]
-        ray = ray.take(pair[crosses])
-        hit, t = self.oracle.hits(job.sheared, ray, patch, lines.tmax[ray])
-        best.update(ray[hit], patch[hit], t)
+        first = self._table[cell, 0] - (np.cumsum(count) - count)
+        patch = self._listed.take(np.arange(len(pair)) + first.take(pair))
+        if job.any_hit:
+            ray = ray.take(pair)
+        else:
+            crosses = self._crosses(job, live, full, exit_, pair, patch)
+            patch, ray = patch[crosses], ray.take(pair[crosses])
+        hit, t = self.oracle.hits(job.sheared, ray, patch, job.lines.tmax[ray])
+        job.best.update(ray[hit], patch[hit], t)
+
+    def _crosses(self, job, live, full, exit_, pair, patch):
+        """The pairs whose ray crosses the patch's plane within its cell: no other can hit the patch there."""
+        ray, entry = live.ray[full], live.entry[full]
+        span = np.minimum(exit_, job.best.t[ray]) - entry
+        normal, offset, slack = self._planes
+        begin, change = -offset.take(patch), 0.0
+        for axis in range(3):
+            component, direction = normal[axis].take(patch), job.lines.direction[axis].take(ray)
+            begin += component * (live.origin[axis].take(full) + entry * direction).take(pair)
+            change = change + component * (direction * span).take(pair)
+        end, slack = begin + change, slack.take(patch)
+        return np.flatnonzero((np.minimum(begin, end) <= slack) & (np.maximum(begin, end) >= -slack))
+
+    @cached_property
+    def _planes(self):
+        """Planes n . x = offset relative to the grid, and the largest distance of their vertices from them."""
+        scene, cells = self.oracle.scene, self.cells
+        normal, vertices = np.ascontiguousarray(scene.normals.T), scene.vertices - cells.base + cells.margin
+        offset = np.einsum("ij,ij->i", scene.normals, vertices[:, 0])
+        distance = np.einsum("ij,ikj->ik", scene.normals, vertices) - offset[:, None]
+        return normal, offset, np.abs(distance).max(axis=1) + cells.margin
 
 
-def _cheapest(scene):
-    """The best of a few cell sizes for rays from the patches; half of the rays start on patches chosen by area."""
+def _trial_rays(scene):
+    """Rays from the patches; half of them start on patches chosen by area."""
     random = np.random.default_rng(0)
     patch = np.concatenate([random.integers(len(scene), size=TRIAL_RAYS // 2),
                             random.choice(len(scene), TRIAL_RAYS // 2, p=scene.areas / scene.areas.sum())])
     # The normal plus a point on the unit sphere is cosine-distributed.
     direction = random.normal(size=(len(patch), 3))
     direction = scene.normals[patch] + 0.999 * direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    rays = Rays(scene.centres[patch], direction, scene.surface[patch])
-    sizes = np.clip(balanced_cell(scene) * TRIAL_SIZES, 1 / FINEST, 1)
-    return min(np.unique(sizes).tolist()[::-1], key=lambda cell: _cost(Grid(scene, cell, jobs=1).nearest(rays)))
-
-
-def _cost(hits):
-    return hits.steps.sum() + TEST_COST * hits.tests.sum()
+    return Rays(scene.centres[patch], direction, scene.surface[patch])
 
 
 class _Lines(NamedTuple):
@@ -199,10 +277,14 @@ class _Job(NamedTuple):
 class _Block:
     """The state of the rays in traversal; three rows per axis array."""
 
-    def __init__(self, *, ray, cell, entry, crossing, between, stride):
+    _SINGLE = ("ray", "cell", "entry", "tests", "steps")
+    _BY_AXIS = ("origin", "inverse", "crossing", "plane", "between", "stride")
+
+    def __init__(self, *, ray, cell, entry, **by_axis):
         self.ray, self.cell, self.entry = ray, cell, entry
         self.tests, self.steps = np.zeros((2, len(ray)), dtype=np.int64)
-        self.crossing, self.between, self.stride = list(crossing), list(between), list(stride)
+        for name in self._BY_AXIS:
+            setattr(self, name, list(by_axis[name]))
 
     def exit(self):
         """T at which each ray leaves its cell."""
@@ -210,10 +292,12 @@ class _Block:
 
     def advance(self, exit_):
         """Advance each ray by one cell; through an edge or a corner directly into the opposite cell."""
-        for crossing, between, stride in zip(self.crossing, self.between, self.stride, strict=True):
-            moves = crossing <= exit_
-            self.cell += np.where(moves, stride, 0)
-            crossing += np.where(moves, between, 0.0)
+        for axis in range(3):
+            moves = self.crossing[axis] <= exit_
+            self.cell += np.where(moves, self.stride[axis], 0)
+            self.plane[axis] += np.where(moves, self.between[axis], 0.0)
+            crossing = (self.plane[axis] - self.origin[axis]) * self.inverse[axis]
+            self.crossing[axis] = np.where(moves, crossing, self.crossing[axis])
         self.entry = exit_
 
     def stop(self, rows):
@@ -231,8 +315,8 @@ class _Block:
         self._change(lambda own, others: np.concatenate([own, others]), other)
 
     def _change(self, change, *others):
-        for name in ("ray", "cell", "entry", "tests", "steps"):
+        for name in self._SINGLE:
             setattr(self, name, change(getattr(self, name), *(getattr(other, name) for other in others)))
-        for name in ("crossing", "between", "stride"):
+        for name in self._BY_AXIS:
             components = zip(getattr(self, name), *(getattr(other, name) for other in others), strict=True)
             setattr(self, name, [change(*component) for component in components])

@@ -3,29 +3,56 @@
 from golden.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
+from golden.cast.ray_caster import RayCaster
+from golden.cast.shared_grid import shared_grid
 from golden.scene.scene import Scene
 
-__all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster"]
+__all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster"]
 
-# Methods in float64, which cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
-# "naive" is brute force in float64, "naive-fixed" brute force in fixed point.
-RAY_METHODS = {"grid": Grid, "naive": Naive}
+
+def _embree(scene):
+    from golden.cast.embree import Embree
+
+    return Embree(scene)
+
+
+# Methods that cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
+# "naive" is brute force in float64, "naive-fixed" brute force in fixed point; "embree" casts in single precision.
+RAY_METHODS = {"grid": Grid, "naive": Naive, "embree": _embree}
 FIXED_METHODS = {"shelling": ShellingFrusta, "naive-fixed": NaiveFixedFrusta}
 FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
 
 
-def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None):
-    """A caster of frusta by its name in `FRUSTUM_METHODS`.
+def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,
+               progress: bool = False) -> RayCaster:
+    """A caster of any rays by its name in `RAY_METHODS`.
 
     Parameters
     ----------
     scene, method
-        The scene, and a name in `FRUSTUM_METHODS`.
+        The scene, and a name in `RAY_METHODS`.
     cell
         Cell size for methods with cells. Default: that of the method.
     jobs
         Threads for methods with threads. Default: that of the method.
+    progress
+        Shows a progress bar after two seconds of preparation.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        The package of the method is not installed.
     """
-    if method == "grid":
-        return Grid(scene, cell, jobs=jobs)
+    if method != "grid":
+        return RAY_METHODS[method](scene)
+    if cell is None:
+        return shared_grid(scene, jobs, progress)
+    return Grid(scene, cell, jobs=jobs, progress=progress)
+
+
+def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,
+                   progress: bool = False):
+    """A caster of frusta by its name in `FRUSTUM_METHODS`; the other arguments are those of `ray_caster`."""
+    if method in RAY_METHODS:
+        return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
     return ShellingFrusta(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from golden.cast.nearest import Nearest
-from golden.cast.ray_frusta import RayFrusta
+from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
 from golden.oracle import Oracle
 from golden.scene.scene import Scene
@@ -14,7 +14,7 @@ __all__ = ["Naive"]
 BLOCK = 1 << 14
 
 
-class Naive(RayFrusta):
+class Naive(RayCaster):
     """Tests every ray against every patch in float64: the reference of `golden.cast.grid.Grid`.
 
     Parameters
@@ -38,6 +38,6 @@ class Naive(RayFrusta):
         tests = np.full(len(rays), len(self.oracle.scene))
         return best.hits(self.oracle, sheared, tests=tests, steps=np.zeros_like(tests))
 
-    def occluded(self, rays: Rays) -> Hits:
+    def any_hit(self, rays: Rays) -> Hits:
         """A hit of each ray before its ``tmax``: here the nearest one."""
         return self.nearest(rays)

@@ -8,6 +8,9 @@ from golden.errors import InputError
 
 __all__ = ["Hits", "Rays"]
 
+# Least and greatest length of a direction, as its largest component.
+SHORTEST, LONGEST = 2.0**-300, 2.0**300
+
 
 @dataclass(frozen=True, eq=False)
 class Rays:
@@ -21,17 +24,21 @@ class Rays:
         R int32: the surface (``Scene.surface``) on which the ray starts and which it never hits, or -1.
     tmax
         R float64: hits at this distance or farther do not count; infinity by default.
+    target
+        R int32: another surface that the ray never hits, or -1.
 
     Raises
     ------
     InputError
-        Shapes do not match, a value is not finite, or a direction is zero.
+        Shapes do not match, a value is not finite, or the largest component of a direction is zero or not between
+        2^-300 and 2^300.
     """
 
     origin: np.ndarray
     direction: np.ndarray
     source: np.ndarray | None = None
     tmax: np.ndarray | None = None
+    target: np.ndarray | None = None
 
     def __post_init__(self):
         for name in ("origin", "direction"):
@@ -45,10 +52,16 @@ class Rays:
         count = len(self.origin)
         if len(self.direction) != count:
             raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}")
-        bad = np.flatnonzero(~self.direction.any(axis=1))
+        # Squares of components must neither overflow nor vanish.
+        longest = _longest_component(self.direction)
+        bad = np.flatnonzero(longest == 0)
         if len(bad):
             raise InputError(f"rays: Direction of ray {bad[0]} must not be zero")
-        for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf)):
+        bad = np.flatnonzero((longest < SHORTEST) | (longest > LONGEST))
+        if len(bad):
+            raise InputError(f"rays: Direction of ray {bad[0]} must be {SHORTEST:.0e} to {LONGEST:.0e} long, not "
+                             f"{longest[bad[0]]!r}")
+        for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf), ("target", np.int32, -1)):
             value = getattr(self, name)
             value = np.full(count, default, dtype) if value is None else np.ascontiguousarray(value, dtype=dtype)
             if value.shape != (count,):
@@ -62,7 +75,7 @@ class Rays:
         return len(self.origin)
 
     def __getitem__(self, rows) -> "Rays":
-        return Rays(self.origin[rows], self.direction[rows], self.source[rows], self.tmax[rows])
+        return Rays(self.origin[rows], self.direction[rows], self.source[rows], self.tmax[rows], self.target[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,3 +100,9 @@ class Hits:
     v: np.ndarray
     tests: np.ndarray
     steps: np.ndarray
+
+
+def _longest_component(vectors):
+    """The largest absolute component of each of R vectors."""
+    x, y, z = np.abs(vectors).T
+    return np.maximum(np.maximum(x, y), z)

@@ -21,7 +21,7 @@ __all__ = [
 PRESETS = ("tiny", "small", "paper", "thesis", "large")
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
 # Methods that cast any rays, and those that cast frusta for the renderer.
-RAY_METHODS = ("grid", "naive")
+RAY_METHODS = ("grid", "naive", "embree")
 FRUSTUM_METHODS = (*RAY_METHODS, "shelling", "naive-fixed")
 # Methods of `cast`, and what it compares their hits with.
 RECORD_METHODS = ("shelling", "naive")

@@ -53,7 +53,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         task = ViewFactorTask(scene, output, facets=facets, max_edge=max_edge, max_area=max_area, resume=resume,
                               progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
-              else nullcontext(frustum_caster(task.scene, method, cell=cell))) as caster:
+              else nullcontext(frustum_caster(task.scene, method, cell=cell, progress=console().progress))) as caster:
             report, text = task.run(caster, method=method, whole=bool(chosen), rays=rays, samples=samples)
         if chosen:
             report[method] = caster.counts()

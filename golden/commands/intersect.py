@@ -16,7 +16,7 @@ __all__ = ["intersect"]
 @click.option("-o", "--output", type=FILE, required=True,
               help="Write the hits to this .npz: patch (-1: none), t, u, v.")
 @click.option("--method", type=click.Choice(RAY_METHODS), default="grid",
-              help="Choose the casting method; all give the same hits.")
+              help="Choose the casting method; grid and naive give the same hits.")
 def intersect(scene, rays, output, method):
     """Cast RAYS (.npz with origin and direction, R x 3) into SCENE.
 
@@ -30,8 +30,8 @@ def intersect(scene, rays, output, method):
 
     check_outputs(output, suffixes=(".npz",))
     cast, any_hit = read_rays(rays)
-    caster = methods.RAY_METHODS[method](open_scene(scene))
-    hits = caster.occluded(cast) if any_hit else caster.nearest(cast)
+    caster = methods.ray_caster(open_scene(scene), method, progress=console().progress)
+    hits = caster.any_hit(cast) if any_hit else caster.nearest(cast)
     write_hits(output, hits)
     count = max(1, len(cast))
     report = {"output": output, "rays": len(cast), "hits": int((hits.patch >= 0).sum()),

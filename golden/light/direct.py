@@ -154,7 +154,7 @@ class DirectLight:
         going = np.arange(len(row))
         rays = Rays(points.position[row], toward, self._scene.surface[points.patch[row]], np.full(len(row), tmax))
         if not self._transmittance.any():
-            blocked = self._caster.occluded(rays).patch >= 0
+            blocked = self._caster.any_hit(rays).patch >= 0
             through[blocked] = 0
             return through
         for _ in range(SHEETS + 1):

@@ -46,9 +46,9 @@ class CountingCaster:
         """The caster's nearest hits."""
         return self._count(self._caster.nearest(rays))
 
-    def occluded(self, rays: Rays) -> Hits:
+    def any_hit(self, rays: Rays) -> Hits:
         """The caster's any hits."""
-        return self._count(self._caster.occluded(rays))
+        return self._count(self._caster.any_hit(rays))
 
     def hemispheres(self, *arguments) -> FrustumHits:
         """The caster's hemispheres, counted."""

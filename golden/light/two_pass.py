@@ -6,9 +6,9 @@ from math import isqrt
 import numpy as np
 
 from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS
-from golden.cast.grid import Grid
 from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.rays import Hits, Rays
+from golden.cast.shared_grid import shared_grid
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
 from golden.light.direct import DirectLight
@@ -160,8 +160,9 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
                          f"no background")
     tally = Tally()
     with tally.stage("cells"):
-        frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs)
-        caster = frusta if settings.method in RAY_METHODS else Grid(scene, jobs=settings.jobs)
+        frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs,
+                                          progress=progress)
+        caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))

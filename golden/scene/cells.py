@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.compiled import is_compiler_active
 from golden.errors import InputError
 from golden.scene.scene import Scene
 
@@ -37,6 +38,8 @@ class Cells:
         The patches.
     cell
         Cell size as a share of the scene box's longest side, 1/256 to 1.
+    compiled
+        See `patches_by_cell`.
 
     Members
     -------
@@ -44,12 +47,12 @@ class Cells:
         Cell size in scene units.
     shape
         Cells along x, y and z.
-    lower
-        Lower corner of the grid in scene units.
+    base, margin
+        Lower corner of the scene box, and its distance along each axis from that of the grid, in scene units. The
+        margin is also the largest distance of a patch from a cell that lists it. Positions relative to the base keep
+        their precision in a scene far from the origin.
     start, patch
         The patches of cell number c are ``patch[start[c]:start[c + 1]]``; x runs slowest.
-    margin
-        Largest distance of a patch from a cell that lists it, in scene units.
 
     Raises
     ------
@@ -57,22 +60,24 @@ class Cells:
         Cell size out of range.
     """
 
-    def __init__(self, scene: Scene, cell: float):
+    def __init__(self, scene: Scene, cell: float, *, compiled: bool | None = None):
         lower, upper = scene.bounds
         check_cell_size(cell)
         self.margin = MARGIN_SHARE * scene.size
         self.size = cell * scene.size
         # The outermost patches may be exactly on the scene box: the margin keeps them, and rays to them, inside.
-        self.lower = lower - self.margin
+        self.base = lower
         self.shape = np.maximum(np.ceil((upper - lower + 2 * self.margin) / self.size).astype(int), 1)
         self.start, self.patch = patches_by_cell(
-            scene.vertices, lower=self.lower, size=self.size, shape=self.shape, margin=self.margin)
+            scene.vertices - lower, lower=np.full(3, -self.margin), size=self.size, shape=self.shape,
+            margin=self.margin, compiled=compiled)
 
     def __len__(self) -> int:
         return int(self.shape.prod())
 
 
-def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, shape: np.ndarray, margin: float):
+def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, shape: np.ndarray, margin: float,
+                    compiled: bool | None = None):
     """The patches within a margin of each cell of a grid.
 
     Parameters
@@ -83,6 +88,8 @@ def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, sha
         The grid: lower corner, side of a cell, cells along x, y and z.
     margin
         Distance in the units of the vertices.
+    compiled
+        Search by numba; the patches do not depend on it. Default: where it is installed and not switched off.
 
     Returns
     -------
@@ -90,14 +97,25 @@ def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, sha
         ``start`` and ``patch``: the patches of cell number c are ``patch[start[c]:start[c + 1]]``, ascending; x runs
         slowest.
     """
+    lower, shape = np.asarray(lower, dtype=np.float64), np.asarray(shape, dtype=np.int64)
+    vertices = np.ascontiguousarray(vertices)
+    if is_compiler_active() if compiled is None else compiled:
+        from golden.scene.cells_kernel import patches_of_cells
+
+        return patches_of_cells(vertices, lower, float(size), shape, float(margin))
+    cells, patches = _touched_cells(vertices, lower, size, shape, margin)
+    start = np.concatenate([[0], np.cumsum(np.bincount(cells, minlength=shape.prod()))])
+    return start, patches[np.argsort(cells, kind="stable")]
+
+
+def _touched_cells(vertices, lower, size, shape, margin):
+    """Pairs of cell and patch that touch; patches ascend."""
     cells, patches = [], []
     for patch, index in _candidates(vertices, lower, size, shape, margin):
-        keep = _touches(vertices[patch] - (lower + (index + 0.5) * size)[:, None], 0.5 * size + margin)
-        cells.append(np.ravel_multi_index(index[keep].T, shape))
-        patches.append(patch[keep])
-    cells, patches = np.concatenate(cells), np.concatenate(patches)
-    order = np.lexsort((patches, cells))
-    return np.searchsorted(cells[order], np.arange(np.prod(shape) + 1)), patches[order]
+        touch = _touches(vertices[patch] - (lower + (index + 0.5) * size)[:, None], 0.5 * size + margin)
+        cells.append(np.ravel_multi_index(index[touch].T, shape))
+        patches.append(patch[touch])
+    return np.concatenate(cells), np.concatenate(patches)
 
 
 def _candidates(vertices, lower, size, shape, margin):
@@ -129,17 +147,22 @@ def _touches(points, half):
     touch = (points.min(axis=1) <= half).all(axis=1) & (points.max(axis=1) >= -half).all(axis=1)
     normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
     touch &= _overlap(points, normal, half)
+    some = np.flatnonzero(touch)
+    points = points[some]
     edges = np.roll(points, -1, axis=1) - points
     for corner in range(4):
         for axis in range(3):
-            touch &= _overlap(points, np.cross(edges[:, corner], np.eye(3)[axis]), half)
+            touch[some] &= _overlap(points, np.cross(edges[:, corner], np.eye(3)[axis]), half)
     return touch
 
 
 def _overlap(points, direction, half):
     """Whether the points' extent along a direction overlaps that of a cube of half side ``half``."""
-    along = np.einsum("kij,kj->ki", points, direction)
-    reach = half * np.abs(direction).sum(axis=1)
+    # Sums in an order of their own: that of a library may depend on the processor.
+    along = points[..., 0] * direction[:, None, 0] + points[..., 1] * direction[:, None, 1] \
+        + points[..., 2] * direction[:, None, 2]
+    size = np.abs(direction)
+    reach = half * (size[:, 0] + size[:, 1] + size[:, 2])
     return (along.min(axis=1) <= reach) & (along.max(axis=1) >= -reach)
 
 

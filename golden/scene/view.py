@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.cast.grid import Grid
 from golden.cast.rays import Rays
+from golden.cast.shared_grid import shared_grid
 from golden.scene.camera import Camera
 from golden.scene.scene import Scene
 
@@ -140,11 +140,11 @@ def default_camera(scene: Scene, caster=None) -> Camera:
     Parameters
     ----------
     caster
-        A caster of the scene (``nearest``). Default: a new one.
+        A caster of the scene (``nearest``). Default: the shared grid.
     """
     if scene.camera is not None:
         return scene.camera
-    caster = caster or Grid(scene)
+    caster = caster or shared_grid(scene)
     room = _room(scene, caster)
     if room is None:
         return _from_outside(scene)

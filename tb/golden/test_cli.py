@@ -286,10 +286,12 @@ def rays(folder):
 def test_intersect_gives_the_same_hits_by_every_method(folder, rays):
     for method in RAY_METHODS:
         succeed("intersect", "furnace:3", "rays.npz", "-o", f"{method}.npz", "--method", method)
-    with np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive:
+    with (np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive,
+          np.load(folder / "embree.npz") as embree):
         assert sorted(grid.files) == ["patch", "t", "u", "v"]
         for name in grid.files:
             np.testing.assert_array_equal(grid[name], naive[name])
+            np.testing.assert_allclose(embree[name], naive[name], rtol=1e-9, atol=1e-9)
         point = rays["origin"] + grid["t"][:, None] * rays["direction"]
         assert (grid["patch"] >= 0).all(), "a closed cube lets no ray out"
         np.testing.assert_allclose(np.minimum(point, 1 - point).min(axis=1), 0, atol=1e-12)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from golden.cast.embree import Embree
 from golden.cast.grid import Grid
+from golden.cast.rays import Rays
+from golden.light.surface_points import bilinear
 from golden.scene.builtin import builtin_scene
-from radiosity.benchmarks.embree import Embree
 from tb.golden.soups import random_rays
 
 # Single precision keeps coordinates to 2^-24 of the scene's size; a dozen operations on them lose some bits more.
@@ -36,7 +38,7 @@ def depth(scene, rays, patch):
 def test_nearest_hits_are_those_of_embree(name):
     scene = builtin_scene(name)
     rays = random_rays(scene, 20, 100_000)
-    ours, theirs = Grid(scene).nearest(rays).patch, Embree(scene).nearest(rays)
+    ours, theirs = Grid(scene).nearest(rays).patch, Embree(scene).nearest(rays).patch
     differ = np.flatnonzero(ours != theirs)
     rays, ours, theirs = rays[differ], ours[differ], theirs[differ]
     tolerance = TOLERANCE * scene.size
@@ -50,3 +52,45 @@ def test_nearest_hits_are_those_of_embree(name):
     same_depth[both] = np.abs(first - second) < tolerance / np.minimum(slope_1, slope_2)
     assert (on_edge | same_depth).all(), f"{(~(on_edge | same_depth)).sum()} of {len(differ)} differences unexplained"
     assert len(differ) < 100
+
+
+def points_on(scene, patch, random):
+    """A random point in the interior of each of R patches."""
+    u, v = random.uniform(0.05, 0.95, (2, len(patch)))
+    return bilinear(scene.vertices[patch], u, v)
+
+
+# Of 20,000 each, the rays from surfaces, and the segments between them, that differ: single precision.
+@pytest.mark.parametrize(("name", "rays_differ", "segments_differ"), [
+    ("cornell", 0, 0), ("lobby", 2, 2), ("room1627", 5, 5), ("teapot", 5, 5)])
+def test_differences_of_rays_from_surfaces_are_few(name, rays_differ, segments_differ):
+    scene, random = builtin_scene(name), np.random.default_rng(3)
+    embree, grid = Embree(scene), Grid(scene)
+    patch = random.integers(len(scene), size=(20_000, 2))
+    origin, target = (points_on(scene, ends, random) for ends in patch.T)
+    direction = random.normal(size=origin.shape)
+    direction *= np.sign(np.einsum("rj,rj->r", direction, scene.normals[patch[:, 0]]))[:, None]
+    rays = Rays(origin, direction, scene.surface[patch[:, 0]])
+    theirs, ours = embree.nearest(rays), grid.nearest(rays)
+    same = theirs.patch == ours.patch
+    assert (~same).sum() <= rays_differ
+    met = same & (ours.patch >= 0)
+    np.testing.assert_allclose(theirs.t[met], ours.t[met], rtol=1e-6)
+    # A segment in the plane of a ceiling touches the edges of the walls below it.
+    along = target - origin
+    sine = np.abs(np.einsum("rj,rej->re", along, scene.normals[patch])) / np.linalg.norm(along, axis=1)[:, None]
+    some = sine.min(axis=1) > 1e-3
+    segments = origin[some], target[some], scene.surface[patch[some]]
+    assert (embree.occluded(*segments) != grid.occluded(*segments)).sum() <= segments_differ
+
+
+def test_a_ray_goes_on_behind_the_surfaces_that_it_never_hits():
+    scene = builtin_scene("cornell")
+    lower, upper = scene.bounds
+    rays = Rays([[0.5, 0.5, 0.5] * upper + [0.5, 0.5, 0.5] * lower] * 2, [[0, -1, 0]] * 2)
+    first = Embree(scene).nearest(rays).patch[0]
+    behind = Embree(scene).nearest(Rays(rays.origin, rays.direction, target=[scene.surface[first], -1])).patch
+    assert first >= 0
+    assert behind[1] == first
+    assert behind[0] == Grid(scene).nearest(Rays(rays.origin[:1], rays.direction[:1],
+                                                 source=scene.surface[[first]])).patch[0]

@@ -59,7 +59,7 @@ def test_any_hit_agrees_with_nearest_hit_on_whether_there_is_one(name):
     random = np.random.default_rng(5)
     rays = random_rays(scene, 5, 3000)
     rays = Rays(rays.origin, rays.direction, tmax=random.uniform(0, 1.5, len(rays)))
-    nearest, any_hit = Grid(scene).nearest(rays), Grid(scene).occluded(rays)
+    nearest, any_hit = Grid(scene).nearest(rays), Grid(scene).any_hit(rays)
     np.testing.assert_array_equal(any_hit.patch >= 0, nearest.patch >= 0)
     assert (any_hit.t >= nearest.t).all()
     assert any_hit.tests.sum() <= nearest.tests.sum()

@@ -13,7 +13,7 @@ class Half:
         return Hits(patch=patch, t=np.ones(count), u=np.zeros(count), v=np.zeros(count),
                     tests=np.full(count, 3), steps=np.full(count, 2))
 
-    occluded = nearest
+    any_hit = nearest
 
 
 def rays(count):
@@ -23,7 +23,7 @@ def rays(count):
 def test_rays_are_counted_by_kind():
     tally = Tally()
     shadow, primary = tally.counting("shadow", Half()), tally.counting("primary", Half())
-    shadow.occluded(rays(4))
+    shadow.any_hit(rays(4))
     shadow.nearest(rays(6))
     primary.nearest(rays(2))
     assert tally.kinds == {"shadow": {"rays": 10, "hits": 5, "tests": 30, "steps": 20},

@@ -351,7 +351,7 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
      "across, by method shelling, not 16785408"),
     ({"method": "shelling", "width": 16384, "height": 1, "samples": 25}, "Size times samples must be at most 4194304 "
      "rays, 65536 across, by method shelling, not 409600"),
-    ({"method": "magic"}, "Method must be one of grid, naive, shelling, naive-fixed, not 'magic'"),
+    ({"method": "magic"}, "Method must be one of grid, naive, embree, shelling, naive-fixed, not 'magic'"),
 ])
 def test_settings_out_of_range_are_refused(bad, message):
     with pytest.raises(InputError) as error:

@@ -17,7 +17,7 @@ def test_points_of_a_patch_lie_in_cells_that_hold_it(seed, cell):
     corner = scene.vertices
     points = (1 - v) * ((1 - u) * corner[:, 0] + u * corner[:, 1]) + v * ((1 - u) * corner[:, 3] + u * corner[:, 2])
     points = np.concatenate([points, np.moveaxis(corner, 1, 0)])
-    index = ((points - cells.lower) / cells.size).astype(int)
+    index = ((points - cells.base + cells.margin) / cells.size).astype(int)
     assert (index >= 0).all()
     assert (index < cells.shape).all()
     number = np.ravel_multi_index(np.moveaxis(index, 2, 0), cells.shape)
@@ -31,7 +31,8 @@ def test_no_cell_holds_a_patch_that_is_clearly_outside(seed):
     scene = soup(seed)
     cells = Cells(scene, 0.05)
     cell = np.repeat(np.arange(len(cells)), np.diff(cells.start))
-    centre = cells.lower + (np.stack(np.unravel_index(cell, cells.shape), axis=1) + 0.5) * cells.size
+    index = np.stack(np.unravel_index(cell, cells.shape), axis=1)
+    centre = cells.base - cells.margin + (index + 0.5) * cells.size
     distance = np.abs(np.einsum("kj,kj->k", centre - scene.vertices[cells.patch, 0], scene.normals[cells.patch]))
     assert (distance <= 0.5 * np.sqrt(3) * cells.size + 2 * cells.margin).all()
     low, high = scene.vertices[cells.patch].min(axis=1), scene.vertices[cells.patch].max(axis=1)

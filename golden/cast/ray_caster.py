@@ -1,0 +1,80 @@
+"""What casters of single rays share: segments between two points."""
+
+from abc import abstractmethod
+
+import numpy as np
+
+from golden.cast.ray_frusta import RayFrusta
+from golden.cast.rays import Hits, Rays
+from golden.errors import InputError
+from golden.oracle import Oracle
+
+__all__ = ["RayCaster"]
+
+
+class RayCaster(RayFrusta):
+    """Base class of the casters that cast any rays.
+
+    Members
+    -------
+    oracle
+        The tests of the scene's patches.
+    least
+        Least distance of a hit from both ends of a segment, in scene units.
+    """
+
+    oracle: Oracle
+
+    @property
+    def least(self) -> float:
+        """That of the oracle."""
+        return self.oracle.nearest
+
+    @abstractmethod
+    def nearest(self, rays: Rays) -> Hits:
+        """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
+
+    def nearest_patches(self, rays: Rays) -> np.ndarray:
+        """The patch that each ray hits first, R int32, or -1."""
+        return self.nearest(rays).patch
+
+    @abstractmethod
+    def any_hit(self, rays: Rays) -> Hits:
+        """Some hit of each ray before its ``tmax``."""
+
+    def occluded(self, origins: np.ndarray, targets: np.ndarray, skip: np.ndarray) -> np.ndarray:
+        """Whether a patch is between two points, for R pairs of them.
+
+        A patch counts if the segment meets it farther than ``least`` from both points.
+
+        Parameters
+        ----------
+        origins, targets
+            R x 3, scene units.
+        skip
+            R x 2 int: the surfaces (``Scene.surface``) of the two points, which never block, or -1.
+
+        Returns
+        -------
+        R bool.
+
+        Raises
+        ------
+        InputError
+            Shapes do not match, a value is not finite, or a point is too far away.
+        """
+        origins, targets = np.asarray(origins, dtype=np.float64), np.asarray(targets, dtype=np.float64)
+        skip = np.asarray(skip, dtype=np.int32)
+        if origins.shape != targets.shape or skip.shape != (len(origins), 2):
+            raise InputError(f"segments: Origins, targets and skip must be R x 3, R x 3 and R x 2, not "
+                             f"{origins.shape!r}, {targets.shape!r} and {skip.shape!r}")
+        along = targets - origins
+        # Between nearer points there is no place for a hit.
+        apart = np.flatnonzero(np.abs(along).max(axis=1, initial=0) > self.least)
+        if len(apart) < len(along):
+            blocked = np.zeros(len(along), dtype=bool)
+            blocked[apart] = self.occluded(origins[apart], targets[apart], skip[apart])
+            return blocked
+        x, y, z = along.T
+        tmax = np.maximum(1 - self.least / np.sqrt(x * x + y * y + z * z), 0)
+        return self.any_hit(Rays(origins, along, source=skip[:, 0], tmax=tmax, target=skip[:, 1])).patch >= 0

@@ -1,0 +1,117 @@
+"""Compiled and in numpy, the grid computes the same bits, as brute force does, at any offset and scale."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.cast.naive import Naive
+from golden.cast.rays import Rays
+from golden.errors import InputError
+from golden.scene.builtin import builtin_scene
+from golden.scene.cells import Cells
+from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup
+
+FIELDS = ("patch", "t", "u", "v", "tests", "steps")
+# Offsets in sizes of the scene, and scales.
+PLACES = ((0, 1), (1e3, 1), (-3e6, 1), (2e8, 1), (0.3, 1e-50), (-7, 1e50), (0, 2.0**-199), (0, 2.0**198))
+
+
+def assert_bits(found, expected, fields=FIELDS):
+    for name in fields:
+        assert getattr(found, name).tobytes() == getattr(expected, name).tobytes(), name
+
+
+def placed(scene, offset, scale):
+    """A scene elsewhere and of another size."""
+    return dataclasses.replace(scene, vertices=(scene.vertices + offset * scene.size) * scale)
+
+
+def rays_into(scene, seed):
+    """Random rays, some that end, some from surfaces, and rays along the axes through vertices."""
+    random, plain, axial = np.random.default_rng(seed), random_rays(scene, seed, 600), axis_rays(scene, seed, 600)
+    origin = np.concatenate([plain.origin, axial.origin])
+    direction = np.concatenate([plain.direction, axial.direction * scene.size])
+    return Rays(origin, direction, source=random.integers(-1, scene.surface.max() + 1, len(origin)),
+                tmax=random.choice([0.0, 0.5, 1.0, np.inf], len(origin)),
+                target=random.integers(-1, scene.surface.max() + 1, len(origin)))
+
+
+@pytest.mark.parametrize(("offset", "scale"), PLACES)
+def test_both_give_the_bits_of_naive_wherever_the_scene_is(offset, scale):
+    scene = placed(soup(4), offset, scale)
+    rays = rays_into(scene, 4)
+    expected = Naive(scene).nearest(rays)
+    assert (expected.patch >= 0).sum() > 100
+    both = [Grid(scene, 0.11, compiled=compiled) for compiled in (True, False)]
+    compiled, plain = (grid.nearest(rays) for grid in both)
+    assert_bits(compiled, plain)
+    assert_bits(compiled, expected, FIELDS[:4])
+    assert_bits(*(grid.any_hit(rays) for grid in both))
+
+
+@pytest.mark.parametrize("name", ["box", "icosphere"])
+def test_both_cast_degenerate_rays_alike(name):
+    scene = closed_mesh(name)
+    rays = axis_rays(scene, 5, 2000)
+    # In the planes of patches, and with components that differ by hundreds of orders.
+    rays = Rays(rays.origin, rays.direction + np.array([1e-200, 0, 1e-320]) * scene.size)
+    compiled, plain = (Grid(scene, 0.07, compiled=compiled).nearest(rays) for compiled in (True, False))
+    assert_bits(compiled, plain)
+    assert_bits(compiled, Naive(scene).nearest(rays), FIELDS[:4])
+
+
+@pytest.mark.parametrize("name", ["lobby", "tetra:3"])
+def test_both_choose_the_same_cells(name):
+    scene = builtin_scene(name)
+    compiled, plain = (Grid(scene, compiled=compiled) for compiled in (True, False))
+    assert compiled.cells.size == plain.cells.size
+    rays = random_rays(scene, 1, 1000)
+    assert_bits(compiled.nearest(rays), plain.nearest(rays))
+
+
+@pytest.mark.parametrize("cell", [0.3, 0.02])
+def test_both_list_the_same_patches_in_each_cell(cell):
+    compiled, plain = (Cells(soup(6), cell, compiled=compiled) for compiled in (True, False))
+    np.testing.assert_array_equal(compiled.start, plain.start)
+    np.testing.assert_array_equal(compiled.patch, plain.patch)
+
+
+@pytest.mark.parametrize("offset", [0, 3e6])
+def test_occlusion_of_segments_is_that_of_brute_force(offset):
+    scene = placed(soup(2), offset, 1)
+    random = np.random.default_rng(2)
+    patches = random.integers(len(scene), size=(2000, 2))
+    ends = scene.centres[patches]
+    ends[:50, 1] = ends[:50, 0]
+    skip = scene.surface[patches].astype(np.int32)
+    skip[1000:1200] = -1
+    expected = Naive(scene).occluded(ends[:, 0], ends[:, 1], skip)
+    assert not expected[:50].any()
+    assert 200 < expected.sum() < 1800
+    for compiled in (True, False):
+        found = Grid(scene, compiled=compiled).occluded(ends[:, 0], ends[:, 1], skip)
+        np.testing.assert_array_equal(found, expected)
+        # A segment is as occluded as its reverse.
+        reverse = Grid(scene, compiled=compiled).occluded(ends[:, 1], ends[:, 0], skip[:, ::-1])
+        assert (reverse != expected).sum() <= 2
+
+
+@pytest.mark.parametrize("caster", [Naive, Grid])
+def test_scenes_and_rays_that_float64_does_not_resolve(caster):
+    scene = builtin_scene("cornell")
+    with pytest.raises(InputError, match=r"Coordinates must be at most .* times its size .*; move it to the origin"):
+        caster(placed(scene, 3e8, 1))
+    with pytest.raises(InputError, match=r"Size must be .*, not"):
+        caster(dataclasses.replace(scene, vertices=scene.vertices * (2.0**-250)))
+    with pytest.raises(InputError, match="rays: Origin of ray 1 must be within 262144 of the scene's size"):
+        caster(scene).nearest(Rays([[0, 0, 0], [1e9, 0, 0]], [[1, 0, 0], [1, 0, 0]]))
+    with pytest.raises(InputError, match=r"rays: Direction of ray 0 must be .* long, not"):
+        caster(scene).nearest(Rays([[0, 0, 0]], [[1e-200, 0, 0]]))
+
+
+@pytest.mark.parametrize("shapes", [((2, 3), (3, 3), (2, 2)), ((2, 3), (2, 3), (2,)), ((2, 3), (2, 3), (1, 2))])
+def test_segments_of_the_wrong_shape(shapes):
+    with pytest.raises(InputError, match="segments: Origins, targets and skip must be R x 3, R x 3 and R x 2, not"):
+        Naive(builtin_scene("cornell")).occluded(*(np.zeros(shape) for shape in shapes))
