@@ -1,0 +1,180 @@
+"""Rows of view factors: what each side sees, by closed forms and rays."""
+
+import numpy as np
+
+from golden.cast.rays import Rays
+from golden.errors import InputError
+from golden.frustum import frame
+from golden.light.factors.join import join
+from golden.light.factors.pair_factors import exchange_areas
+from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence
+from golden.light.factors.projection import project
+from golden.light.factors.row_block import RowBlock
+from golden.light.factors.sides import Sides
+from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.visibility import visible_shares
+from golden.light.sampling import mix
+from golden.scene.scene import Scene
+
+__all__ = ["FactorRows"]
+
+# Rays of a hemisphere: 1 / error within these bounds.
+_FEWEST_RAYS, _MOST_RAYS = 256, 4096
+
+# Pairs, and rays, per block, which bounds memory.
+_PAIRS, _RAYS = 1 << 21, 1 << 18
+
+# Keys of the random numbers' uses.
+_HEMISPHERES, _SEGMENTS = 0, 1
+
+
+class FactorRows:
+    """Rows of the view factors of a scene, computed in blocks that do not depend on each other.
+
+    Each row casts a hemisphere of rays, which finds what it sees. Pairs whose factor without occlusion exceeds half
+    the requested error are measured by segments, from the smaller patch (`visible_shares`). Smaller factors come from
+    the hits of both hemispheres alone. Rows and columns are the scene's `Sides`.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    caster
+        A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
+    error
+        Requested error of every factor: twice its standard error, 1e-6 to 0.1.
+    seed
+        Of the random numbers, at least 0.
+    block_rows
+        Rows of a block of work; they do not depend on it.
+
+    Members
+    -------
+    kind, block_rows
+        The class of blocks, and the rows of one.
+    settings
+        What the values depend on beside the scene and the caster.
+    rays
+        Rays of a row's hemisphere.
+
+    Raises
+    ------
+    InputError
+        Error or seed out of range.
+    """
+
+    kind = RowBlock
+
+    def __init__(self, scene: Scene, caster, *, error: float = 1e-3, seed: int = 0, block_rows: int = 128):
+        if not 1e-6 <= error <= 0.1:
+            raise InputError(f"view factors: Error must be 1e-6 to 0.1, not {error!r}")
+        if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**63:
+            raise InputError(f"view factors: Seed must be an integer from 0 to 2^63 - 1, not {seed!r}")
+        self._sides, self._caster, self._error, self._seed = Sides(scene), caster, error, seed
+        self.block_rows = block_rows
+        self.settings = {"error": error, "seed": seed}
+        self.rays = int(np.clip(np.ceil(1 / error / REPLICATES) * REPLICATES, _FEWEST_RAYS, _MOST_RAYS))
+
+    def __len__(self) -> int:
+        return len(self._sides)
+
+    def rows(self, first: int, last: int) -> RowBlock:
+        """The rows ``first`` to ``last`` - 1."""
+        row, column, hits, sky, back, sky_error = self._hemispheres(first, last)
+        pairs = self._measured(first, last)
+        count, width = last - first, len(self)
+        seen = (pairs["factor"] > 0)
+        key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
+        entry, inverse = np.unique(key, return_inverse=True)
+        from_hits, from_pairs = inverse[:len(row)], inverse[len(row):]
+        hit, factor, error = np.zeros(len(entry), np.int32), np.full(len(entry), np.nan), np.full(len(entry), np.nan)
+        hit[from_hits] = hits
+        factor[from_pairs], error[from_pairs] = pairs["factor"], pairs["error"]
+        keep = np.flatnonzero((hit > 0) | (factor > 0))
+        hidden_error = np.zeros(count)
+        hidden = ~seen
+        np.maximum.at(hidden_error, pairs["row"][hidden] - first, pairs["error"][hidden])
+        segments = np.bincount(pairs["row"] - first, pairs["segments"], count).astype(np.int64)
+        entry = entry[keep]
+        start = np.searchsorted(entry, np.arange(count + 1) * width)
+        return RowBlock(first=first, start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
+                        factor=factor[keep], error=error[keep], sky=sky, back=back, sky_error=sky_error,
+                        segments=segments, hidden_error=hidden_error)
+
+    def join(self, blocks) -> ViewFactors:
+        """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
+        sides, scene = self._sides, self._sides.scene
+        estimate = join(list(blocks), area=sides.area, rays=self.rays, error=self._error)
+        F, sky, back = project(estimate, area=sides.area)
+        names = np.array([material.name for material in scene.materials])
+        return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
+                           front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
+                           hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
+                           settings=self.settings)
+
+    def _hemispheres(self, first, last):
+        """Rows, columns and counts of hits; rays that leave, rays that meet a black back, error of the former."""
+        sides, rays, width = self._sides, self.rays, len(self)
+        keys, left, back = [], np.zeros((last - first, REPLICATES), np.int64), np.zeros(last - first, np.int64)
+        step = max(1, _RAYS // rays)
+        for low in range(first, last, step):
+            row = np.repeat(np.arange(low, min(low + step, last)), rays)
+            number = np.arange(len(row)) % rays
+            point = sequence(mix(self._seed, _HEMISPHERES, row), number)
+            origin = points_on(sides.vertices[row], sides.triangle[row], *point[:, :2].T)
+            direction = cosine_directions(frame(sides.normal[row]), *point[:, 2:].T)
+            patch = self._caster.nearest_patches(Rays(origin, direction, source=sides.surface[row]))
+            slot = (row - first) * REPLICATES + number % REPLICATES
+            left += np.bincount(slot[patch < 0], minlength=left.size).reshape(left.shape)
+            met = np.flatnonzero(patch >= 0)
+            side = sides.met(patch[met], direction[met])
+            back += np.bincount(row[met[side < 0]] - first, minlength=len(back))
+            keys.append((row[met] * width + side)[side >= 0])
+        key, count = np.unique(np.concatenate(keys), return_counts=True)
+        sky = left.sum(axis=1)
+        share = sky / rays
+        few = np.minimum(sky, rays - sky) < REPLICATES
+        middle = (sky + 0.5) / (rays + 1)
+        error = np.where(few, np.sqrt(middle * (1 - middle) / (rays + 1)),
+                         np.std(left / (rays / REPLICATES), axis=1, ddof=1) / np.sqrt(REPLICATES))
+        # A row without a ray that leaves is closed.
+        return key // width, key % width, count, sky, back, np.where(share == 0, 0.0, error)
+
+    def _measured(self, first, last):
+        """The pairs of these rows that segments measure."""
+        sides = self._sides
+        found = []
+        step = max(1, _PAIRS // len(self) // 4)
+        for low in range(first, last, step):
+            row, column = self._candidates(np.arange(low, min(low + step, last)))
+            factor = exchange_areas(sides.vertices[row], sides.vertices[column]) / sides.area[row]
+            large = np.flatnonzero(factor > self._error / 2)
+            found.append((row[large], column[large], factor[large]))
+        row, column, factor = (np.concatenate(part) for part in zip(*found, strict=True))
+        shares = visible_shares(sides, self._caster, row, column, factor, limit=self._error / 2,
+                                seed=int(mix(self._seed, _SEGMENTS)))
+        return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error,
+                "segments": shares.segments}
+
+    def _candidates(self, rows):
+        """The pairs of rows and columns that these rows measure and whose factor may exceed half the error."""
+        sides = self._sides
+        between = sides.centre - sides.centre[rows][:, None]
+        distance = np.linalg.norm(between, axis=2)
+        gap = distance - sides.radius - sides.radius[rows, None]
+        # Heights of the balls around the patches over each other's planes.
+        over_row = np.einsum("rni,ri->rn", between, sides.normal[rows]) + sides.radius
+        over_column = -np.einsum("rni,ni->rn", between, sides.normal) + sides.radius[rows, None]
+        pair = np.nonzero(self._owns(rows) & (over_row > 0) & (over_column > 0))
+        far = gap[pair]
+        bound = np.divide(sides.area[pair[1]] * np.minimum(over_row[pair], far) * np.minimum(over_column[pair], far),
+                          np.pi * far**4, out=np.full(len(far), np.inf), where=far > 0)
+        keep = bound > self._error / 2
+        return rows[pair[0][keep]], pair[1][keep]
+
+    def _owns(self, rows):
+        """Whether a row measures the pair with a column: the smaller patch does, of equal ones either by parity."""
+        sides, column = self._sides, np.arange(len(self))
+        ratio = sides.area / sides.area[rows, None]
+        parity = (((rows[:, None] + column) % 2 == 0) == (rows[:, None] < column)) & (rows[:, None] != column)
+        return np.where(np.abs(ratio - 1) <= 1e-9, parity, ratio > 1)

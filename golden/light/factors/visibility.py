@@ -1,0 +1,191 @@
+"""The visible share of pairs of patches, by segments between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.frustum import frame
+from golden.light.factors.certain import certain_shares
+from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence, weighted_points_on
+from golden.light.factors.sides import Sides
+from golden.light.sampling import mix
+
+__all__ = ["VisibleShares", "visible_shares"]
+
+# Pairs whose radii sum to more than this share of their distance, and whose factor is above this, are joined by
+# directions; for others the kernel is even enough that points on both serve.
+_NEAR, _NEAR_FACTOR = 0.7, 2e-3
+
+# Segments per block, which bounds memory.
+_BLOCK = 1 << 18
+
+# First segments of a pair, and the most.
+_FIRST, _MOST = 16, 1 << 20
+
+# From so many segments of the rarer kind on, the replicates' own scatter estimates the variance.
+_COMMON = 16
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VisibleShares:
+    """Visible shares of P pairs, each weighted by cos cos / r^2.
+
+    Parameters
+    ----------
+    share, error
+        P float64: the share of the light between both, if nothing were in between, that passes; its standard error.
+    exact
+        P bool: geometry decided it, so the error is 0.
+    segments
+        P int64: segments cast.
+    """
+
+    share: np.ndarray
+    error: np.ndarray
+    exact: np.ndarray
+    segments: np.ndarray
+
+
+def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, factor: np.ndarray, *, limit: float,
+                   seed: int) -> VisibleShares:
+    """Visible shares such that each factor's standard error is at most ``limit``.
+
+    A pair first gets as many segments as it needs if all of them agree. If they do, and many more are needed,
+    geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^20.
+
+    Parameters
+    ----------
+    sides, caster
+        The sides, and a caster with ``occluded`` (`golden.cast.grid.Grid`).
+    first, second
+        P int: the sides of each pair.
+    factor
+        P float64: view factors from the first to the second, without occlusion, above 0.
+    limit
+        Largest standard error of factor times share.
+    seed
+        Of the segments; those of a pair do not depend on other pairs.
+    """
+    sampling = _Sampling(sides, caster, first, second, factor, seed)
+    exact = np.zeros(len(first), dtype=bool)
+    certain = np.zeros(len(first))
+    needed = np.maximum(1, np.ceil(factor / limit) - 1)
+    sampling.extend(np.arange(len(first)), np.minimum(needed, _FIRST))
+    share, error = sampling.estimate()
+    # A test of one patch against a pair costs about as much as a segment's share of a ray.
+    agreed = np.flatnonzero(((share == 0) | (share == 1)) & (factor * error > limit)
+                            & (needed * 16 > len(sides.scene)))
+    decided, value = certain_shares(sides, first[agreed], second[agreed])
+    exact[agreed[decided]] = True
+    certain[agreed[decided]] = value[decided]
+    while True:
+        share, error = sampling.estimate()
+        rows = np.flatnonzero(~exact & (factor * error > limit) & (sampling.count < _MOST))
+        if not len(rows):
+            break
+        ratio = factor[rows] * error[rows] / limit
+        agree = (share[rows] == 0) | (share[rows] == 1)
+        growth = np.where(agree, np.minimum(ratio, 16), np.minimum(ratio**2, 4)) * 1.1
+        sampling.extend(rows, np.minimum(sampling.count[rows] * np.maximum(growth, 1.25), _MOST))
+    return VisibleShares(share=np.where(exact, certain, share), error=np.where(exact, 0.0, error), exact=exact,
+                         segments=sampling.segments)
+
+
+class _Sampling:
+    """Segments between pairs and their sums by replicate."""
+
+    def __init__(self, sides, caster, first, second, factor, seed):
+        self._sides, self._caster = sides, caster
+        self._first, self._second = first, second
+        self._uses = mix(seed, first, second)
+        distance = np.linalg.norm(sides.centre[first] - sides.centre[second], axis=1)
+        near = (sides.radius[first] + sides.radius[second] > _NEAR * distance) & (factor > _NEAR_FACTOR)
+        # Of the directions from the first patch a share of about the factor meets the second.
+        self._tries = np.where(near, 1 / factor, 0.0)
+        shape = len(first), REPLICATES
+        self._all, self._seen = np.zeros(shape), np.zeros(shape)
+        self._squares = np.zeros(len(first))
+        self._drawn = np.zeros(len(first), dtype=np.int64)
+        self.count = np.zeros(len(first))
+        self.segments = np.zeros(len(first), dtype=np.int64)
+
+    def extend(self, rows, count):
+        """Draw for the pairs ``rows`` until they have about ``count`` segments."""
+        drawn = np.ceil(count * np.maximum(1, self._tries[rows])).astype(np.int64)
+        # Whole turns of all replicates, but for the very first points.
+        drawn = np.where(drawn > REPLICATES // 2, -(-drawn // REPLICATES) * REPLICATES, drawn)
+        more = np.maximum(drawn - self._drawn[rows], 0)
+        ends = np.cumsum(more)
+        for start in range(0, int(ends[-1]) if len(ends) else 0, _BLOCK):
+            number = np.arange(start, min(start + _BLOCK, ends[-1]))
+            entry = np.searchsorted(ends, number, side="right")
+            pair = rows[entry]
+            number = number - (ends[entry] - more[entry]) + self._drawn[pair]
+            self._cast(pair, number)
+        self._drawn[rows] += more
+        self.count[rows] = count
+
+    def estimate(self):
+        """Shares and their standard errors."""
+        total, seen = self._all.sum(axis=1), self._seen.sum(axis=1)
+        some = total > 0
+        share = np.divide(seen, total, out=np.full(len(total), 0.5), where=some)
+        share = np.where(seen == total, np.where(some, 1.0, 0.5), share)
+        size = np.divide(total**2, self._squares, out=np.zeros(len(total)), where=some)
+        alike = (share == 0) | (share == 1)
+        # Wilson's bound at one standard deviation; between the ends the binomial error, as if one more were even.
+        middle = (share * size + 0.5) / (size + 1)
+        error = np.where(alike, 1 / (size + 1), np.sqrt(middle * (1 - middle) / (size + 1)))
+        rest = self._seen - share[:, None] * self._all
+        scatter = np.sqrt(np.einsum("pr,pr->p", rest, rest) * REPLICATES / (REPLICATES - 1))
+        common = (np.minimum(share, 1 - share) * size >= _COMMON) & (self._all > 0).all(axis=1)
+        error = np.where(common, np.divide(scatter, total, out=np.zeros(len(total)), where=some), error)
+        return share, np.where(some, error, 0.5)
+
+    def _cast(self, pair, number):
+        """Add the segments ``number`` of pairs."""
+        near = self._tries[pair] > 0
+        point = sequence(self._uses[pair], number)
+        origin, target = np.empty((2, len(pair), 3))
+        weight = np.empty(len(pair))
+        for which, draw in ((near, self._by_directions), (~near, self._by_points)):
+            if which.any():
+                origin[which], target[which], weight[which] = draw(pair[which], point[which])
+        rows = np.flatnonzero(weight > 0)
+        pair, number, weight = pair[rows], number[rows], weight[rows]
+        surface = self._sides.surface
+        skip = np.stack([surface[self._first[pair]], surface[self._second[pair]]], axis=1)
+        seen = ~self._caster.occluded(origin[rows], target[rows], skip)
+        slot = pair * REPLICATES + number % REPLICATES
+        for sums, values in ((self._all, weight), (self._seen, weight * seen)):
+            sums += np.bincount(slot, values, sums.size).reshape(sums.shape)
+        self._squares += np.bincount(pair, weight**2, len(self._squares))
+        self.segments += np.bincount(pair, minlength=len(self._squares))
+
+    def _by_points(self, pair, point):
+        """Points on both patches, weighted by the kernel."""
+        sides, ends = self._sides, []
+        for side, columns in ((self._first[pair], (0, 1)), (self._second[pair], (2, 3))):
+            ends.append(weighted_points_on(sides.vertices[side], sides.triangle[side], *point[:, columns].T))
+        (origin, area_1), (target, area_2) = ends
+        between = target - origin
+        square = np.einsum("ri,ri->r", between, between)
+        weight = (np.maximum(np.einsum("ri,ri->r", between, area_1), 0)
+                  * np.maximum(-np.einsum("ri,ri->r", between, area_2), 0))
+        return origin, target, np.divide(weight, square * square, out=np.zeros(len(pair)), where=square > 0)
+
+    def _by_directions(self, pair, point):
+        """Cosine-distributed directions from the first patch; the weight is 1 where they meet the second's front."""
+        sides, first, second = self._sides, self._first[pair], self._second[pair]
+        origin = points_on(sides.vertices[first], sides.triangle[first], *point[:, :2].T)
+        direction = cosine_directions(frame(sides.normal[first]), *point[:, 2:].T)
+        normal = sides.normal[second]
+        falls = -np.einsum("ri,ri->r", direction, normal)
+        height = np.einsum("ri,ri->r", origin - sides.centre[second], normal)
+        ahead = (falls > 0) & (height > 0)
+        distance = np.divide(height, falls, out=np.zeros(len(pair)), where=ahead)
+        target = origin + distance[:, None] * direction
+        corner = sides.vertices[second] - target[:, None]
+        after = np.roll(corner, -1, axis=1)
+        turn = np.einsum("rki,ri->rk", np.cross(corner, after), normal)
+        return origin, target, (ahead & (turn >= 0).all(axis=1)).astype(np.float64)

@@ -1,0 +1,76 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.errors import InputError
+from golden.light.factors.rows import FactorRows
+from tb.golden.light.cube import cube
+from tb.golden.light.factors.plates import plates
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+
+def rows_of(scene, **settings):
+    return FactorRows(scene, Grid(scene), **settings)
+
+
+def test_blocks_are_the_rows_whatever_the_others():
+    rows = rows_of(plates(), error=2e-2, seed=3)
+    whole = rows.rows(0, len(rows))
+    ends = [0, 1, 3, len(rows)]
+    parts = [rows.rows(first, last) for first, last in pairwise(ends)]
+    for name in ("column", "hits", "factor", "error", "sky", "back", "sky_error", "segments", "hidden_error"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        assert joined.tobytes() == getattr(whole, name).tobytes()
+    np.testing.assert_array_equal(np.concatenate([np.diff(part.start) for part in parts]), np.diff(whole.start))
+
+
+def test_every_ray_is_counted():
+    rows = rows_of(plates(), error=2e-2)
+    block = rows.rows(0, len(rows))
+    met = np.add.reduceat(block.hits, block.start[:-1])
+    np.testing.assert_array_equal(met + block.sky + block.back, rows.rays)
+    assert not block.back.any()
+
+
+def test_backs_of_one_sided_patches_take_rays():
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (1, 0, 0), (0, 1, 0))], BLACK))
+    block = rows_of(scene, error=1e-2).rows(0, 1)
+    assert not len(block.column)
+    assert block.back[0] + block.sky[0] == 256
+    assert block.back[0] == pytest.approx(256 * 0.2, abs=15)
+
+
+def test_each_large_pair_is_measured_from_one_side():
+    rows = rows_of(cube(2), error=1e-2)
+    block = rows.rows(0, len(rows))
+    row = np.repeat(np.arange(len(rows)), np.diff(block.start))
+    measured = ~np.isnan(block.factor)
+    pairs = np.sort(np.stack([row, block.column], axis=1)[measured], axis=1)
+    # Each patch faces the 20 patches of the other five faces, and all these factors are above half the error.
+    assert len(np.unique(pairs, axis=0)) == len(pairs) == 24 * 20 // 2
+    assert (block.error[measured] == 0).sum() > 0
+    assert (np.add.reduceat(measured, block.start[:-1]) > 0).all()
+
+
+def test_the_smaller_patch_measures():
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 2, 0), (2, 0, 0))], BLACK))
+    block = rows_of(scene).rows(0, 2)
+    np.testing.assert_array_equal(np.isnan(block.factor), [False, True])
+
+
+def test_a_seed_gives_its_own_numbers():
+    first, second, again = (rows_of(plates(), error=2e-2, seed=seed).rows(0, 1) for seed in (1, 2, 1))
+    assert first.hits.tobytes() == again.hits.tobytes() != second.hits.tobytes()
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"error": 1e-7}, "view factors: Error must be 1e-6 to 0.1, not 1e-07"),
+    ({"error": float("nan")}, "view factors: Error must be 1e-6 to 0.1, not nan"),
+    ({"seed": -1}, r"view factors: Seed must be an integer from 0 to 2\^63 - 1, not -1"),
+    ({"seed": 0.5}, r"view factors: Seed must be an integer from 0 to 2\^63 - 1, not 0.5"),
+])
+def test_settings_out_of_range_are_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        rows_of(plates(), **settings)

@@ -1,0 +1,64 @@
+"""View factors against closed forms: rows, joined and projected."""
+
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.light.closed_forms import c_11, c_14
+from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.rows import FactorRows
+from tb.golden.light.cube import cube
+from tb.golden.light.factors.plates import plates, visible_factor
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+
+def view_factors(scene, *, error, seed=0):
+    return compute_view_factors(FactorRows(scene, Grid(scene), error=error, seed=seed))
+
+
+@pytest.mark.parametrize("error", [1e-5, 1e-3, 1e-2])
+@pytest.mark.parametrize(("x", "y"), [(2, 2), (0.3, 5)])
+def test_opposed_plates_c11(x, y, error):
+    scene = scene_of(([rectangle((0, 0, 0), (x, 0, 0), (0, y, 0)), rectangle((0, 0, 1), (0, y, 0), (x, 0, 0))], BLACK))
+    result = view_factors(scene, error=error)
+    assert result.F[0, 1] == pytest.approx(c_11(x, y), rel=0, abs=1e-7)
+    assert result.error[0, 1] == 0
+    np.testing.assert_allclose(result.sky, 1 - c_11(x, y), rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize(("w", "h"), [(1, 1), (0.2, 3)])
+def test_plates_with_a_common_edge_c14(w, h):
+    scene = scene_of(([rectangle((0, 0, 0), (w, 0, 0), (0, 1, 0)), rectangle((0, 0, 0), (0, 1, 0), (0, 0, h))], BLACK))
+    result = view_factors(scene, error=1e-5)
+    assert result.F[0, 1] == pytest.approx(c_14(w, h), rel=0, abs=1e-7)
+
+
+def test_the_cube_is_exact_closed_and_reciprocal():
+    result = view_factors(cube(1), error=1e-5)
+    expected = np.full((6, 6), c_14(1, 1))
+    np.fill_diagonal(expected, 0)
+    for face in range(6):
+        opposite = np.argmin(cube(1).normals @ cube(1).normals[face])
+        expected[face, opposite] = c_11(1, 1)
+    np.testing.assert_allclose(result.F.toarray(), expected, rtol=0, atol=1e-8)
+    assert result.closure <= 1e-12
+    assert result.reciprocity <= 1e-15
+    assert result.error.data.max() == 0
+
+
+def test_a_plate_between_plates_within_the_error():
+    for seed in range(2):
+        result = view_factors(plates(), error=5e-3, seed=seed)
+        assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=8e-3)
+        assert result.closure <= 1e-12
+
+
+@pytest.mark.nightly
+def test_ninety_to_ninety_nine_of_a_hundred_lie_within_two_standard_errors():
+    cases = [(plates(width), visible_factor(width)) for width in (0.3, 0.5, 0.8)]
+    within = []
+    for scene, truth in cases:
+        for seed in range(40):
+            result = view_factors(scene, error=3e-3, seed=seed)
+            within.append(abs(result.unprojected[0, 1] - truth) <= 2 * result.error[0, 1])
+    assert 0.88 <= np.mean(within) <= 0.995

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+
+from golden.cast.grid import Grid
+from golden.light.closed_forms import c_11
+from golden.light.factors.pair_factors import exchange_areas
+from golden.light.factors.sides import Sides
+from golden.light.factors.visibility import visible_shares
+from tb.golden.light.factors.plates import plates, visible_factor
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+
+def shares(scene, first, second, *, limit, seed=0):
+    sides = Sides(scene)
+    first, second = np.atleast_1d(first), np.atleast_1d(second)
+    factor = exchange_areas(sides.vertices[first], sides.vertices[second]) / sides.area[first]
+    return factor, visible_shares(sides, Grid(scene), first, second, factor, limit=limit, seed=seed)
+
+
+def test_a_plate_that_covers_a_part():
+    truth = visible_factor() / c_11(1, 1)
+    for seed in range(3):
+        factor, result = shares(plates(), 0, 1, limit=2e-3, seed=seed)
+        assert not result.exact[0]
+        assert factor[0] * result.error[0] <= 2e-3
+        assert result.share[0] == pytest.approx(truth, rel=0, abs=4 * result.error[0])
+        assert result.segments[0] > 100
+
+
+def test_geometry_decides_what_agrees():
+    factor, result = shares(plates(), [0, 2, 0], [3, 1, 3], limit=1e-4)
+    assert result.exact.all()
+    np.testing.assert_array_equal(result.share, 1)
+    np.testing.assert_array_equal(result.error, 0)
+    assert result.segments.max() <= 32
+    np.testing.assert_allclose(factor[:2] * [1, 0.5], factor[[2, 1]] * [1, 0.5], atol=1e-12)
+
+
+def test_segments_that_agree_have_wilsons_error():
+    # Two plates hide the ceiling together, which geometry does not find.
+    halves = [rectangle((-1 + 1.5 * k, -1, 0.5), (1.5, 0, 0), (0, 3, 0)) for k in range(2)]
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0)),
+                       *halves], BLACK))
+    factor, result = shares(scene, 0, 1, limit=1e-3)
+    assert result.share[0] == 0
+    assert not result.exact[0]
+    assert 0 < factor[0] * result.error[0] <= 1e-3
+    # The error of n equal segments is 1 / (n + 1).
+    assert result.segments[0] >= factor[0] / 1e-3 - 1
+
+
+def test_pairs_that_touch_behind_a_screen():
+    # The screen stands across the corner between floor and wall and hides the left half of each from the other's
+    # right half.
+    floor, wall = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 0), (0, 1, 0), (0, 0, 1))
+    screen = rectangle((0, 0.5, 0), (1, 0, 0), (0, 0, 1))
+    scene = scene_of(([floor, wall], BLACK), ([screen], BLACK, {"two_sided": True}))
+    factor, result = shares(scene, 0, 1, limit=2e-3)
+    half = exchange_areas(np.array([rectangle((0, 0, 0), (1, 0, 0), (0, 0.5, 0))]),
+                          np.array([rectangle((0, 0, 0), (0, 0.5, 0), (0, 0, 1))]))[0]
+    assert factor[0] * result.share[0] == pytest.approx(2 * half, rel=0, abs=8e-3)
+    assert factor[0] * result.error[0] <= 2e-3
+
+
+def test_a_pair_does_not_depend_on_the_others():
+    scene = plates()
+    both = shares(scene, [0, 1], [1, 0], limit=5e-3)[1]
+    alone = shares(scene, 1, 0, limit=5e-3)[1]
+    assert both.share[1] == alone.share[0]
+    assert both.error[1] == alone.error[0]
+    assert both.segments[1] == alone.segments[0]
+    assert both.share[0] != both.share[1]
