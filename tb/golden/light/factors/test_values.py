@@ -49,7 +49,7 @@ def test_the_cube_is_exact_closed_and_reciprocal():
 def test_a_plate_between_plates_within_the_error():
     for seed in range(2):
         result = view_factors(plates(), error=5e-3, seed=seed)
-        assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=8e-3)
+        assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=5e-3)
         assert result.closure <= 1e-12
 
 
@@ -61,4 +61,4 @@ def test_ninety_to_ninety_nine_of_a_hundred_lie_within_two_standard_errors():
         for seed in range(40):
             result = view_factors(scene, error=3e-3, seed=seed)
             within.append(abs(result.unprojected[0, 1] - truth) <= 2 * result.error[0, 1])
-    assert 0.88 <= np.mean(within) <= 0.995
+    assert 0.90 <= np.mean(within) <= 0.99
