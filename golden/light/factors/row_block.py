@@ -13,8 +13,6 @@ class RowBlock:
 
     Parameters
     ----------
-    first
-        The first side.
     start
         R + 1 int64: row r has the entries ``start[r]`` to ``start[r + 1] - 1``, by increasing column.
     column
@@ -28,13 +26,10 @@ class RowBlock:
         R int64: rays that left the scene, and rays that met the black back of a one-sided patch.
     sky_error
         R float64: standard error of the share that left.
-    segments
-        R int64: segments cast.
     hidden_error
         R float64: the largest standard error of a factor that segments gave as 0 and that is no entry.
     """
 
-    first: int
     start: np.ndarray
     column: np.ndarray
     hits: np.ndarray
@@ -43,5 +38,4 @@ class RowBlock:
     sky: np.ndarray
     back: np.ndarray
     sky_error: np.ndarray
-    segments: np.ndarray
     hidden_error: np.ndarray

@@ -83,7 +83,6 @@ class FactorRows:
         row, column, hits, sky, back, sky_error = self._hemispheres(first, last)
         pairs = self._measured(first, last)
         count, width = last - first, len(self)
-        seen = (pairs["factor"] > 0)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
         entry, inverse = np.unique(key, return_inverse=True)
         from_hits, from_pairs = inverse[:len(row)], inverse[len(row):]
@@ -92,14 +91,13 @@ class FactorRows:
         factor[from_pairs], error[from_pairs] = pairs["factor"], pairs["error"]
         keep = np.flatnonzero((hit > 0) | (factor > 0))
         hidden_error = np.zeros(count)
-        hidden = ~seen
+        hidden = pairs["factor"] == 0
         np.maximum.at(hidden_error, pairs["row"][hidden] - first, pairs["error"][hidden])
-        segments = np.bincount(pairs["row"] - first, pairs["segments"], count).astype(np.int64)
         entry = entry[keep]
         start = np.searchsorted(entry, np.arange(count + 1) * width)
-        return RowBlock(first=first, start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
+        return RowBlock(start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
                         factor=factor[keep], error=error[keep], sky=sky, back=back, sky_error=sky_error,
-                        segments=segments, hidden_error=hidden_error)
+                        hidden_error=hidden_error)
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
@@ -153,8 +151,7 @@ class FactorRows:
         row, column, factor = (np.concatenate(part) for part in zip(*found, strict=True))
         shares = visible_shares(sides, self._caster, row, column, factor, limit=self._error / 2,
                                 seed=int(mix(self._seed, _SEGMENTS)))
-        return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error,
-                "segments": shares.segments}
+        return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error}
 
     def _candidates(self, rows):
         """The pairs of rows and columns that these rows measure and whose factor may exceed half the error."""

@@ -8,14 +8,14 @@ AREA = np.array([1.0, 2.0, 4.0])
 RAYS, ERROR = 100, 0.1
 
 
-def block(first, rows, *, sky=0, back=0, hidden=0.0):
+def block(rows, *, sky=0, back=0, hidden=0.0):
     """Rows of entries (column, hits, factor, error)."""
     entries = [entry for row in rows for entry in row]
     column, hits, factor, error = (np.array(values) for values in zip(*entries, strict=True)) if entries else [[]] * 4
-    return RowBlock(first=first, start=np.cumsum([0, *map(len, rows)]), column=np.array(column, int),
+    return RowBlock(start=np.cumsum([0, *map(len, rows)]), column=np.array(column, int),
                     hits=np.array(hits, int), factor=np.array(factor, float), error=np.array(error, float),
                     sky=np.full(len(rows), sky), back=np.full(len(rows), back), sky_error=np.full(len(rows), sky / 1e4),
-                    segments=np.zeros(len(rows), int), hidden_error=np.full(len(rows), hidden))
+                    hidden_error=np.full(len(rows), hidden))
 
 
 def joined(*blocks):
@@ -24,7 +24,7 @@ def joined(*blocks):
 
 def test_hits_of_both_hemispheres_count_by_their_exposure():
     nan = np.nan
-    result = joined(block(0, [[(1, 3, nan, nan)], [(0, 2, nan, nan)], []]))
+    result = joined(block([[(1, 3, nan, nan)], [(0, 2, nan, nan)], []]))
     expected = 5 / (RAYS / 1 + RAYS / 2)
     assert result.F[0, 1] == pytest.approx(expected)
     assert result.F[1, 0] == pytest.approx(expected / 2)
@@ -33,20 +33,20 @@ def test_hits_of_both_hemispheres_count_by_their_exposure():
 
 def test_one_direction_is_enough():
     nan = np.nan
-    result = joined(block(0, [[], [], [(0, 1, nan, nan)]]))
+    result = joined(block([[], [], [(0, 1, nan, nan)]]))
     assert result.F[0, 2] == pytest.approx(1 / (RAYS + RAYS / 4))
     assert result.F[2, 0] == pytest.approx(result.F[0, 2] / 4)
 
 
 def test_hits_give_at_most_the_error_from_the_smaller_patch():
     nan = np.nan
-    result = joined(block(0, [[], [(2, 90, nan, nan)], []]))
+    result = joined(block([[], [(2, 90, nan, nan)], []]))
     assert result.F[1, 2] == pytest.approx(ERROR)
     assert result.error[1, 2] == pytest.approx(ERROR / 2)
 
 
 def test_what_segments_measured_counts_alone():
-    result = joined(block(0, [[(1, 60, 0.25, 0.01)]]), block(1, [[(0, 7, np.nan, np.nan)], [(0, 0, 0.125, 0.0)]]))
+    result = joined(block([[(1, 60, 0.25, 0.01)]]), block([[(0, 7, np.nan, np.nan)], [(0, 0, 0.125, 0.0)]]))
     assert result.F[0, 1] == 0.25
     assert result.F[1, 0] == 0.125
     assert (result.error[0, 1], result.error[1, 0]) == (0.01, 0.005)
@@ -56,7 +56,7 @@ def test_what_segments_measured_counts_alone():
 
 
 def test_shares_outside():
-    result = joined(block(0, [[], []], sky=20, back=5, hidden=0.003), block(2, [[]]))
+    result = joined(block([[], []], sky=20, back=5, hidden=0.003), block([[]]))
     np.testing.assert_array_equal(result.sky, [0.2, 0.2, 0])
     np.testing.assert_array_equal(result.sky_error, [0.002, 0.002, 0])
     np.testing.assert_array_equal(result.back, [0.05, 0.05, 0])

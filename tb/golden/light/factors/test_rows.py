@@ -20,7 +20,7 @@ def test_blocks_are_the_rows_whatever_the_others():
     whole = rows.rows(0, len(rows))
     ends = [0, 1, 3, len(rows)]
     parts = [rows.rows(first, last) for first, last in pairwise(ends)]
-    for name in ("column", "hits", "factor", "error", "sky", "back", "sky_error", "segments", "hidden_error"):
+    for name in ("column", "hits", "factor", "error", "sky", "back", "sky_error", "hidden_error"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert joined.tobytes() == getattr(whole, name).tobytes()
     np.testing.assert_array_equal(np.concatenate([np.diff(part.start) for part in parts]), np.diff(whole.start))
