@@ -12,12 +12,12 @@ import click
 import numpy as np
 
 from golden.cast.grid import Grid
+from golden.cast.methods import ray_caster
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
 from golden.commands.console import console
 from golden.frustum import Screen, frame
 from golden.scene.open import open_scene
-from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.report import output_option, provenance, write_report
 
 SEED = 1
@@ -62,14 +62,14 @@ def measure(name: str) -> list[str]:
     begin = time.process_time()
     grid = Grid(scene, jobs=1)
     building = time.process_time() - begin
-    naive, embree = Naive(scene), Embree(scene)
+    naive, embree = Naive(scene), ray_caster(scene, "embree")
     rows = []
     first = primary_rays(scene)
     for kind, rays in (("primary", first), ("diffuse", diffuse_rays(scene, grid, first))):
         few = rays[np.linspace(0, len(rays) - 1, max(1, NAIVE_TESTS // len(scene)), dtype=int)[:len(rays)]]
         grid_rate, hits = rate(grid.nearest, rays)
         naive_rate, judged = rate(naive.nearest, few)
-        embree_rate, _ = rate(embree.nearest, rays)
+        embree_rate, _ = rate(embree.nearest_patches, rays)
         if not np.array_equal(judged.patch, grid.nearest(few).patch):
             raise SystemExit(f"error: {name}: grid and naive disagree")
         cells = " x ".join(str(count) for count in grid.cells.shape)
@@ -88,7 +88,7 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     lines = [
         "# Casting: million rays per second of one processor core",
         "",
-        f"{provenance('numpy', 'trimesh', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, "
+        f"{provenance('numpy', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, "
         "processor time.",
         "",
         "| scene | patches | rays | count | cells | build s | tests/ray | steps/ray | grid | naive | Embree "

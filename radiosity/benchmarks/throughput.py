@@ -9,6 +9,7 @@ golden's.
 import click
 import numpy as np
 
+from golden.cast.methods import ray_caster
 from golden.cast.rays import Rays
 from golden.cast.shelling import Shelling
 from golden.commands.console import console
@@ -16,7 +17,6 @@ from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePa
 from golden.config import PRESETS
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.casting import rate
-from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.engine import SCENES, measure, prepare_cast
 from radiosity.benchmarks.job_runs import PreparedJob, job_machine
 from radiosity.benchmarks.report import cell_text, output_option, provenance, write_report
@@ -82,13 +82,13 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
             found = measure(machine, prepared)
             request = prepared.request
             hits = Shelling.of_cells(request.geometry, request.table, config).cast(request.records[0])[0]
-            embree, patches = rate(Embree(prepared.scene).nearest, rays_of(prepared))
+            embree, patches = rate(ray_caster(prepared.scene, "embree").nearest_patches, rays_of(prepared))
             rows.append(row_of(scene, found, mhz=mhz, embree=embree,
                                same=float(np.mean(patches == hits.patch))))
             console().note(rows[-1])
     write_report(output, [
         "# Throughput of one cluster", "",
-        f"{provenance('amaranth', 'trimesh', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
+        f"{provenance('amaranth', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
         f"{rays[1]} rays of a hemisphere at the ceiling, {cell_text(cell)}, main memory {latency} cycles away, no "
         "subshells. Hits and sums are golden's.", "",
         f"Rates are of the simulated cycles, warm, at {mhz:g} MHz ({source}). Cycles: from the start to the last write "

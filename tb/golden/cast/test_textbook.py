@@ -10,6 +10,7 @@ share (t/h) of the angle.
 import numpy as np
 import pytest
 
+from golden.cast.embree import Embree
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.rays import Rays
 from golden.cast.shelling import Shelling
@@ -19,7 +20,6 @@ from golden.scene import Camera, Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.patch_geometry import PatchGeometry
-from radiosity.benchmarks.embree import Embree
 from tb.golden.cast.textbook import Textbook, hemisphere_directions, screen_directions
 from tb.golden.icu.patches import CONFIG
 from tb.golden.soups import soup
@@ -140,7 +140,7 @@ def test_hits_are_those_of_embree(name):
         origin = scene.bounds[0] + np.random.default_rng(seed).uniform(0.1, 0.9, 3) * np.ptp(scene.bounds, axis=0)
         geometry, record, direction = hemisphere_of(scene, origin, axes_of(seed + 7))
         hits = NaiveFixed(geometry, CONFIG).cast(record)
-        theirs = Embree(scene).nearest(Rays(np.broadcast_to(origin, direction.shape), direction))
+        theirs = Embree(scene).nearest_patches(Rays(np.broadcast_to(origin, direction.shape), direction))
         differ = np.flatnonzero(hits.patch != theirs)
         for patch in hits.patch[differ], theirs[differ]:
             assert textbook.may_be(patch, origin, direction[differ], angle=2 * ANGLE, depth=grazing(

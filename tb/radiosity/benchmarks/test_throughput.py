@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from golden.cast.embree import Embree
 from golden.cast.shelling import Shelling
 from golden.config import PRESETS
 from hw.simulator.simulation_config import simulation_config
-from radiosity.benchmarks.embree import Embree
 from radiosity.benchmarks.engine import prepare_cast
 from radiosity.benchmarks.throughput import rays_of, row_of
 
@@ -27,4 +27,4 @@ def test_the_rays_are_the_machines(scene):
     request = prepared.request
     hits = Shelling.of_cells(request.geometry, request.table, config).cast(prepared.records[0])[0].patch
     assert len(set(hits)) > 5
-    assert np.mean(Embree(prepared.scene).nearest(rays_of(prepared)) == hits) > 0.99
+    assert np.mean(Embree(prepared.scene).nearest_patches(rays_of(prepared)) == hits) > 0.99
