@@ -70,6 +70,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	@for name in casting schedule shelling traversal exactness network network_load caches main_memory jobs; do \
 	  $(BIN)/radiosity bench $$name || exit 1; \
 	done
+	$(BIN)/radiosity bench machines --calibrate
 	$(BIN)/radiosity bench engine --clusters 1 --clusters 4
 	$(BIN)/radiosity bench throughput --preset small
 

@@ -19,7 +19,8 @@ __all__ = ["cluster_timing"]
 # Of docstrings that have no attribute: `CtRayGenerator`'s latency without searches, `PositionSearch`'s cycles a bit,
 # `RowPieces`' row and its first search without the bits.
 _GENERATOR, _SEARCH, _ROW, _PIECE = 28, 3, 5, 3
-# `SectionCast`: from a section to the start of traversal's near cells; and from the last patch to the results.
+# From the start of the memory system to the first near cell: measured, as `golden.schedule.cycle_model` has it with the
+# memory system's latency. `SectionCast`: from the last patch to the results.
 _BEGIN, _END = 8, 3
 # Registers between the settle map's word and the mask of a tile's rays (`IcRayGenerator`).
 _MASK = 2

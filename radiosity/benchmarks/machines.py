@@ -2,7 +2,7 @@
 
 ``radiosity bench machines`` simulates one hemisphere from each scene's ceiling on a cluster that holds all patches, and
 writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv has of the hardware,
-and compares. Latencies are those that the components state; nothing is fitted to the cycles.
+and compares. Where latencies come from, `radiosity.cluster_timing` says.
 """
 
 import csv
