@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 
 __all__ = ["compiled", "is_compiler_active"]
 
@@ -16,7 +17,7 @@ def is_compiler_active() -> bool:
     if os.environ.get("NUMBA_DISABLE_JIT", "0") == "1":
         return False
     try:
-        import numba  # noqa: F401
+        import_module("numba")
     except ImportError:
         return False
     return True

@@ -30,7 +30,7 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, method: str =
     two_sided
         Whether the backs of facets radiate like their fronts. They block rays in any case.
     method
-        How rays are cast: grid or naive.
+        How rays are cast: grid, naive or embree.
     rays
         Azimuths and polars of the hemispheres, powers of two.
     samples
