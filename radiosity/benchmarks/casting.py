@@ -2,7 +2,7 @@
 
 ``radiosity bench casting -o out/bench/casting.md`` casts the primary rays of each scene's camera (512 x 512) and
 diffuse rays (from random hit points of the primary ones, distributed by the cosine) with ``grid``, ``naive`` and Embree
-through trimesh, checks that they agree, and writes a table.
+through embreex, checks that they agree, and writes a table.
 """
 
 import time

@@ -94,7 +94,7 @@ def main(scenes, output, cell, rays, latency, mhz, source, preset, assignments) 
         f"Rates are of the simulated cycles, warm, at {mhz:g} MHz ({source}). Cycles: from the start to the last write "
         "to the ray memory; tables are read before it, hits and sums are written behind it, beside the next cast. "
         f"HP720: times the {HP720} million tests per second that the thesis has for software of its time. Embree: one "
-        "processor core, the same rays in the same run, through trimesh, the first patch only; best of a few runs, "
+        "processor core, the same rays in the same run, through embreex, the first patch only; best of a few runs, "
         "processor time. Same: of so many percent of the rays it has the same patch.", "",
         "| scene | patches | rays | tests | cycles | tests per cycle | M tests/s | HP720 | M rays/s | Embree M rays/s "
         "| Embree : cluster | same % |",
