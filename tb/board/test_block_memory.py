@@ -52,7 +52,7 @@ class Bench:
 
     def part(self, limit):
         """Address and size of some bytes."""
-        size = self.random.randint(1, 60 * self.bytes)
+        size = self.random.randint(1, min(60 * self.bytes, limit // 2))
         return self.random.randrange(limit - size), size
 
     async def write(self, address, data):
