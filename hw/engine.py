@@ -92,7 +92,7 @@ class Engine(wiring.Component):
         `hw.cluster.COUNTERS` as words, 2^``COUNTER_BITS`` for each cluster.
     axi : Out, `AxiSignature`
         Main memory.
-    interrupt : Out(1)
+    irq : Out(1)
         A completion record has been written, or the queue has halted, and the register ``interrupt`` enables it.
 
     Timing
@@ -106,7 +106,7 @@ class Engine(wiring.Component):
                  policies: tuple[CachePolicy, ...] = tuple(CachePolicy)):
         self._config, self._black_boxes, self._policies = config, black_boxes, policies
         super().__init__({"host": In(AxiLiteSignature(address_bits=ADDRESS_BITS)),
-                          "axi": Out(AxiSignature(config=config)), "interrupt": Out(1)})
+                          "axi": Out(AxiSignature(config=config)), "irq": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -293,7 +293,7 @@ class Engine(wiring.Component):
             registers.magic.eq(MAGIC), registers.version.eq(VERSION), registers.clusters.eq(len(blocks.clusters)),
             registers.completed.eq(blocks.completions.completed), registers.error.eq(control.error.code),
             registers.error_cluster.eq(control.error.cluster), registers.error_address.eq(control.error.number),
-            registers.interrupt_value.eq(control.interrupt_value), self.interrupt.eq(control.interrupt),
+            registers.interrupt_value.eq(control.interrupt_value), self.irq.eq(control.irq),
             *(getattr(registers, f"{kind}_{what}").eq(getattr(interface, f"{kind}_{what}"))
               for kind in ("cell", "patch") for what in ("hits", "misses"))]
         with m.If(control.takes):

@@ -73,6 +73,6 @@ class BoardShell(wiring.Component):
         # Boards need not have a reset.
         reset = ResetSignal(allow_reset_less=True)
         m.d.comb += [machine.clk.eq(ClockSignal()), machine.rst.eq(reset | sequencer.restarts),
-                     sequencer.interrupt.eq(engine.interrupt), sequencer.again.eq(self.again), self.tx.eq(uart.tx),
+                     sequencer.irq.eq(engine.irq), sequencer.again.eq(self.again), self.tx.eq(uart.tx),
                      self.busy.eq(sequencer.busy), self.failed.eq(sequencer.failed)]
         return m

@@ -48,7 +48,7 @@ class Sequencer(wiring.Component):
         The beat.
     o : Out, stream of bytes
         Frames (`hw.board.frame`).
-    interrupt : In(1)
+    irq : In(1)
         The machine's.
     again : In(1)
         Restart the program after its end.
@@ -61,7 +61,7 @@ class Sequencer(wiring.Component):
 
     Timing
     ------
-    Three cycles for a step, and the access it waits for; one access at a time. A WAIT stalls until ``interrupt``, bytes
+    Three cycles for a step, and the access it waits for; one access at a time. A WAIT stalls until ``irq``, bytes
     with ``o``.
     """
 
@@ -71,7 +71,7 @@ class Sequencer(wiring.Component):
             "host": Out(AxiLiteSignature(address_bits=ADDRESS_BITS)),
             "o_peek": Out(stream.Signature(self._formats.beat_bits)),
             "i_peek": In(stream.Signature(config.memory.data_bits)), "o": Out(stream.Signature(8)),
-            "interrupt": In(1), "again": In(1), "restarts": Out(1), "busy": Out(1), "failed": Out(1)})
+            "irq": In(1), "again": In(1), "restarts": Out(1), "busy": Out(1), "failed": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -110,7 +110,7 @@ class Sequencer(wiring.Component):
                 m.next = "act"
             with m.State("act"):
                 self._act(m, port.data, check, send, beat, more)
-            with m.State("interrupt"), m.If(self.interrupt):
+            with m.State("interrupt"), m.If(self.irq):
                 m.d.sync += [self.host.awvalid.eq(1), self.host.wvalid.eq(1)]
                 m.next = "write"
             with m.State("write"), m.If(self.host.bvalid):

@@ -119,7 +119,7 @@ class JobControl(wiring.Component):
         The register.
     interrupt_value : Out(2)
         The register ``interrupt``.
-    interrupt : Out(1)
+    irq : Out(1)
         The pin.
 
     Timing
@@ -156,7 +156,7 @@ class JobControl(wiring.Component):
             "memory_fault": In(memory.fault), "clusters": In(ArrayLayout(control.fault, nodes)),
             "networks": In(ArrayLayout(NetworkFault, nodes)), "taken": Out(_COUNT_BITS),
             "status": Out(register("status").width), "error": Out(control.error), "cycles": Out(_COUNT_BITS),
-            "interrupt_value": Out(register("interrupt").width), "interrupt": Out(1)})
+            "interrupt_value": Out(register("interrupt").width), "irq": Out(1)})
 
     def elaborate(self, platform):
         m = Module()
@@ -432,4 +432,4 @@ class JobControl(wiring.Component):
                 m.d.sync += pending.eq(0)
         with m.If((completed != self.completed) | (self._is_halted & ~was_halted)):
             m.d.sync += pending.eq(1)
-        m.d.comb += self.interrupt.eq(enable & pending)
+        m.d.comb += self.irq.eq(enable & pending)

@@ -117,7 +117,7 @@ class PatchStore(wiring.Component):
         m = Module()
         entries = Signal(ArrayLayout(self._entry, self._requests), reset_less=True)
         taken, fetching, frees = (Signal(self._requests, name=name) for name in ("taken", "fetching", "frees"))
-        m.submodules.presence = presence = IStructure(
+        m.submodules.istructure = presence = IStructure(
             self._head, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
             renews=True)
         m.submodules.generations = generations = Generations(bits=VERSION_BITS, depth=self._frames)

@@ -76,7 +76,7 @@ class ReadEngine(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         formats, slots = self._formats, self._config.memory.outstanding
-        m.submodules.buffer = buffer = ReadBuffer(config=self._config)
+        m.submodules.read_buffer = buffer = ReadBuffer(config=self._config)
         m.submodules.timeout = timeout = Timeout(bits=self._config.memory.timeout_bits)
         m.submodules.bursts = bursts = Memory(shape=formats.burst(self._tag), depth=slots, init=[],
                                               attrs={"ram_style": "distributed"})

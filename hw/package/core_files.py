@@ -198,7 +198,7 @@ _ENGINE = """
 * `host__*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
 * `axi__*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
   registers `read_base` to `write_limit` define, and nowhere else. The layout of memory: `docs/memory-map.md`.
-* `interrupt` is active high until the host acknowledges it: completion records have been written, or the queue has
+* `irq` is active high until the host acknowledges it: completion records have been written, or the queue has
   halted. It is 0 unless the register `interrupt` enables it. The layout of jobs: `docs/job-format.md`.
 """
 _STREAMS = """

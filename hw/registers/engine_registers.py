@@ -49,7 +49,7 @@ ENGINE_REGISTERS = (
     Register(name="taken", access=Access.READ, about="Descriptors ever taken, modulo 2^32: their entries may be "
              "overwritten."),
     Register(name="completed", access=Access.READ, about="Completion records ever written, modulo 2^32."),
-    Register(name="interrupt", access=Access.CONTROL, width=2, about="The pin `interrupt` is `enable` and `pending`.",
+    Register(name="interrupt", access=Access.CONTROL, width=2, about="The pin `irq` is `enable` and `pending`.",
              fields=(
         _flag("enable", "written as it is"),
         _flag("pending", "set when `completed` advances and when the queue halts; cleared by writing 1"))),

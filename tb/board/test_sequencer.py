@@ -105,7 +105,7 @@ class Machine:
                 self.coming = self.interrupts if found["w"] else 0
                 self.values[ADDRESSES["completed"]] = self.count if found["w"] else 0
             if self.writes[-1] == ACKNOWLEDGE:
-                ctx.set(self.component.interrupt, 0)
+                ctx.set(self.component.irq, 0)
             await self._stall(ctx)
             ctx.set(host.bresp, 0 if found["aw"] < 0x100 else 2)
             ctx.set(host.bvalid, 1)
@@ -113,7 +113,7 @@ class Machine:
             ctx.set(host.bvalid, 0)
 
     async def _interrupts(self, ctx):
-        interrupt = self.component.interrupt
+        interrupt = self.component.irq
         while True:
             await ctx.tick()
             if self.coming:

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 from amaranth.hdl import Fragment
+from amaranth.hdl._mem import MemoryInstance
 from click.testing import CliRunner
 
 from golden.config import PRESETS
@@ -175,6 +176,23 @@ def test_every_part_of_an_engine_is_elaborated(preset):
         Fragment.get(TOPS["engine"].make(PRESETS[preset]), None)
         gc.collect()
     assert not caught
+
+
+def memories(fragment, path=()):
+    """The paths of all memories inside."""
+    for part, name, _ in fragment.subfragments:
+        if isinstance(part, MemoryInstance):
+            yield (*path, name)
+        else:
+            yield from memories(part, (*path, name))
+
+
+@pytest.mark.parametrize(("top", "preset"), [("engine", "tiny"), ("cluster", "small")])
+def test_no_memory_hides_its_module(top, preset):
+    """Verilator warns (VARHIDDEN) of a memory that has the name of the instance around it."""
+    paths = list(memories(Fragment.get(TOPS[top].make(PRESETS[preset]), None)))
+    assert paths
+    assert not [path for path in paths if path[-2:-1] == path[-1:]]
 
 
 def test_files_are_written_whole(tmp_path, monkeypatch):
