@@ -44,7 +44,7 @@ def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> li
 
 def form_factors(folder: Path) -> list[str]:
     """A section of the report: form factors of a closed scene, whose rows must sum to one exactly."""
-    line = run(folder, "formfactors", "furnace:4", "-o", "furnace.npz")
+    line = run(folder, "formfactors", "furnace:4", "-o", "furnace.npz", "--rays", "256x64")
     with np.load(folder / "furnace.npz") as stored:
         exact = (stored["row_sums"] == 1 << int(stored["weight_bits"])).sum()
         count, worst = stored["row_sums"].size, np.abs(sparse.load_npz(folder / "furnace.npz").sum(axis=1) - 1).max()

@@ -1,18 +1,21 @@
-"""``formfactors``: form factors of a scene."""
+"""``formfactors``: view factors of a scene."""
 
 from contextlib import nullcontext
 
 import click
+from click.core import ParameterSource
 
 from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
-from golden.commands.choices import FRUSTUM_METHODS
+from golden.commands.choices import FRUSTUM_METHODS, RAY_METHODS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
 
 __all__ = ["formfactors_command"]
 
-_NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters"}
+_NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
+          "Error": "--error", "Seed": "--seed"}
+_ADAPTIVE = {"error": "--error", "seed": "--seed", "time_limit": "--time-limit"}
 
 
 def formfactors_command(*methods: CastingMethod) -> click.Command:
@@ -23,40 +26,72 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("-o", "--output", type=FILE, required=True,
                   help="Write the view factors to this .npz (scipy.sparse.load_npz reads F), .nc (netCDF), or "
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
-    @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "
-                  "two.")
-    @click.option("--samples", type=click.IntRange(1, 16), default=1,
-                  help="Set the number of Gauss points along each side of a patch.")
+    @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
+                  "its standard error.")
+    @click.option("--time-limit", type=Positive(), help="Stop at a larger error after about so many seconds.")
+    @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
+    @click.option("--rays", type=AZIMUTHS, help="Cast plain hemispheres of so many rays, powers of two, at fixed "
+                  "points instead.  [default: 256x64 where the method casts no single rays]")
+    @click.option("--samples", type=click.IntRange(1, 16), help="Set the number of these points along each side of a "
+                  "patch.  [default: 1]")
     @click.option("--facets", is_flag=True, help="Keep each face of a file as one patch, in the file's order; "
                   "its front alone radiates.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
-    @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how hemispheres are cast.")
+    @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how rays are cast.")
     @METHOD_CELL
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, rays, samples, facets, max_edge, max_area, method, cell, resume, **given):
+    def formfactors(scene, output, error, time_limit, seed, rays, samples, facets, max_edge, max_area, method, cell,
+                    resume, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
-        F[i, j] is the share of the light that leaves patch i and arrives at patch j. row_sums, N x samples^2, are
-        integers in units of 2^-weight_bits: the share of each hemisphere whose rays met a patch.
+        F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
+        that leaves for the sky, and A[i] F[i, j] = A[j] F[j, i], exactly. With --rays, or a method that casts no single
+        rays, F is what plain hemispheres met, and row_sums are integers in units of 2^-weight_bits.
         """
         chosen, options = options_of(methods, method, given)
+        plain = method not in RAY_METHODS or rays is not None or samples is not None
+        _check_options(plain, method, time_limit, resume)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
+        from golden.light.factors.hemisphere_rows import HemisphereRows
+        from golden.light.factors.rows import FactorRows
         from golden.tasks.view_factors import ViewFactorTask
 
-        hemisphere = Hemisphere(*rays)
+        rays = rays or (256, 64)
         if chosen:
+            hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, facets=facets, max_edge=max_edge, max_area=max_area, resume=resume,
+        task = ViewFactorTask(scene, output, facets=facets, max_edge=max_edge, max_area=max_area,
                               progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, progress=console().progress))) as caster:
-            report, text = task.run(caster, method=method, whole=bool(chosen), rays=rays, samples=samples)
+            def adaptive(error):
+                return FactorRows(task.scene, caster, error=error, seed=seed)
+
+            if time_limit is not None:
+                report, text = task.run_within(time_limit, adaptive, error=error, method=method)
+            else:
+                # The machine casts all frusta of a request as one job.
+                rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1,
+                                      block_rows=len(task.scene) if chosen else 64,
+                                      progress=console().progress and bool(chosen)) if plain else adaptive(error)
+                report, text = task.run(rows, task.store(rows, method=method, resume=resume), method=method)
         if chosen:
             report[method] = caster.counts()
             text += f"\n{caster.summary()}"
         console().report(report, text)
     return formfactors
+
+
+def _check_options(plain, method, time_limit, resume):
+    """Refuse options that exclude each other."""
+    context = click.get_current_context()
+    for name, option in _ADAPTIVE.items():
+        if plain and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            fixed = "--rays and --samples" if method in RAY_METHODS else f"--method {method}"
+            raise click.UsageError(f"{option} excludes {fixed}.", context)
+    if time_limit is not None and resume:
+        raise click.UsageError("--time-limit and --resume exclude each other.", context)

@@ -2,12 +2,12 @@
 
 import resource
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import check_view_factors_output, write_view_factors
-from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.view_factors import ViewFactors
 from golden.plural import counted
 from golden.scene.open import open_scene
@@ -15,6 +15,10 @@ from golden.scene.refine import refine
 from golden.scene.scene import Scene
 
 __all__ = ["ViewFactorTask"]
+
+# Ratio of the errors of successive attempts within a time limit, the first attempt's error, and the most by which an
+# attempt takes longer than the one before.
+_FINER, _COARSEST, _LONGER = 4, 0.05, 8
 
 
 class ViewFactorTask:
@@ -30,8 +34,6 @@ class ViewFactorTask:
         Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
     max_edge, max_area
         Patches are cut until none is larger, see `golden.scene.refine.refine`.
-    resume
-        Whether blocks of an unfinished run are used.
     progress
         Shows a progress bar after two seconds.
 
@@ -42,46 +44,85 @@ class ViewFactorTask:
     """
 
     def __init__(self, scene: str, output: Path, *, facets: bool = False, max_edge: float | None = None,
-                 max_area: float | None = None, resume: bool = False, progress: bool = False):
+                 max_area: float | None = None, progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
-        self._name, self._output, self._resume, self._progress = scene, output, resume, progress
+        self._name, self._output, self._progress = scene, output, progress
         opened = open_scene(scene, facets=facets)
         self.scene: Scene = opened if max_edge is None and max_area is None else refine(
             opened, max_edge=max_edge, max_area=max_area).scene
 
-    def run(self, caster, *, method: str, whole: bool = False, **settings) -> tuple[dict, str]:
+    def store(self, rows, *, method: str, resume: bool) -> BlockStore:
+        """Where finished blocks of rows are kept; to be made before the work starts.
+
+        Raises
+        ------
+        InputError
+            The folder has blocks of other work, or blocks although ``resume`` is false.
+        """
+        key = {"scene": scene_key(self.scene), "method": method, "block_rows": rows.block_rows, **rows.settings}
+        return BlockStore(self._output.with_name(f"{self._output.name}.blocks"), key, resume=resume)
+
+    def run(self, rows, store: BlockStore, *, method: str) -> tuple[dict, str]:
         """Compute and write; the report as values and as text.
 
         Parameters
         ----------
-        caster
-            A caster of frusta in the scene.
+        rows
+            What computes blocks and joins them, see `compute_view_factors`.
+        store
+            Where finished blocks are kept.
         method
-            Its name.
-        whole
-            Whether all rows are cast as one request, not block by block.
-        settings
-            Those of `HemisphereRows`.
+            How rays are cast.
         """
-        size = {"block_rows": len(self.scene)} if whole else {}
-        rows = HemisphereRows(self.scene, caster, progress=self._progress and whole, **settings, **size)
-        key = {"scene": scene_key(self.scene), "method": method, "block_rows": rows.block_rows, **rows.settings}
-        store = BlockStore(self._output.with_name(f"{self._output.name}.blocks"), key, resume=self._resume)
-        factors = compute_view_factors(rows, store=store, progress=self._progress and not whole)
+        factors = compute_view_factors(rows, store=store, progress=self._progress and len(rows) > rows.block_rows)
         write_view_factors(factors, self._output)
         store.remove()
         return self._report(factors, method)
+
+    def run_within(self, limit: float, rows_of: Callable, *, error: float, method: str) -> tuple[dict, str]:
+        """Compute with smaller and smaller errors, write the last result that the time allows, and report as `run`.
+
+        Parameters
+        ----------
+        limit
+            Seconds; the first attempt, with a coarse error, ends in any case.
+        rows_of
+            Function from an error to rows.
+        error
+            The requested error, that of the last attempt.
+        method
+            How rays are cast.
+        """
+        attempt, ends = max(error, _COARSEST), self._began + limit
+        while True:
+            began = time.perf_counter()
+            factors = compute_view_factors(rows_of(reached), progress=self._progress)
+            now = time.perf_counter()
+            if reached == error or now + _LONGER * (now - began) > ends:
+                break
+            reached = max(error, reached / _FINER)
+        write_view_factors(factors, self._output)
+        report, text = self._report(factors, method)
+        if reached > error:
+            text += f"\nthe time limit ended the work at an error of {reached:g}"
+        return report, text
 
     def _report(self, factors: ViewFactors, method):
         figures = {"patches": len(factors), "entries": factors.F.nnz, "closure": factors.closure,
                    "reciprocity": factors.reciprocity, "error": factors.largest_error,
                    "largest_change": factors.largest_change, "sky_change": factors.sky_change,
-                   "seconds": time.perf_counter() - self._began,
+                   "infeasible": factors.infeasible.tolist(), "seconds": time.perf_counter() - self._began,
                    "peak_memory": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
-        lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries, closure "
-                 f"{factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
+        lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
+                 f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
+        if factors.error is not None:
+            lines.append(f"estimated error {factors.largest_error:.1e}; the projection moves factors by up to "
+                         f"{factors.largest_change:.1e}, the sky by up to {factors.sky_change:.1e}")
+        if len(factors.infeasible):
+            some = ", ".join(map(str, factors.infeasible[:5].tolist()))
+            lines.append(f"rows that do not close within their errors: {len(factors.infeasible)}, the first {some}")
         if factors.row_sums is not None:
             shares = factors.row_sums / 2**factors.weight_bits
             report |= {"least_share": shares.min(), "greatest_share": shares.max()}

@@ -50,6 +50,7 @@ ELSEWHERE = {
         ("tb/synthesis/test_figures.py", "test_area_and_clock_stay", "measure("),
         ("tb/synthesis/test_report.py", "test_another_family_has_its_cells_and_no_clock", '["report", "ctu"'),
         ("tb/board/test_ulx3s.py", "test_bitstream", "build(")],
+    "radiosity exchange canyon": [("tb/docs/test_view_factors_page.py", "test_the_tutorial", "invoke(")],
     "-m hw figures": [("tb/synthesis/test_figures.py", "test_the_command_writes_what_has_changed", '["figures"]')],
     "make (setup|lint|test|sim|formal|nightly|report|bench)": [],
     "make demo": [("tb/docs/test_commands.py", "test_the_demo", "demo")],

@@ -160,6 +160,16 @@ BAD = {
     "view factors in a missing folder": ({}, (*FACTORS, "-o", "missing/F.nc"), "missing/F.nc"),
     "view factors over a folder": ({"F.nc/a": ""}, (*FACTORS, "-o", "F.nc"), "directory"),
     "sky view factors over a folder": ({"svf.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "svf.inp.1"),
+    "error of zero": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "0"), "--error"),
+    "error above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "2"), "--error: Error must be"),
+    "negative seed of view factors": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "-1"),
+                                      "--seed: Seed must be"),
+    "no time": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--time-limit", "0"), "--time-limit"),
+    "limit of a resumed run": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--time-limit", "9", "--resume"),
+                               "exclude each other"),
+    "error of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--error", "0.1"), "--error excludes --rays"),
+    "seed of a fixed method": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "1", "--method", "shelling"),
+                               "--seed excludes --method shelling"),
     "resumed run that is none": ({"F.npz.blocks/run.json": "rubbish"}, (*FACTORS, "-o", "F.npz", "--resume"),
                                  "cannot be resumed"),
     "resumed run of something else": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz", "--resume"),
@@ -326,6 +336,23 @@ def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
     factors = sparse.load_npz(folder / "F.npz")
     assert factors.shape == (24, 24)
     np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
+
+
+def test_form_factors_close_and_are_reciprocal(folder):
+    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--error", "0.05", "--json"))
+    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
+    assert printed["error"] <= 0.05
+    assert printed["infeasible"] == []
+    assert printed["entries"] == sparse.load_npz(folder / "F.npz").nnz
+    assert "estimated error" in succeed("formfactors", "cornell", "-o", "G.npz", "--error", "0.05")
+    assert (folder / "F.npz").read_bytes() == (folder / "G.npz").read_bytes()
+
+
+def test_a_time_limit_ends_with_a_larger_error(folder):
+    text = succeed("formfactors", "furnace:2", "-o", "F.npz", "--error", "1e-5", "--time-limit", "1e-3")
+    assert "the time limit ended the work at an error of 0.05" in text
+    text = succeed("formfactors", "furnace:1", "-o", "F.npz", "--error", "0.05", "--time-limit", "600")
+    assert "time limit" not in text
 
 
 def test_form_factors_by_shelling_are_those_of_brute_force_in_the_same_integers(folder):

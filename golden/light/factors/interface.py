@@ -1,24 +1,24 @@
 """View factors of a program's own geometry."""
 
-from golden.cast.methods import RAY_METHODS, frustum_caster
+from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.errors import InputError
 from golden.light.factors.compute import compute_view_factors
-from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.meshes import geometry_scene
+from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["view_factors"]
 
 
-def view_factors(geometry, *, names=None, two_sided: bool = False, method: str = "grid",
-                 rays: tuple[int, int] = (256, 64), samples: int = 1, progress: bool = False) -> ViewFactors:
+def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3, seed: int = 0,
+                 method: str = "grid", progress: bool = False) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
     >>> factors = view_factors([[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],
     ...                         [(0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 0, 1)]])
-    >>> factors.F.shape
-    (2, 2)
+    >>> factors.F[0, 1].round(4)
+    0.1998
 
     Parameters
     ----------
@@ -28,19 +28,20 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, method: str =
     names
         N names of surfaces. Default: one for all.
     two_sided
-        Whether the backs of facets radiate like their fronts. They block rays in any case.
+        Whether the backs of facets radiate like their fronts, in N more rows. They block rays in any case.
+    error
+        Largest estimated absolute error of any factor, twice its standard error: 1e-6 to 0.1.
+    seed
+        Of the random numbers, at least 0.
     method
         How rays are cast: grid, naive or embree.
-    rays
-        Azimuths and polars of the hemispheres, powers of two.
-    samples
-        Gauss points along each side of a facet, 1 to 16, each with a hemisphere.
     progress
         Shows a progress bar after two seconds.
 
     Returns
     -------
-    `ViewFactors`: ``F`` (N x N `scipy.sparse.csr_array`), ``area``, ``sky``, ``error``, ``to_netcdf()`` and more.
+    `ViewFactors`: ``F`` (`scipy.sparse.csr_array`, a row for each side), ``area``, ``sky``, ``error``, ``to_netcdf()``
+    and more. Rows sum to 1 - sky - back, and A_i F_ij = A_j F_ji.
 
     Raises
     ------
@@ -50,5 +51,5 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, method: str =
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
-    rows = HemisphereRows(scene, frustum_caster(scene, method), rays=rays, samples=samples)
+    rows = FactorRows(scene, ray_caster(scene, method), error=error, seed=seed)
     return compute_view_factors(rows, progress=progress)

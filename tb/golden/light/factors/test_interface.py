@@ -12,16 +12,16 @@ from golden.light.closed_forms import c_11
 from golden.light.factors.files import read_view_factors
 from golden.scene.builtin import builtin_scene
 
-FAST = {"rays": (32, 8)}
+FAST = {"error": 0.05}
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 PLATES = [SQUARE, [(x, y, 1) for x, y, _ in reversed(SQUARE)]]
 
 
 def test_two_plates():
-    factors = view_factors(PLATES, names=["floor", "lid"], rays=(256, 64), samples=4)
+    factors = view_factors(PLATES, names=["floor", "lid"])
     assert isinstance(factors.F, sparse.csr_array)
-    assert factors.F[0, 1] == pytest.approx(c_11(1, 1), abs=2e-3)
-    assert factors.sky[0] == pytest.approx(1 - c_11(1, 1), abs=2e-3)
+    assert factors.F[0, 1] == pytest.approx(c_11(1, 1), abs=1e-6)
+    assert factors.sky[0] == pytest.approx(1 - c_11(1, 1), abs=1e-6)
     assert factors.surface.tolist() == ["floor", "lid"]
     np.testing.assert_array_equal(factors.normal, [(0, 0, 1), (0, 0, -1)])
 
@@ -41,6 +41,34 @@ def test_a_scene_stays_as_it_is():
     assert set(factors.surface) == {"wall"}
 
 
+def test_two_sided_facets_have_a_row_for_each_side():
+    above = [(x, y, 2) for x, y, _ in PLATES[1]]
+    factors = view_factors([*PLATES, above], names=["a", "b", "c"], two_sided=True, **FAST)
+    assert len(factors) == 6
+    assert factors.patch.tolist() == [0, 1, 2, 0, 1, 2]
+    assert factors.front.tolist() == [True] * 3 + [False] * 3
+    assert factors.surface.tolist() == ["a", "b", "c"] * 2
+    # The middle one hides the others from each other, and its back sees the uppermost.
+    assert factors.F[0, 1] == pytest.approx(0.2, abs=0.05)
+    assert factors.F[4, 2] == pytest.approx(0.2, abs=0.05)
+    assert factors.F[0, 2] == factors.F[2, 0] == 0
+    np.testing.assert_array_equal(factors.normal[4], (0, 0, 1))
+
+
+def test_black_backs_take_what_is_no_sky():
+    factors = view_factors([PLATES[0], PLATES[1][::-1]], **FAST)
+    assert factors.back[0] == pytest.approx(0.2, abs=0.05)
+    assert factors.F.sum() == factors.back[1] == 0
+    np.testing.assert_allclose(factors.sky + factors.back, 1)
+
+
+def test_the_seed_decides_what_rays_measure():
+    scene = builtin_scene("cornell")
+    first, second, other = (view_factors(scene, seed=seed, **FAST).F.data for seed in (3, 3, 4))
+    assert first.tobytes() == second.tobytes()
+    assert not np.array_equal(first, other)
+
+
 @pytest.mark.parametrize(("write", "suffix"), [("to_npz", ".npz"), ("to_netcdf", ".nc")])
 def test_files_are_those_of_the_command(tmp_path, write, suffix):
     factors, path = view_factors(PLATES, **FAST), tmp_path / f"F{suffix}"
@@ -52,7 +80,9 @@ def test_files_are_those_of_the_command(tmp_path, write, suffix):
     (np.zeros((2, 5, 3)), {}, "N x 3 x 3 or N x 4 x 3, not"), (np.zeros((0, 3, 3)), {}, "N x 3 x 3 or N x 4 x 3"),
     (np.full((1, 3, 3), np.nan), {}, "finite"), (np.zeros((1, 3, 3)), {}, "facet 1 has no area"),
     ([[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]], {}, "facet 1 is not planar and strictly convex"),
-    (PLATES, {"names": ["a"]}, "one for each of 2 facets, not 1"), (PLATES, {"method": "magic"}, "grid or naive"),
+    (PLATES, {"error": 1.0}, "Error must be"), (PLATES, {"seed": -1}, "Seed must be"),
+    (PLATES, {"names": ["a"]}, "one for each of 2 facets, not 1"),
+    (PLATES, {"method": "magic"}, "grid or naive or embree"),
     (builtin_scene("furnace:1"), {"two_sided": True}, "those of the scene")])
 def test_what_cannot_be_used_is_refused(geometry, given, message):
     with pytest.raises(InputError, match=message):
