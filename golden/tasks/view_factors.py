@@ -94,7 +94,7 @@ class ViewFactorTask:
         method
             How rays are cast.
         """
-        attempt, ends = max(error, _COARSEST), self._began + limit
+        reached, ends = max(error, _COARSEST), self._began + limit
         while True:
             began = time.perf_counter()
             factors = compute_view_factors(rows_of(reached), progress=self._progress)
