@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from golden.cast.fixed_hits import FixedHits
-from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
@@ -18,6 +17,7 @@ from golden.plural import counted
 from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.cell_choice import choose_cell
+from golden.schedule.job_shelling import job_shelling
 from hw.simulator.cast_report import cast_report
 from hw.simulator.job_result import JobResult
 from hw.simulator.simulated_machine import SimulatedMachine, WaveformWindow
@@ -97,7 +97,7 @@ class MachineCast:
         self._cell = choose_cell([record], geometry, config).cell if options.cell is None else options.cell
         # Of the whole frustum, which may be larger than a cluster's ray memory.
         roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (len(record) - 1).bit_length())})
-        shelling = Shelling(geometry, roomy, cell=self._cell)
+        shelling = job_shelling(geometry, roomy, cell=self._cell)
         self._request = phase_request(
             [record], geometry, shelling.table, config, ratio=options.ratio, clusters=config.noc.nodes,
             weights=weights, hit_format=_hit_format(config), sums=weights is not None)

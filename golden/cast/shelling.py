@@ -102,6 +102,8 @@ class Shelling:
         Cell size as a share of the scene box's longest side, 1/256 to 1.
     by_code
         The survival test compares settle codes, as in the machine. It opens more cells; the hits are the same.
+    ascending
+        See `CellTable`. The hits are the same.
 
     Members
     -------
@@ -114,10 +116,11 @@ class Shelling:
         Cell size out of range.
     """
 
-    def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float, by_code: bool = False):
+    def __init__(self, geometry: PatchGeometry, config: Config, *, cell: float, by_code: bool = False,
+                 ascending: int | None = None):
         check_cell_size(cell)
         self.geometry, self._config, self._by_code = geometry, config, by_code
-        self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell))
+        self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell), ascending=ascending)
 
     @classmethod
     def of_cells(cls, geometry: PatchGeometry, table: CellTable, config: Config) -> "Shelling":

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.ctu import margins
 from golden.ctu.unit import CellTraversalUnit
@@ -18,6 +17,7 @@ from golden.frustum import FrustumRecord
 from golden.memory_map.layout import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS
 from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.cycle_model import CycleModel, stage_work
+from golden.schedule.job_shelling import job_shelling
 
 __all__ = ["CELLS", "LIST_CELLS", "CellChoice", "choose_cell"]
 
@@ -68,7 +68,7 @@ def choose_cell(records: Sequence[FrustumRecord], geometry: PatchGeometry, confi
     cycles, errors = {}, {}
     for cell in candidates:
         try:
-            shelling = Shelling(geometry, roomy, cell=cell, by_code=True)
+            shelling = job_shelling(geometry, roomy, cell=cell, by_code=True)
             for record in records:
                 _check_capacities(record, shelling.table, config)
         except InputError as error:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from golden.cast.fixed_frusta import CONFIG, FixedFrusta, shares
-from golden.cast.shelling import Shelling
 from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
@@ -17,6 +16,7 @@ from golden.progress_bar import progress_bar
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.cell_choice import choose_cell
+from golden.schedule.job_shelling import job_shelling
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulation_config import overridden_text
 
@@ -128,7 +128,7 @@ class MachineCaster(FixedFrusta):
                 if chosen != cell:
                     table, cell = None, chosen
             if table is None:
-                table = Shelling(geometry, config, cell=cell).table
+                table = job_shelling(geometry, config, cell=cell).table
             self.cells[cell] = self.cells.get(cell, 0) + len(records)
             weights = None if records[0].is_screen else self._weights
             return self._results(phase_request(

@@ -20,6 +20,7 @@ from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 from golden.schedule.ceiling_points import ceiling_points
 from golden.schedule.cell_choice import choose_cell
+from golden.schedule.job_shelling import job_shelling
 from hw.simulator.job_result import JobResult
 from hw.simulator.simulated_machine import SimulatedMachine
 from hw.simulator.simulated_port import complete
@@ -103,7 +104,7 @@ def prepare_job(spec: JobSpec, config: Config) -> PreparedJob:
     cell = spec.cell
     if cell is None:
         cell = choose_cell(records[::-(-len(records) // _PREDICTED)], geometry, config).cell
-    request = phase_request(records, geometry, Shelling(geometry, config, cell=cell).table, config, ratio=_RATIO,
+    request = phase_request(records, geometry, job_shelling(geometry, config, cell=cell).table, config, ratio=_RATIO,
                             clusters=spec.group, weights=hemisphere.polar_weights, hit_format=spec.hit_format,
                             sums=spec.sums)
     return PreparedJob(scene=scene, cell=cell, request=request)

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import golden.cli
+import golden.schedule.job_shelling
 import radiosity.cli
 import radiosity.machine_cast
 from golden.cast.fixed_frusta import shares
@@ -447,14 +448,14 @@ def test_waveforms(folder, clusters):
 
 @TWO_CLUSTERS
 def test_a_difference_is_reported(folder, monkeypatch):
-    class Another(radiosity.machine_cast.Shelling):
+    class Another(golden.schedule.job_shelling.Shelling):
         def cast(self, record, *arguments, **given):
             hits, counts = super().cast(record, *arguments, **given)
             patch = hits.patch.copy()
             patch[3] += 1
             return replace(hits, patch=patch), counts
 
-    monkeypatch.setattr("radiosity.machine_cast.Shelling", Another)
+    monkeypatch.setattr("golden.schedule.job_shelling.Shelling", Another)
     result = run(radiosity.cli.main, *CAST)
     assert result.exit_code == 1
     assert "differences from golden: 1 hit, " in result.stdout

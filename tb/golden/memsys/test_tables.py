@@ -42,6 +42,28 @@ def test_entries_are_the_lists_of_the_cells_one_after_the_other():
     assert sorted(expected) == list(range(len(table.patches)))
 
 
+def test_long_lists_have_the_same_patches_evenly_mixed():
+    count, run, parts = 4096, 64, 8
+    vertices = np.zeros((count, 4, 3), dtype=np.int64)
+    vertices[:, :, 0] = np.where(np.arange(count) < 1000, 0, 1 << 11)[:, None]
+    plain, same, mixed = (CellTable(vertices, cell=1 << 10, ascending=most) for most in (None, count, 1000))
+    np.testing.assert_array_equal(same.patches.read(np.arange(count)), np.arange(count))
+    for name in "pointer", "count":
+        np.testing.assert_array_equal(getattr(mixed, name), getattr(plain, name))
+    (short,), (long,) = np.flatnonzero(plain.count == 1000), np.flatnonzero(plain.count == count - 1000)
+    for cell in short, long:
+        own, other = (table.patches.read(table.entries(np.array([cell]))) for table in (plain, mixed))
+        np.testing.assert_array_equal(np.sort(other), own)
+        if cell == short:
+            np.testing.assert_array_equal(other, own)
+            continue
+        # Each run has as many patches of each part of the list.
+        part = (other - own[0]) * parts // len(own)
+        for begin in range(0, len(own) - run + 1, run):
+            found = np.bincount(part[begin:begin + run], minlength=parts)
+            assert found.max() - found.min() <= 3
+
+
 def test_a_number_passes_once_in_the_order_of_first_occurrence():
     numbers = Filter(10)
     np.testing.assert_array_equal(numbers.first(np.array([3, 1, 3, 7, 1])), [3, 1, 7])
