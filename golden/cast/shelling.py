@@ -123,10 +123,11 @@ class Shelling:
         self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell), ascending=ascending)
 
     @classmethod
-    def of_cells(cls, geometry: PatchGeometry, table: CellTable, config: Config) -> "Shelling":
+    def of_cells(cls, geometry: PatchGeometry, table: CellTable, config: Config, *,
+                 by_code: bool = False) -> "Shelling":
         """Casts in cells that are made already."""
         made = cls.__new__(cls)
-        made.geometry, made.table, made._config, made._by_code = geometry, table, config, False
+        made.geometry, made.table, made._config, made._by_code = geometry, table, config, by_code
         return made
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),

@@ -21,7 +21,7 @@ from golden.jobs.descriptor import (
     load_descriptor,
 )
 from golden.jobs.load_regions import region_bits
-from golden.jobs.order import longest_first_at_the_end, proximity_order
+from golden.jobs.order import long_and_short, longest_first_at_the_end, proximity_order
 from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
 from golden.jobs.tile_sections import tile_sections
 from golden.memory_map import MemoryImage, phase_image
@@ -238,7 +238,8 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
     Each phase begins with a load of what the machine does not hold, if there is any: once for all clusters if all of
     them hold the same patches. Of another scene all tables are loaded, since cells and patches are read from one image.
     Its frusta follow in an order in which neighbours are near each other (`proximity_order`), and at its end the
-    longest sections are first (`longest_first_at_the_end`).
+    longest sections are first (`longest_first_at_the_end`). Where every cluster holds all patches and cycles are
+    predicted, `long_and_short` sections alternate instead.
 
     Parameters
     ----------
@@ -280,7 +281,7 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
             sections.append(None)
             descriptors.append(load_descriptor(phase.address, _load_bits(loaded), tag=len(descriptors),
                                                copies=phase.image.has_copies))
-        for one in _sections(request, number, config):
+        for one in _sections(phase, number, config):
             sections.append(one)
             descriptors.append(_descriptor(one, phase, memory, tag=len(descriptors)))
     for descriptor in descriptors:
@@ -345,8 +346,9 @@ def _load_bits(names):
     return region_bits(*names)
 
 
-def _sections(request, phase, config):
+def _sections(phase, number, config):
     """The sections of a phase in the order of the queue."""
+    request = phase.request
     first, plan = request.records[0], request.plan
     pinned = config.ctu.subshells > 0 and plan is not None
     cut = plan.partition.sections if pinned else tile_sections(
@@ -358,12 +360,14 @@ def _sections(request, phase, config):
     if len(cycles) != len(request.records):
         raise InputError(f"job: Predicted cycles must be one for each of {len(request.records)} frusta, "
                          f"not {len(cycles)}")
-    listed = [JobSection(phase=phase, frustum=int(frustum), section=section, cycles=float(cycles[frustum] * part),
+    listed = [JobSection(phase=number, frustum=int(frustum), section=section, cycles=float(cycles[frustum] * part),
                          cluster=cluster if pinned else ANY_CLUSTER)
               for frustum in proximity_order(np.array([record.origin for record in request.records]))
               for cluster, (section, part) in enumerate(zip(cut, share, strict=True))]
-    order = longest_first_at_the_end(np.array([one.cycles for one in listed]), clusters=config.noc.nodes)
-    return [listed[number] for number in order]
+    predicted = np.array([one.cycles for one in listed])
+    order = longest_first_at_the_end(predicted, clusters=config.noc.nodes) \
+        if request.cycles is None or not phase.image.has_copies else long_and_short(predicted)
+    return [listed[one] for one in order]
 
 
 def _descriptor(one, phase, memory, *, tag):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["TAIL", "longest_first_at_the_end", "proximity_order"]
+__all__ = ["TAIL", "long_and_short", "longest_first_at_the_end", "proximity_order"]
 
 # Sections for each cluster at the end of a phase that are ordered by their length instead of their origins.
 TAIL = 2
@@ -53,6 +53,29 @@ def longest_first_at_the_end(cycles: np.ndarray, *, clusters: int) -> np.ndarray
     first = max(0, len(cycles) - TAIL * clusters)
     order = np.arange(len(cycles))
     order[first:] = first + np.argsort(-cycles[first:], kind="stable")
+    return order
+
+
+def long_and_short(cycles: np.ndarray) -> np.ndarray:
+    """The order in which sections of the longer half and of the shorter half alternate, both by falling length.
+
+    The results of a section are written while its cluster casts the next one. Short sections in all clusters at the
+    same time would wait for the results of those before them and for the memory port. The last sections are among the
+    shortest, so the clusters end at about the same time.
+
+    Parameters
+    ----------
+    cycles
+        S float64, predicted cycles of the sections.
+
+    Returns
+    -------
+    S int64, a permutation.
+    """
+    falling = np.argsort(-np.asarray(cycles, dtype=np.float64), kind="stable")
+    half = (len(falling) + 1) // 2
+    order = np.empty(len(falling), dtype=np.int64)
+    order[0::2], order[1::2] = falling[:half], falling[half:]
     return order
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from golden.config import Config
 from golden.frustum import FrustumRecord
+from golden.jobs.frustum_cycles import frustum_cycles
 from golden.jobs.job import PhaseRequest
 from golden.jobs.tile_sections import most_sections
 from golden.memsys.cell_table import CellTable
@@ -37,7 +38,8 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     """The request of a phase.
 
     Frusta that several clusters share are cut by the work that a sparse casting expects. Where the machine has subshell
-    lists, the sparse casting makes them and chooses resident sets.
+    lists, the sparse casting makes them and chooses resident sets. Elsewhere cycles are predicted if the order of the
+    queue matters: of more frusta than clusters, and of more clusters than one.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     reference
         The frustum of the sparse casting. Default: the first one.
     results
-        ``weights``, ``hit_format``, ``sums``, ``cycles`` of the request.
+        ``weights``, ``hit_format``, ``sums`` of the request.
 
     Raises
     ------
@@ -63,11 +65,14 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     first, nodes = records[0], config.noc.nodes
     clusters = sections_per_frustum(len(records), nodes) if clusters is None else clusters
     clusters = min(clusters, most_sections(first.columns, first.rows, config))
-    plan = workload = None
+    plan = workload = cycles = None
     if config.ctu.subshells:
         plan = machine_schedule(reference or first, geometry, table, config, ratio=ratio)
-    elif clusters > 1:
-        found = low_density(reference or first, geometry, table, config, ratio=ratio)
-        workload = found.frusta.share(found.tests)
-    return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, workload=workload,
-                        plan=plan, **results)
+    else:
+        if clusters > 1:
+            found = low_density(reference or first, geometry, table, config, ratio=ratio)
+            workload = found.frusta.share(found.tests)
+        if len(records) > nodes > 1:
+            cycles = frustum_cycles(records, geometry, table, config)
+    return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, cycles=cycles,
+                        workload=workload, plan=plan, **results)

@@ -11,6 +11,7 @@ from golden.errors import InputError
 from golden.jobs.descriptor import ANY_CLUSTER, Kind, check_descriptor, section_of
 from golden.jobs.job import plan_job
 from golden.jobs.load_regions import LOADED_REGIONS, region_bits
+from golden.jobs.order import proximity_order
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import from_bytes
 from golden.schedule.phase import schedule
@@ -154,12 +155,20 @@ def test_a_group_of_clusters_shares_each_frustum():
     assert sum(one.cycles for one in made.sections if one) == pytest.approx(14)
 
 
-def test_the_longest_sections_are_first_at_the_end():
-    # Of 2 clusters, the last four sections.
+def test_long_and_short_sections_alternate_where_every_cluster_holds_all_patches():
     cycles = [one.cycles for one in job().sections if one and one.phase == 0]
+    assert cycles[0::2] + cycles[1::2] == sorted(cycles, reverse=True)
+
+
+def test_neighbours_follow_each_other_where_clusters_share_patches_and_the_end_falls():
+    made = plan_job(requests()[:1], CONFIG.replace({"memsys.own_patches": 64}))
+    sections = [one for one in made.sections if one]
+    # Of 2 clusters, the last four sections.
+    cycles = [one.cycles for one in sections]
     assert cycles[-4:] == sorted(cycles[-4:], reverse=True)
-    assert [one.frustum for one in job().sections if one and one.phase == 0][:6:2] \
-        == [one.frustum for one in job().sections if one and one.phase == 0][1:6:2]
+    origins = np.array([record.origin for record in requests()[0].records])
+    assert [one.frustum for one in sections[:6:2]] == [one.frustum for one in sections[1:6:2]] \
+        == proximity_order(origins)[:3].tolist()
 
 
 def test_subshell_lists_pin_the_sections_of_their_schedule():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from golden.jobs.order import TAIL, longest_first_at_the_end, proximity_order
+from golden.jobs.order import TAIL, long_and_short, longest_first_at_the_end, proximity_order
 
 POINTS = st.lists(st.tuples(*[st.integers(0, 1 << 24)] * 3), max_size=30)
 
@@ -58,3 +58,11 @@ def test_a_job_of_247_frusta_ends_evenly_on_16_clusters():
         after.append(cycles.sum() / longest_cluster(cycles[longest_first_at_the_end(cycles, clusters=16)], 16))
     assert np.mean(after) > np.mean(before) + 0.1
     assert min(after) > 15
+
+
+@given(st.lists(st.integers(1, 9), max_size=20))
+def test_long_and_short_sections_alternate_and_both_fall(cycles):
+    order = long_and_short(cycles)
+    assert sorted(order.tolist()) == list(range(len(cycles)))
+    lengths = [cycles[number] for number in order]
+    assert lengths[0::2] + lengths[1::2] == sorted(cycles, reverse=True)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden.errors import InputError
+from golden.jobs.frustum_cycles import frustum_cycles
 from golden.jobs.job import plan_job
 from golden.jobs.phase_request import phase_request, sections_per_frustum
 from golden.jobs.result_formats import HitFormat
@@ -27,6 +28,14 @@ def test_frusta_that_fill_the_machine_are_not_scheduled(monkeypatch):
     made = request(hemispheres(2), CONFIG, weights=RAYS.polar_weights, hit_format=HitFormat.COMPACT, sums=True)
     assert (made.clusters, made.plan, made.workload) == (1, None, None)
     assert (made.hit_format, made.sums, made.weights.tolist()) == (HitFormat.COMPACT, True, RAYS.polar_weights.tolist())
+
+
+def test_cycles_are_predicted_where_clusters_take_frusta_in_turn():
+    alone = CONFIG.replace({"noc.columns": 1, "noc.rows": 1})
+    assert [request(hemispheres(count), config).cycles for count, config in ((2, CONFIG), (3, alone))] == [None, None]
+    table = scene().shelling.table
+    np.testing.assert_array_equal(request(hemispheres(3), CONFIG).cycles, frustum_cycles(
+        hemispheres(3), scene().geometry, table, CONFIG))
 
 
 def test_a_single_frustum_is_cut_by_expected_work():
