@@ -274,9 +274,10 @@ PAIRS = FIRST | {
 
 test_one_location = declare(
     make_location, cycles=16, engine="abc bmc3", covers_nightly=True,
+    # A sweep takes a cycle for each location; with one bit each start waits for one.
     claims=[Claim(depth=4, version_bits=2), *(
-        Claim(depth=depth, version_bits=bits, unbounded=True, nightly=True)
-        for depth, bits in ((2, 1), (4, 1), (2, 2)))],
+        Claim(depth=depth, version_bits=bits, unbounded=True, nightly=True, **given)
+        for depth, bits, given in ((2, 1, {}), (4, 1, {"cycles": 20}), (2, 2, {})))],
     controls={f"{access} does not notice {to}": Control(breaks, access=access, to=to, nightly=(access, to) not in FIRST)
               for (access, to), breaks in PAIRS.items()})
 test_with_the_store = declare(

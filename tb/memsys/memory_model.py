@@ -152,7 +152,11 @@ class MemoryModel:
 
     def _next_beat(self):
         due = [read for read in self._due_reads if read[0] <= self._now]
-        if not self._shuffles:
+        # Before others: later its id may be that of a new burst.
+        unrequested = [read for read in due if read[0] == 0]
+        if unrequested:
+            due = unrequested
+        elif not self._shuffles:
             due = due[:1] if due and due[0] is self._due_reads[0] else []
         if not due or not self._moves("r"):
             return {"rvalid": 0}

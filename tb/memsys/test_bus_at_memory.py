@@ -39,7 +39,7 @@ POLICIES = list(CachePolicy)
 SHARED = ("i_invalidate", "i_request", "o_reply", "scene", "bases")
 # Until late beats have come.
 ATTEMPTS = 40
-# What memory cannot read: these patches, and these cells' records, 16 bytes together.
+# What memory cannot read: these patches, and the beats with these cells' records, 8 bytes each.
 FAILED = {RequestKind.PATCH: (5,), RequestKind.CELL: (2, 3)}
 
 
@@ -138,17 +138,21 @@ async def every_pair_of_stalls(dut):
 async def a_target_that_raises(dut):
     """What cannot be read is an error, each time that it is requested; all else is right."""
     await start(dut, cycles=60_000)
-    scene = BusScene(config_of(options()["changes"]))
+    config = config_of(options()["changes"])
+    scene, cell_bits = BusScene(config), PathFormats(config).cell_bits
     patches, cells = (BASE + scene.bases[name] for name in ("patches", "cells"))
-    blocks = {(patches + 64 * key, 64) for key in FAILED[RequestKind.PATCH]} | {(cells + 16, 16)}
-    cell_bits = PathFormats(config_of(options()["changes"])).cell_bits
+    together = config.memory.beat_bytes // 8
+    failed = {kind: {key // size * size + k for key in FAILED[kind] for k in range(size)}
+              for kind, size in ((RequestKind.PATCH, 1), (RequestKind.CELL, together))}
+    blocks = ({(patches + 64 * key, 64) for key in failed[RequestKind.PATCH]}
+              | {(cells + 8 * key, 8) for key in failed[RequestKind.CELL]})
     ram = attach(dut, Regions(scene.image, lambda address: any(
         first <= address < first + size for first, size in blocks), base=BASE))
     stall(ram, ("none", "random"), 3)
     for policy in POLICIES:
         bench = Bench(dut)
         await bench.send_requests(policy, bench.scene.requests(60, seed=policy.value), lambda kind, key: (
-            key & (1 << cell_bits) - 1 if kind is RequestKind.CELL else key) in FAILED[kind])
+            key & (1 << cell_bits) - 1 if kind is RequestKind.CELL else key) in failed[kind])
         code, address = bench.fault()
         assert code is Fault.READ_REPLY
         assert any(first <= address < first + size for first, size in blocks)

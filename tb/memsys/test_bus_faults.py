@@ -19,8 +19,9 @@ from tb.memsys.test_main_memory_port import BASE, READ, SMALL, TAG, WRITE, Bench
 MODULE = "tb.memsys.test_bus_faults"
 CHANGES = SMALL | {"memory.timeout_bits": 7}
 KINDS = READ_FAULTS | WRITE_FAULTS
-# Exchanges until the port has recovered, and cycles that one may take.
-EXCHANGES, TIMEOUT = 40, 24 << CHANGES["memory.timeout_bits"]
+# Exchanges until the port has recovered, and cycles that one may take: four reads of 64 beats, two in a burst, one
+# burst at a time, of at most 60 cycles.
+EXCHANGES, TIMEOUT = 40, 4 * 32 * 60
 
 
 class FaultBench:

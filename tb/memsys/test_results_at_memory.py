@@ -1,6 +1,5 @@
 """Results of two clusters in main memory: writers, their merge, and the port."""
 
-from itertools import pairwise
 from random import Random
 
 import cocotb
@@ -197,7 +196,9 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def a_beat_per_cycle(dut):
-    """Two writers of hits of 16 bytes send a beat in every cycle from the first one to the last one."""
+    """Two writers of hits of 16 bytes send a beat in every cycle from the first one to the last one, or take a hit
+    each in every cycle where these are fewer than the beats.
+    """
     await start(dut, cycles=20_000)
     bench, cycles, now = Bench(dut), [], 0
     sections = bench.sections(3, 1, columns=16, section=Sector(0, 16, 0, 8), hit_format=HitFormat.FULL, sums=False)
@@ -212,9 +213,10 @@ async def a_beat_per_cycle(dut):
 
     bench.ports.run(watch())
     assert await bench.write(sections) == without_fault(sections)
-    beats = 2 * 16 * 8 * 16 // bench.config.memory.beat_bytes
+    hits = 16 * 8
+    beats = 2 * hits * 16 // bench.config.memory.beat_bytes
     assert len(cycles) == beats
-    assert {b - a for a, b in pairwise(cycles)} == {1}
+    assert cycles[-1] - cycles[0] < max(beats, hits)
     bench.compare(sections)
     bench.stop()
 
