@@ -18,8 +18,10 @@ DEPTH = 2
 NETWORKS = {"end": ("hypercube", 2, 0, 2), "interior": ("mesh", 3, 1, 1)}
 IN_TURN, BY_AGE = ArbiterPolicy.ROUND_ROBIN, ArbiterPolicy.LONGEST_WAITING
 # Cycles without a flit from a queue that has some, with neighbours that return a credit at once. In turn there is a
-# bound where an output has one channel: with two a queue is skipped while its channel has no credit.
-LIMITS = {("interior", IN_TURN): 6, ("interior", BY_AGE): 7, ("end", BY_AGE): 4}
+# bound where an output has one channel: with two a queue is skipped while its channel has no credit. The cycles of the
+# router are the last part of a key.
+LIMITS = {("interior", IN_TURN, 1): 4, ("interior", IN_TURN, 2): 6, ("interior", BY_AGE, 1): 5,
+          ("interior", BY_AGE, 2): 7, ("end", BY_AGE, 1): 4, ("end", BY_AGE, 2): 4}
 
 
 def credits_kept(m, bench, dut, router_cycles, limit=None):
@@ -109,8 +111,9 @@ def make(where="interior", router_cycles=2, policy=IN_TURN, depth=DEPTH, kind=Ro
     return Bench(credits_kept, dut, router_cycles=router_cycles, **more)
 
 
-def make_bounded(where="interior", policy=IN_TURN, limit=None, **more):
-    return make(where, policy=policy, limit=limit or LIMITS[where, policy], **more)
+def make_bounded(where="interior", policy=IN_TURN, router_cycles=2, limit=None, **more):
+    return make(where, policy=policy, router_cycles=router_cycles, limit=limit or LIMITS[where, policy, router_cycles],
+                **more)
 
 
 test_credits = declare(
@@ -130,13 +133,15 @@ test_credits = declare(
 test_progress = declare(
     make_bounded, cycles=16, engine="abc bmc3", covers_nightly=True,
     claims=[Claim(policy=policy) for policy in ArbiterPolicy] + [
-        Claim(where=where, policy=policy, router_cycles=cycles, nightly=True)
-        for where, policy in LIMITS for cycles in (1, 2)],
+        Claim(where=where, policy=policy, router_cycles=cycles, nightly=True) for where, policy, cycles in LIMITS],
     controls={
-        "a shorter bound in turn": Control("progress", limit=LIMITS["interior", IN_TURN] - 1),
+        "a shorter bound in turn": Control("progress", limit=LIMITS["interior", IN_TURN, 2] - 1),
+        **{f"a shorter bound {words} in one cycle": Control(
+            "progress", policy=policy, router_cycles=1, limit=LIMITS["interior", policy, 1] - 1, nightly=True)
+           for words, policy in (("in turn", IN_TURN), ("by age", BY_AGE))},
         "a shorter bound by age": Control(
-            "progress", where="end", policy=BY_AGE, limit=LIMITS["end", BY_AGE] - 1, nightly=True),
+            "progress", where="end", policy=BY_AGE, limit=LIMITS["end", BY_AGE, 2] - 1, nightly=True),
         "in turn over two channels": Control(
-            "progress", where="end", limit=2 * LIMITS["end", BY_AGE], nightly=True),
+            "progress", where="end", limit=2 * LIMITS["end", BY_AGE, 2], nightly=True),
         "an input that is never granted": Control("progress", rule=LowestFirst, nightly=True),
     })
