@@ -34,6 +34,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "points instead.  [default: 256x64 where the method casts no single rays]")
     @click.option("--samples", type=click.IntRange(1, 16), help="Set the number of these points along each side of a "
                   "patch.  [default: 1]")
+    @click.option("--project", is_flag=True, help="Close the rows of plain hemispheres and make them reciprocal.")
     @click.option("--facets", is_flag=True, help="Keep each face of a file as one patch, in the file's order; "
                   "its front alone radiates.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
@@ -43,8 +44,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, error, time_limit, seed, rays, samples, facets, max_edge, max_area, method, cell,
-                    resume, **given):
+    def formfactors(scene, output, error, time_limit, seed, rays, samples, project, facets, max_edge, max_area, method,
+                    cell, resume, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
@@ -53,7 +54,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         """
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
-        _check_options(plain, method, time_limit, resume)
+        _check_options(plain, method, project, time_limit, resume)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
         from golden.light.factors.hemisphere_rows import HemisphereRows
@@ -75,7 +76,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                 report, text = task.run_within(time_limit, adaptive, error=error, method=method)
             else:
                 # The machine casts all frusta of a request as one job.
-                rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1,
+                rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1, projected=project,
                                       block_rows=len(task.scene) if chosen else 64,
                                       progress=console().progress and bool(chosen)) if plain else adaptive(error)
                 report, text = task.run(rows, task.store(rows, method=method, resume=resume), method=method)
@@ -86,12 +87,15 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     return formfactors
 
 
-def _check_options(plain, method, time_limit, resume):
+def _check_options(plain, method, project, time_limit, resume):
     """Refuse options that exclude each other."""
     context = click.get_current_context()
     for name, option in _ADAPTIVE.items():
         if plain and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             fixed = "--rays and --samples" if method in RAY_METHODS else f"--method {method}"
             raise click.UsageError(f"{option} excludes {fixed}.", context)
+    if project and not plain:
+        raise click.UsageError(f"--project needs --rays, --samples or a method other than {method}, which does it.",
+                               context)
     if time_limit is not None and resume:
         raise click.UsageError("--time-limit and --resume exclude each other.", context)

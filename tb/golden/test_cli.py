@@ -170,6 +170,7 @@ BAD = {
     "error of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--error", "0.1"), "--error excludes --rays"),
     "seed of a fixed method": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "1", "--method", "shelling"),
                                "--seed excludes --method shelling"),
+    "projection of adaptive rows": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--project"), "--project needs"),
     "resumed run that is none": ({"F.npz.blocks/run.json": "rubbish"}, (*FACTORS, "-o", "F.npz", "--resume"),
                                  "cannot be resumed"),
     "resumed run of something else": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz", "--resume"),
@@ -346,6 +347,16 @@ def test_form_factors_close_and_are_reciprocal(folder):
     assert printed["entries"] == sparse.load_npz(folder / "F.npz").nnz
     assert "estimated error" in succeed("formfactors", "cornell", "-o", "G.npz", "--error", "0.05")
     assert (folder / "F.npz").read_bytes() == (folder / "G.npz").read_bytes()
+
+
+def test_plain_hemispheres_are_projected_on_request(folder):
+    for method in ("shelling", "naive-fixed"):
+        printed = json.loads(succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--samples",
+                                     "2", "--method", method, "--project", "--json"))
+        assert max(printed["closure"], printed["reciprocity"]) < 1e-9
+        assert printed["sky_change"] >= 0
+        assert printed["error"] is None
+    assert (folder / "shelling.npz").read_bytes() == (folder / "naive-fixed.npz").read_bytes()
 
 
 def test_a_time_limit_ends_with_a_larger_error(folder):

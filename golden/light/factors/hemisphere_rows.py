@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.join import Estimate
+from golden.light.factors.projection import project
+from golden.light.factors.view_factors import CLOSED, ViewFactors
 from golden.light.form_factors import PatchRows, gauss_points
 from golden.scene.scene import Scene
 
@@ -31,6 +33,9 @@ class HemisphereRows:
         See `golden.light.form_factors.PatchRows`.
     block_rows
         Rows of a block.
+    projected
+        Whether `join` closes the rows and makes them reciprocal, see `project`. The errors of fixed points are unknown:
+        each factor itself stands for its standard error, so that factors move in proportion.
 
     Members
     -------
@@ -50,12 +55,12 @@ class HemisphereRows:
     kind = HemisphereBlock
 
     def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1, block_rows: int = 64,
-                 progress: bool = False):
+                 projected: bool = False, progress: bool = False):
         self._scene = scene
         self._rows = PatchRows(scene, caster, rays=rays, samples=samples, progress=progress)
         self._shares = gauss_points(scene, samples)[1]
-        self.block_rows = block_rows
-        self.settings = {"rays": f"{rays[0]}x{rays[1]}", "samples": samples}
+        self._projected, self.block_rows = projected, block_rows
+        self.settings = {"rays": f"{rays[0]}x{rays[1]}", "samples": samples, **({"projected": 1} if projected else {})}
 
     def __len__(self) -> int:
         return len(self._scene)
@@ -76,7 +81,35 @@ class HemisphereRows:
         row_sums, bits = np.concatenate([block.row_sums for block in blocks]), self._rows.hemisphere.weight_bits
         sky = np.maximum(1 - (self._shares * row_sums).sum(axis=1) / 2**bits, 0)
         back = np.maximum(1 - matrix.sum(axis=1) - sky, 0)
+        measured = {}
+        if self._projected:
+            estimate, unprojected = self._estimate(matrix, sky, back)
+            measured = {"unprojected": unprojected, "unprojected_sky": sky}
+            matrix, sky, back = project(estimate, area=self._scene.areas)
         return ViewFactors(F=matrix, sky=sky, back=back, area=self._scene.areas, normal=self._scene.normals,
                            surface=names[self._scene.material], patch=np.arange(count),
                            front=np.ones(count, dtype=bool), row_sums=row_sums, weight_bits=bits,
-                           settings=self.settings)
+                           settings=self.settings, **measured)
+
+    def _estimate(self, matrix, sky, back):
+        """What the projection begins with, and the matrix with an entry wherever either direction has one."""
+        area, rays = self._scene.areas, len(self._rows.hemisphere) * self._shares.shape[1]
+        row, column = matrix.tocoo().coords
+        pattern = sparse.coo_array((np.ones(2 * len(row)), (np.append(row, column), np.append(column, row))),
+                                   shape=matrix.shape).tocsr()
+        pattern.sort_indices()
+        row, column = pattern.tocoo().coords
+
+        def entries(values):
+            return sparse.csr_array((values, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+        forth, reverse = (np.asarray(matrix[first, second]).ravel() for first, second in ((row, column), (column, row)))
+        exposure = 1 / area[row] + 1 / area[column]
+        # The rays of both directions together, see `golden.light.factors.join.join`.
+        exchange = (forth + reverse) / exposure
+        few = np.sqrt((forth + reverse) * rays + 0.5) / (rays * exposure)
+        error = np.maximum(exchange, few) / area[row]
+        outside = [np.where(share > CLOSED, np.sqrt(share * (1 - share) * rays + 0.5) / rays, 0.0)
+                   for share in (sky, back)]
+        return Estimate(F=entries(exchange / area[row]), error=entries(error), sky=sky, back=back,
+                        sky_error=outside[0], back_error=outside[1], hidden_error=0.0), entries(forth)
