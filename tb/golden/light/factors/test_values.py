@@ -7,8 +7,9 @@ from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11, c_14
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
+from radiosity.benchmarks.view_factor_cases import visible_factor
 from tb.golden.light.cube import cube
-from tb.golden.light.factors.plates import plates, visible_factor
+from tb.golden.light.factors.plates import plates
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 

@@ -6,7 +6,8 @@ from golden.light.closed_forms import c_11
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.sides import Sides
 from golden.light.factors.visibility import visible_shares
-from tb.golden.light.factors.plates import plates, visible_factor
+from radiosity.benchmarks.view_factor_cases import visible_factor
+from tb.golden.light.factors.plates import plates
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 

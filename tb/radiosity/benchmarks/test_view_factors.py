@@ -1,0 +1,51 @@
+"""The benchmark of view factors."""
+
+import json
+import os
+from functools import partial
+
+import pytest
+from click.testing import CliRunner
+
+from radiosity.benchmarks import view_factor_programs, view_factors
+from radiosity.benchmarks.view_factor_cases import plate_between_plates
+from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
+from radiosity.cli import main as radiosity
+
+
+def test_tables(tmp_path, monkeypatch):
+    monkeypatch.setattr(view_factors, "in_own_process", lambda function, *arguments: function(*arguments))
+    monkeypatch.setattr(view_factors, "OPEN", view_factors.OPEN[:1])
+    monkeypatch.setattr(view_factors, "HIDDEN", (partial(plate_between_plates, 0.4),))
+    monkeypatch.setattr(view_factor_programs, "PROGRAMS", {
+        "none": ("no_such_module", None), "this package": PROGRAMS["this package"]})
+    monkeypatch.setattr(view_factors, "PROGRAMS", view_factor_programs.PROGRAMS)
+    case = plate_between_plates()
+    monkeypatch.setattr(view_factors, "compared", lambda: [("plates", case.facets, given, 0.02)
+                                                           for given in (case, None)])
+    result = CliRunner().invoke(radiosity, ["bench", "view_factors", "furnace:1", "--seeds", "2", "--json", "--error",
+                                            "0.05", "-o", str(tmp_path / "x.md")])
+    assert result.exit_code == 0, result.output
+    closed, hidden, scenes, programs = (one["rows"] for one in json.loads(result.stdout)["tables"])
+    assert [list(row.values())[2:] for row in closed] == [["< 1e-9"] * 3]
+    assert [row["requested"] for row in hidden] == [0.01, 0.001]
+    assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
+    assert [scenes[0][name] for name in ("scene", "rows", "entries", "closure", "reciprocity", "open rows")] == [
+        "furnace:1", 6, 30, "< 1e-9", "< 1e-9", 0]
+    assert {row["program"] for row in programs} == {"this package"}
+    assert [row["error"] == "" for row in programs] == [False, True]
+
+
+def test_a_program_runs_in_a_process_of_its_own():
+    assert in_own_process(os.getpid) != os.getpid()
+
+
+def test_a_program_that_is_not_installed_gives_nothing(monkeypatch):
+    monkeypatch.setitem(PROGRAMS, "none", ("no_such_module", None))
+    assert compute("none", plate_between_plates().facets, 0.1) is None
+
+
+def test_this_package_is_measured():
+    found = compute("this package", plate_between_plates().facets, 0.05)
+    assert (found.F.sum(axis=1) + found.sky + found.rest).tolist() == pytest.approx([1, 1, 1])
+    assert found.memory > 1 << 20
