@@ -38,12 +38,12 @@ class Estimate:
     hidden_error: float
 
 
-def join(blocks: Sequence[RowBlock], *, area: np.ndarray, rays: int, error: float) -> Estimate:
+def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estimate:
     """Join the rows of all sides.
 
-    Of a pair that segments measured their result counts, for both directions. Any other pair has a factor below
-    ``error`` / 2 from the smaller patch, and gets the hits of both hemispheres: (k_i + k_j) / (n_i / A_i + n_j / A_j),
-    at most ``error`` from the smaller patch.
+    Of a pair that segments measured their result counts, the surer one of two, for both directions. Any other pair has
+    a factor below ``error`` / 2 from the smaller patch, and gets the hits of both hemispheres: (k_i + k_j) /
+    (n_i / A_i + n_j / A_j), at most ``error`` from the smaller patch.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, rays: int, error: floa
         The rows, in order.
     area
         N float64, areas of the sides.
-    rays, error
+    error
         Of the `FactorRows`.
     """
     width = len(area)
@@ -62,15 +62,19 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, rays: int, error: floa
     key, pair = np.unique(low.astype(np.int64) * width + high, return_inverse=True)
     low, high = np.divmod(key, width)
     smaller = np.minimum(area[low], area[high])
-    exposure = rays / area[low] + rays / area[high]
+    rays, sky, back, sky_error, hidden = (
+        np.concatenate([np.atleast_1d(getattr(block, name)) for block in blocks])
+        for name in ("rays", "sky", "back", "sky_error", "hidden_error"))
+    exposure = rays[low] / area[low] + rays[high] / area[high]
     count = np.bincount(pair, hits, len(key))
     exchange = np.minimum(count / exposure, error * smaller)
     deviation = np.minimum(np.sqrt(count + 0.5) / exposure, error / 2 * smaller)
     measured = np.flatnonzero(~np.isnan(factor))
-    exchange[pair[measured]] = (factor * area[row])[measured]
-    deviation[pair[measured]] = (wrong * area[row])[measured]
-    sky, back, sky_error, hidden = (np.concatenate([np.atleast_1d(getattr(block, name)) for block in blocks])
-                                    for name in ("sky", "back", "sky_error", "hidden_error"))
+    wrong, factor = ((values * area[row])[measured] for values in (wrong, factor))
+    # The surest one is written last.
+    order = np.argsort(-wrong, kind="stable")
+    pair = pair[measured[order]]
+    exchange[pair], deviation[pair] = factor[order], wrong[order]
     middle = (back + 0.5) / (rays + 1)
     return Estimate(F=_both(exchange, low, high, area), error=_both(deviation, low, high, area), sky=sky / rays,
                     back=back / rays, sky_error=sky_error, hidden_error=float(hidden.max(initial=0)),

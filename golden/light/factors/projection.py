@@ -15,8 +15,9 @@ _REACH, _OUTSIDE_REACH = 2.0, 5.0
 # Error of the closed forms, by which exact factors may move.
 _CLOSED_FORMS = 1e-8
 
-# Standard deviation, relative to the whole hemisphere, of the slack that names rows which nothing closes.
-_SLACK = 1e-10
+# Standard deviations, relative to the whole hemisphere, of the slack that names rows which nothing closes. From one to
+# the next the multipliers of such rows grow; without the first ones a step of Newton's would send all rows far off.
+_SLACKS = 1e-3, 1e-5, 1e-7, 1e-10
 
 # Residual of a row's sum at which the search ends.
 _EXACT = 1e-14
@@ -70,7 +71,7 @@ class _Problem:
 
     def __init__(self, estimate, area):
         count, F = len(area), estimate.F
-        self._area, self._slack = area, _SLACK * area
+        self._area = area
         self._pattern = F.indices, F.indptr
         self.row = np.repeat(np.arange(count), np.diff(F.indptr))
         low, high = np.minimum(self.row, F.indices), np.maximum(self.row, F.indices)
@@ -89,6 +90,14 @@ class _Problem:
     def solve(self):
         """Exchange areas of the pairs, and areas times the shares outside, sky before back."""
         multiplier = np.zeros(len(self._area))
+        for slack in _SLACKS:
+            self._slack = slack * self._area
+            multiplier, value = self._search(multiplier)
+        pairs = len(self._high)
+        return value[:pairs], value[pairs:]
+
+    def _search(self, multiplier):
+        """The multipliers and unknowns with the present slack."""
         value, merit, rest = self._at(multiplier)
         for _ in range(_STEPS):
             if np.abs(rest / self._area).max(initial=0) <= _EXACT:
@@ -99,13 +108,12 @@ class _Problem:
                 trial_value, trial_merit, trial_rest = self._at(trial)
                 # Near the end the merits differ by rounding alone, and the sums' own residual decides.
                 alike = abs(trial_merit - merit) <= 1e-12 * self._area.sum()
-                if (np.abs(trial_rest).sum() < np.abs(rest).sum()) if alike else trial_merit < merit:
+                if (np.abs(trial_rest).sum() < 0.9 * np.abs(rest).sum()) if alike else trial_merit < merit:
                     break
             else:
                 break
             multiplier, value, merit, rest = trial, trial_value, trial_merit, trial_rest
-        pairs = len(self._high)
-        return value[:pairs], value[pairs:]
+        return multiplier, value
 
     def _at(self, multiplier):
         """The unknowns that the multipliers give, the dual function, and what the rows' sums miss (minus its slope)."""

@@ -22,8 +22,9 @@ class RowBlock:
     factor, error
         E float64: the view factor from row to column and its standard error, 0 if it is exact; NaN where only rays
         tell.
-    sky, back
-        R int64: rays that left the scene, and rays that met the black back of a one-sided patch.
+    rays, sky, back
+        R int64: rays of each row's hemisphere, those that left the scene, and those that met the black back of a
+        one-sided patch.
     sky_error
         R float64: standard error of the share that left.
     hidden_error
@@ -35,7 +36,17 @@ class RowBlock:
     hits: np.ndarray
     factor: np.ndarray
     error: np.ndarray
+    rays: np.ndarray
     sky: np.ndarray
     back: np.ndarray
     sky_error: np.ndarray
     hidden_error: np.ndarray
+
+    def __getitem__(self, rows: slice) -> "RowBlock":
+        """Consecutive rows."""
+        first, last, _ = rows.indices(len(self.sky))
+        entries = slice(self.start[first], self.start[last])
+        parts = {name: getattr(self, name)[entries] for name in ("column", "hits", "factor", "error")}
+        parts |= {name: getattr(self, name)[first:last]
+                  for name in ("rays", "sky", "back", "sky_error", "hidden_error")}
+        return RowBlock(start=self.start[first:last + 1] - self.start[first], **parts)

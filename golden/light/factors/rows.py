@@ -11,7 +11,7 @@ from golden.light.factors.points import REPLICATES, cosine_directions, points_on
 from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
 from golden.light.factors.sides import Sides
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.view_factors import CLOSED, ViewFactors
 from golden.light.factors.visibility import visible_shares
 from golden.light.sampling import mix
 from golden.scene.scene import Scene
@@ -24,6 +24,10 @@ _FEWEST_RAYS, _MOST_RAYS = 256, 4096
 # Pairs, and rays, per block, which bounds memory.
 _PAIRS, _RAYS = 1 << 21, 1 << 18
 
+# Rows that do not close are measured again with these shares of the error, those that miss it by less than this share
+# of the worst one last: they may close as it does.
+_FINER, _WORST = (1 / 4, 1 / 16, 1 / 64, 1 / 64, 1 / 64), 0.1
+
 # Keys of the random numbers' uses.
 _HEMISPHERES, _SEGMENTS = 0, 1
 
@@ -34,6 +38,9 @@ class FactorRows:
     Each row casts a hemisphere of rays, which finds what it sees. Pairs whose factor without occlusion exceeds half
     the requested error are measured by segments, from the smaller patch (`visible_shares`). Smaller factors come from
     the hits of both hemispheres alone. Rows and columns are the scene's `Sides`.
+
+    Some rows miss a factor that no ray met, or one of many estimates is far off, and then nothing within the errors
+    closes the row. Such rows are measured again, finer, with all of their pairs.
 
     Parameters
     ----------
@@ -80,8 +87,12 @@ class FactorRows:
 
     def rows(self, first: int, last: int) -> RowBlock:
         """The rows ``first`` to ``last`` - 1."""
-        row, column, hits, sky, back, sky_error = self._hemispheres(first, last)
-        pairs = self._measured(first, last)
+        return self._block(first, last, rays=self.rays, limit=self._error / 2)
+
+    def _block(self, first, last, *, rays, limit, whole=False):
+        """Rows by so many rays each and factors to a standard error, of all pairs or of those that the rows own."""
+        row, column, hits, sky, back, sky_error = self._hemispheres(first, last, rays)
+        pairs = self._measured(first, last, limit, whole)
         count, width = last - first, len(self)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
         entry, inverse = np.unique(key, return_inverse=True)
@@ -96,23 +107,42 @@ class FactorRows:
         entry = entry[keep]
         start = np.searchsorted(entry, np.arange(count + 1) * width)
         return RowBlock(start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
-                        factor=factor[keep], error=error[keep], sky=sky, back=back, sky_error=sky_error,
-                        hidden_error=hidden_error)
+                        factor=factor[keep], error=error[keep], rays=np.full(count, rays), sky=sky, back=back,
+                        sky_error=sky_error, hidden_error=hidden_error)
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
-        sides, scene = self._sides, self._sides.scene
-        estimate = join(list(blocks), area=sides.area, rays=self.rays, error=self._error)
-        F, sky, back = project(estimate, area=sides.area)
+        sides, scene, blocks = self._sides, self._sides.scene, list(blocks)
+        for finer in (*_FINER, None):
+            estimate = join(blocks, area=sides.area, error=self._error)
+            F, sky, back = project(estimate, area=sides.area)
+            missed = np.abs(F.sum(axis=1) + sky + back - 1)
+            if finer is None or missed.max() <= CLOSED:
+                break
+            blocks = self._refined(blocks, missed > max(CLOSED, _WORST * missed.max()), finer)
         names = np.array([material.name for material in scene.materials])
         return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
                            front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
                            hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
                            settings=self.settings)
 
-    def _hemispheres(self, first, last):
+    def _refined(self, blocks, missed, finer):
+        """The blocks with the rows that missed closure measured to a share of the error."""
+        refined, first = [], 0
+        for block in blocks:
+            last = first + len(block.sky)
+            begin = first
+            for row in first + np.flatnonzero(missed[first:last]):
+                refined += [block[begin - first:row - first], self._block(
+                    row, row + 1, rays=round(self.rays / finer), limit=self._error * finer / 2, whole=True)]
+                begin = row + 1
+            refined.append(block[begin - first:last - first])
+            first = last
+        return refined
+
+    def _hemispheres(self, first, last, rays):
         """Rows, columns and counts of hits; rays that leave, rays that meet a black back, error of the former."""
-        sides, rays, width = self._sides, self.rays, len(self)
+        sides, width = self._sides, len(self)
         keys, left, back = [], np.zeros((last - first, REPLICATES), np.int64), np.zeros(last - first, np.int64)
         step = max(1, _RAYS // rays)
         for low in range(first, last, step):
@@ -138,23 +168,23 @@ class FactorRows:
         # A row without a ray that leaves is closed.
         return key // width, key % width, count, sky, back, np.where(share == 0, 0.0, error)
 
-    def _measured(self, first, last):
+    def _measured(self, first, last, limit, whole):
         """The pairs of these rows that segments measure."""
         sides = self._sides
         found = []
         step = max(1, _PAIRS // len(self) // 4)
         for low in range(first, last, step):
-            row, column = self._candidates(np.arange(low, min(low + step, last)))
+            row, column = self._candidates(np.arange(low, min(low + step, last)), limit, whole)
             factor = exchange_areas(sides.vertices[row], sides.vertices[column]) / sides.area[row]
-            large = np.flatnonzero(factor > self._error / 2)
+            large = np.flatnonzero(factor > limit)
             found.append((row[large], column[large], factor[large]))
         row, column, factor = (np.concatenate(part) for part in zip(*found, strict=True))
-        shares = visible_shares(sides, self._caster, row, column, factor, limit=self._error / 2,
+        shares = visible_shares(sides, self._caster, row, column, factor, limit=limit,
                                 seed=int(mix(self._seed, _SEGMENTS)))
         return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error}
 
-    def _candidates(self, rows):
-        """The pairs of rows and columns that these rows measure and whose factor may exceed half the error."""
+    def _candidates(self, rows, limit, whole):
+        """The pairs of rows and columns that these rows measure and whose factor may exceed the limit."""
         sides = self._sides
         between = sides.centre - sides.centre[rows][:, None]
         distance = np.linalg.norm(between, axis=2)
@@ -162,11 +192,11 @@ class FactorRows:
         # Heights of the balls around the patches over each other's planes.
         over_row = np.einsum("rni,ri->rn", between, sides.normal[rows]) + sides.radius
         over_column = -np.einsum("rni,ni->rn", between, sides.normal) + sides.radius[rows, None]
-        pair = np.nonzero(self._owns(rows) & (over_row > 0) & (over_column > 0))
+        pair = np.nonzero((whole or self._owns(rows)) & (over_row > 0) & (over_column > 0))
         far = gap[pair]
         bound = np.divide(sides.area[pair[1]] * np.minimum(over_row[pair], far) * np.minimum(over_column[pair], far),
                           np.pi * far**4, out=np.full(len(far), np.inf), where=far > 0)
-        keep = bound > self._error / 2
+        keep = bound > limit
         return rows[pair[0][keep]], pair[1][keep]
 
     def _owns(self, rows):

@@ -22,8 +22,10 @@ _BLOCK = 1 << 18
 # First segments of a pair, and the most.
 _FIRST, _MOST = 16, 1 << 20
 
-# From so many segments of the rarer kind on, the replicates' own scatter estimates the variance.
+# From so many segments of the rarer kind on, the replicates' own scatter estimates the variance: by half of Student's
+# factor that has the normal distribution's confidence at two standard deviations.
 _COMMON = 16
+_STUDENT = 2.181 / 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,7 +71,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     sampling = _Sampling(sides, caster, first, second, factor, seed)
     exact = np.zeros(len(first), dtype=bool)
     certain = np.zeros(len(first))
-    needed = np.maximum(1, np.ceil(factor / limit) - 1)
+    needed = np.maximum(1, np.ceil(2 * factor / limit) - 4)
     sampling.extend(np.arange(len(first)), np.minimum(needed, _FIRST))
     share, error = sampling.estimate()
     # A test of one patch against a pair costs about as much as a segment's share of a ray.
@@ -132,12 +134,10 @@ class _Sampling:
         share = np.divide(seen, total, out=np.full(len(total), 0.5), where=some)
         share = np.where(seen == total, np.where(some, 1.0, 0.5), share)
         size = np.divide(total**2, self._squares, out=np.zeros(len(total)), where=some)
-        alike = (share == 0) | (share == 1)
-        # Wilson's bound at one standard deviation; between the ends the binomial error, as if one more were even.
-        middle = (share * size + 0.5) / (size + 1)
-        error = np.where(alike, 1 / (size + 1), np.sqrt(middle * (1 - middle) / (size + 1)))
+        # Half of the way to the farther end of Wilson's interval at two standard deviations.
+        error = (np.abs(1 - 2 * share) + np.sqrt(size * share * (1 - share) + 1)) / (size + 4)
         rest = self._seen - share[:, None] * self._all
-        scatter = np.sqrt(np.einsum("pr,pr->p", rest, rest) * REPLICATES / (REPLICATES - 1))
+        scatter = _STUDENT * np.sqrt(np.einsum("pr,pr->p", rest, rest) * REPLICATES / (REPLICATES - 1))
         common = (np.minimum(share, 1 - share) * size >= _COMMON) & (self._all > 0).all(axis=1)
         error = np.where(common, np.divide(scatter, total, out=np.zeros(len(total)), where=some), error)
         return share, np.where(some, error, 0.5)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,12 +16,12 @@ def block(rows, *, sky=0, back=0, hidden=0.0):
     column, hits, factor, error = (np.array(values) for values in zip(*entries, strict=True)) if entries else [[]] * 4
     return RowBlock(start=np.cumsum([0, *map(len, rows)]), column=np.array(column, int),
                     hits=np.array(hits, int), factor=np.array(factor, float), error=np.array(error, float),
-                    sky=np.full(len(rows), sky), back=np.full(len(rows), back), sky_error=np.full(len(rows), sky / 1e4),
-                    hidden_error=np.full(len(rows), hidden))
+                    rays=np.full(len(rows), RAYS), sky=np.full(len(rows), sky), back=np.full(len(rows), back),
+                    sky_error=np.full(len(rows), sky / 1e4), hidden_error=np.full(len(rows), hidden))
 
 
 def joined(*blocks):
-    return join(blocks, area=AREA, rays=RAYS, error=ERROR)
+    return join(blocks, area=AREA, error=ERROR)
 
 
 def test_hits_of_both_hemispheres_count_by_their_exposure():
@@ -53,6 +55,19 @@ def test_what_segments_measured_counts_alone():
     assert (result.F[2, 0], result.F[0, 2]) == (0.125, 0.5)
     assert result.error.nnz == 4
     assert result.error[0, 2] == 0
+
+
+def test_the_surer_of_two_measurements_counts():
+    for errors in ((0.01, 0.0001), (0.0001, 0.01)):
+        result = joined(block([[(1, 0, 0.2, errors[0])], [(0, 0, 0.125, errors[1])], []]))
+        assert result.F[0, 1] == (0.25 if errors[1] < errors[0] else 0.2)
+        assert result.error[0, 1] == min(errors[0], 2 * errors[1])
+
+
+def test_rows_of_more_rays_count_by_theirs():
+    blocks = [block([[(1, 3, np.nan, np.nan)]]), block([[(0, 2, np.nan, np.nan)], []])]
+    result = joined(replace(blocks[0], rays=np.array([400])), blocks[1])
+    assert result.F[0, 1] == pytest.approx(5 / (400 / 1 + RAYS / 2))
 
 
 def test_shares_outside():

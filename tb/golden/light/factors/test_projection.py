@@ -107,6 +107,19 @@ def test_a_row_that_nothing_closes_stays_open_and_the_others_close(room, noisy):
     assert np.abs(np.delete(sums, 7) - 1).max() <= 1e-9
 
 
+def test_only_the_row_that_nothing_closes_is_open_though_many_factors_are_at_their_bounds():
+    generator = np.random.default_rng(5)
+    exchange = np.triu(generator.uniform(0.2, 1, size=(40, 40)) * (generator.uniform(size=(40, 40)) < 0.1), 1)
+    spread = np.triu(10**generator.uniform(-5, -1, size=(40, 40)) * exchange, 1)
+    noise = generator.normal(size=(40, 40)).clip(-1.8, 1.8) * spread
+    exchange, spread, noise = (values + values.T for values in (exchange, spread, noise))
+    area = exchange.sum(axis=1)
+    area[7] *= 1.5
+    given = (exchange + noise) / area[:, None]
+    sums = project(estimate(given, spread / area[:, None]), area=area)[0].sum(axis=1)
+    np.testing.assert_array_equal(np.flatnonzero(np.abs(sums - 1) > 1e-9), [7])
+
+
 def test_a_closed_reciprocal_estimate_stays(room):
     F, area = room
     result = project(estimate(F, 0.01 * F), area=area)[0].toarray()

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +21,7 @@ def test_blocks_are_the_rows_whatever_the_others():
     whole = rows.rows(0, len(rows))
     ends = [0, 1, 3, len(rows)]
     parts = [rows.rows(first, last) for first, last in pairwise(ends)]
-    for name in ("column", "hits", "factor", "error", "sky", "back", "sky_error", "hidden_error"):
+    for name in ("column", "hits", "factor", "error", "rays", "sky", "back", "sky_error", "hidden_error"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert joined.tobytes() == getattr(whole, name).tobytes()
     np.testing.assert_array_equal(np.concatenate([np.diff(part.start) for part in parts]), np.diff(whole.start))
@@ -58,6 +59,23 @@ def test_the_smaller_patch_measures():
     scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 2, 0), (2, 0, 0))], BLACK))
     block = rows_of(scene).rows(0, 2)
     np.testing.assert_array_equal(np.isnan(block.factor), [False, True])
+
+
+def test_a_row_that_nothing_closes_is_measured_again():
+    rows = rows_of(cube(2), error=2e-2)
+    block = rows.rows(0, len(rows))
+    # Its estimates are far too low.
+    own = np.arange(len(block.column)) < block.start[1]
+    wrong = replace(block, factor=np.where(own, 0.8 * block.factor, block.factor))
+    assert rows.join([wrong[:1], wrong[1:]]).closure <= 1e-9
+
+
+def test_rows_of_a_block():
+    rows = rows_of(plates(), error=2e-2)
+    block = rows.rows(0, len(rows))
+    part, alone = block[1:3], rows.rows(1, 3)
+    for name, values in vars(part).items():
+        np.testing.assert_array_equal(values, getattr(alone, name), err_msg=name)
 
 
 def test_a_seed_gives_its_own_numbers():

@@ -7,6 +7,7 @@ from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11, c_14
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
+from golden.scene.builtin import builtin_scene
 from radiosity.benchmarks.view_factor_cases import visible_factor
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.plates import plates
@@ -52,6 +53,17 @@ def test_a_plate_between_plates_within_the_error():
         result = view_factors(plates(), error=5e-3, seed=seed)
         assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=5e-3)
         assert result.closure <= 1e-12
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["lobby", "room1627"])
+def test_furnished_rooms_close(name):
+    for seed in range(3):
+        result = view_factors(builtin_scene(name), error=1e-2, seed=seed)
+        assert result.closure <= 1e-9
+        assert result.reciprocity <= 1e-9
+        assert not len(result.infeasible)
+        assert result.largest_change <= 1e-2
 
 
 @pytest.mark.nightly

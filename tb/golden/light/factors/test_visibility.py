@@ -46,8 +46,9 @@ def test_segments_that_agree_have_wilsons_error():
     assert result.share[0] == 0
     assert not result.exact[0]
     assert 0 < factor[0] * result.error[0] <= 1e-3
-    # The error of n equal segments is 1 / (n + 1).
-    assert result.segments[0] >= factor[0] / 1e-3 - 1
+    # The error of n equal segments is 2 / (n + 4), and 95 of 100 are surely alike only if the other share is below
+    # twice that.
+    assert result.segments[0] >= 2 * factor[0] / 1e-3 - 4
 
 
 def test_pairs_that_touch_behind_a_screen():
