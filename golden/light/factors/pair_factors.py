@@ -1,13 +1,14 @@
 """Exchange areas of pairs of polygons without occlusion."""
 
+from functools import cache
+
 import numpy as np
 
+from golden.compiled import is_compiler_active
 from golden.light.factors.edge_integrals import edge_integrals
+from golden.light.factors.pair_kernel import exchange, exchange_of_far, gauss_point, heights, nearness
 
 __all__ = ["exchange_areas"]
-
-# A corner whose distance from the other patch's plane is below this share of the pair's size counts as in the plane.
-_IN_PLANE = 1e-12
 
 # Sums of the radii over the distance up to which a rule of so many Gauss points along each side is exact to 1e-9 of
 # the smaller patch's area.
@@ -37,68 +38,55 @@ def exchange_areas(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     total = np.zeros(len(first))
     for start in range(0, len(first), _BLOCK):
         block = slice(start, start + _BLOCK)
-        total[block] = _exchange(first[block], second[block])
+        total[block] = _exchange(np.ascontiguousarray(first[block]), np.ascontiguousarray(second[block]))
     return total
 
 
 def _exchange(first, second):
-    heights_1, heights_2 = _heights(first, second), _heights(second, first)
-    total = np.zeros(len(first))
-    facing = (heights_1 > 0).any(axis=1) & (heights_2 > 0).any(axis=1)
-    whole = facing & (heights_1 >= 0).all(axis=1) & (heights_2 >= 0).all(axis=1)
-    ratio = _nearness(first, second)
-    left = whole.copy()
-    for limit, points in _FAR:
-        rows = np.flatnonzero(left & (ratio <= limit))
-        total[rows] = _by_points(first[rows], second[rows], points)
-        left[rows] = False
-    rows = np.flatnonzero(left)
+    total, kind, over = (_far_compiled if is_compiler_active() else _far_on_arrays)(first, second)
+    rows = np.flatnonzero(kind == 1)
     total[rows] = _by_contours(first[rows], second[rows])
-    rows = np.flatnonzero(facing & ~whole)
-    total[rows] = _by_contours(_cut(first[rows], heights_1[rows]), _cut(second[rows], heights_2[rows]))
+    rows = np.flatnonzero(kind == 2)
+    total[rows] = _by_contours(_cut(first[rows], over[0, rows]), _cut(second[rows], over[1, rows]))
     return np.maximum(total, 0)
 
 
-def _heights(patch, other):
-    """Distances of a patch's corners from the other one's plane, 0 if by rounding alone."""
-    normal = np.cross(other[:, 2] - other[:, 0], other[:, 3] - other[:, 1])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    arms = patch - other.mean(axis=1)[:, None]
-    height = np.einsum("pki,pi->pk", arms, normal)
-    size = np.abs(arms).max(axis=(1, 2)) + np.abs(other - other[:, :1]).max(axis=(1, 2))
-    return np.where(np.abs(height) <= _IN_PLANE * size[:, None], 0.0, height)
+def _far_compiled(first, second):
+    """Exchange areas, kinds and heights, see `exchange_of_far`."""
+    total, kind, over = np.empty(len(first)), np.empty(len(first), dtype=np.int8), np.empty((2, len(first), 4))
+    exchange_of_far(first, second, *_rules(), total, kind, over)
+    return total, kind, over
 
 
-def _nearness(first, second):
-    """Sum of the radii over the distance of the centres."""
-    centres = first.mean(axis=1), second.mean(axis=1)
-    radii = sum(np.linalg.norm(patch - centre[:, None], axis=2).max(axis=1)
-                for patch, centre in zip((first, second), centres, strict=True))
-    distance = np.linalg.norm(centres[0] - centres[1], axis=1)
-    return radii / np.maximum(distance, 1e-300)
+def _far_on_arrays(first, second):
+    """The same as `_far_compiled`, on arrays of pairs."""
+    patch, other = (np.ascontiguousarray(np.moveaxis(corners, 0, -1)) for corners in (first, second))
+    over = np.moveaxis([heights(patch, other), heights(other, patch)], 1, 2)
+    facing = (over > 0).any(axis=2).all(axis=0)
+    whole = facing & (over >= 0).all(axis=(0, 2))
+    limits, begin, rules = _rules()
+    rule = np.searchsorted(limits, nearness(patch, other))
+    total = np.zeros(len(first))
+    for number in range(len(limits)):
+        rows = np.flatnonzero(whole & (rule == number))
+        own, across = ([gauss_point(corners[..., rows], *point) for point in rules[begin[number]:begin[number + 1]]]
+                       for corners in (patch, other))
+        for from_ in own:
+            for to in across:
+                total[rows] += exchange(*from_, *to)
+    return total, np.where(facing & ~whole, 2, whole & (rule == len(limits))).astype(np.int8), over
 
 
-def _by_points(first, second, points):
-    """Sums of cos cos / (pi r^2) over Gauss points on both patches."""
-    (from_, area_1), (to, area_2) = (_gauss(patch, points) for patch in (first, second))
-    between = to[:, None] - from_[:, :, None]
-    square = np.einsum("pqri,pqri->pqr", between, between)
-    kernel = (np.einsum("pqri,pqi->pqr", between, area_1) * -np.einsum("pqri,pri->pqr", between, area_2)
-              / (np.pi * square * square))
-    return kernel.sum(axis=(1, 2))
-
-
-def _gauss(patch, points):
-    """Gauss points of the bilinear coordinates, P x Q x 3, and area vectors of the patch around them, P x Q x 3."""
-    knots, gauss = np.polynomial.legendre.leggauss(points)
-    u, v = (grid.ravel() / 2 + 0.5 for grid in np.meshgrid(knots, knots, indexing="ij"))
-    weights = np.outer(gauss, gauss).ravel() / 4
-    corners = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
-    along_u = np.einsum("q,pi->pqi", 1 - v, patch[:, 1] - patch[:, 0]) + np.einsum(
-        "q,pi->pqi", v, patch[:, 2] - patch[:, 3])
-    along_v = np.einsum("q,pi->pqi", 1 - u, patch[:, 3] - patch[:, 0]) + np.einsum(
-        "q,pi->pqi", u, patch[:, 2] - patch[:, 1])
-    return np.einsum("qk,pki->pqi", corners, patch), weights[:, None] * np.cross(along_u, along_v)
+@cache
+def _rules():
+    """Limits, first entries and entries of the rules for `exchange_of_far`."""
+    entries = []
+    for _, points in _FAR:
+        knots, gauss = np.polynomial.legendre.leggauss(points)
+        u, v = (grid.ravel() / 2 + 0.5 for grid in np.meshgrid(knots, knots, indexing="ij"))
+        entries.append(np.stack([u, v, np.outer(gauss, gauss).ravel() / 4], axis=1))
+    begin = np.cumsum([0, *map(len, entries)])
+    return np.array([limit for limit, _ in _FAR]), begin, np.concatenate(entries)
 
 
 def _by_contours(first, second):

@@ -3,10 +3,12 @@
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.compiled import is_compiler_active
 from golden.errors import InputError
 from golden.frustum import frame
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
+from golden.light.factors.pair_kernel import candidates, may_exceed
 from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence
 from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
@@ -186,22 +188,8 @@ class FactorRows:
     def _candidates(self, rows, limit, whole):
         """The pairs of rows and columns that these rows measure and whose factor may exceed the limit."""
         sides = self._sides
-        between = sides.centre - sides.centre[rows][:, None]
-        distance = np.linalg.norm(between, axis=2)
-        gap = distance - sides.radius - sides.radius[rows, None]
-        # Heights of the balls around the patches over each other's planes.
-        over_row = np.einsum("rni,ri->rn", between, sides.normal[rows]) + sides.radius
-        over_column = -np.einsum("rni,ni->rn", between, sides.normal) + sides.radius[rows, None]
-        pair = np.nonzero((whole or self._owns(rows)) & (over_row > 0) & (over_column > 0))
-        far = gap[pair]
-        bound = np.divide(sides.area[pair[1]] * np.minimum(over_row[pair], far) * np.minimum(over_column[pair], far),
-                          np.pi * far**4, out=np.full(len(far), np.inf), where=far > 0)
-        keep = bound > limit
-        return rows[pair[0][keep]], pair[1][keep]
-
-    def _owns(self, rows):
-        """Whether a row measures the pair with a column: the smaller patch does, of equal ones either by parity."""
-        sides, column = self._sides, np.arange(len(self))
-        ratio = sides.area / sides.area[rows, None]
-        parity = (((rows[:, None] + column) % 2 == 0) == (rows[:, None] < column)) & (rows[:, None] != column)
-        return np.where(np.abs(ratio - 1) <= 1e-9, parity, ratio > 1)
+        if is_compiler_active():
+            return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, whole)
+        every = (np.arange(len(self)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
+        row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, whole))
+        return rows[row], column

@@ -1,0 +1,192 @@
+"""The arithmetic of pairs of patches, pair by pair when compiled and else on arrays of pairs.
+
+A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves both, with the same bits. All functions
+are in one file: the compiler's cache of a function does not see changes of another file.
+"""
+
+import numpy as np
+
+from golden.compiled import compiled
+
+__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "may_exceed", "nearness"]
+
+# A corner whose distance from the other patch's plane is below this share of the pair's size counts as in the plane.
+_IN_PLANE = 1e-12
+
+
+@compiled
+def may_exceed(row, x, y, z, nx, ny, nz, radius, area, column, cx, cy, cz, mx, my, mz, reach, size, limit, whole):
+    """Whether a row measures its pair with a column, and balls around both allow a factor above the limit.
+
+    The smaller patch measures, of equal ones either by parity; if ``whole`` any row does.
+
+    Parameters
+    ----------
+    row, x, y, z, nx, ny, nz, radius, area
+        Number of the row's side; its centre, normal, radius and area.
+    column, cx, cy, cz, mx, my, mz, reach, size
+        The same of the column.
+    """
+    dx, dy, dz = cx - x, cy - y, cz - z
+    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - reach - radius
+    # Heights of the balls over each other's planes.
+    over_row, over_column = (dx * nx + dy * ny + dz * nz) + reach, radius - (dx * mx + dy * my + dz * mz)
+    large = size * np.minimum(over_row, gap) * np.minimum(over_column, gap) > limit * np.pi * (gap * gap) * (gap * gap)
+    excess = size / area - 1
+    owns = (excess > 1e-9) | ((np.abs(excess) <= 1e-9) & (((row + column) % 2 == 0) == (row < column)))
+    return (owns | whole) & (over_row > 0) & (over_column > 0) & (large | (gap <= 0))
+
+
+@compiled
+def candidates(rows, centre, normal, radius, area, limit, whole):
+    """The rows and columns of the pairs that `may_exceed`, in order."""
+    row_of, column_of = np.empty((2, len(rows) * len(area)), dtype=np.int64)
+    found = 0
+    for row in rows:
+        for column in range(len(area)):
+            if may_exceed(row, centre[row, 0], centre[row, 1], centre[row, 2], normal[row, 0], normal[row, 1],
+                          normal[row, 2], radius[row], area[row], column, centre[column, 0], centre[column, 1],
+                          centre[column, 2], normal[column, 0], normal[column, 1], normal[column, 2], radius[column],
+                          area[column], limit, whole):
+                row_of[found], column_of[found] = row, column
+                found += 1
+    return row_of[:found].copy(), column_of[:found].copy()
+
+
+@compiled
+def heights(patch, other):
+    """Distances of a patch's corners from the other one's plane, 0 if by rounding alone."""
+    x, y, z = _middle(other)
+    ax, ay, az = other[2, 0] - other[0, 0], other[2, 1] - other[0, 1], other[2, 2] - other[0, 2]
+    bx, by, bz = other[3, 0] - other[1, 0], other[3, 1] - other[1, 1], other[3, 2] - other[1, 2]
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    nx, ny, nz = nx / length, ny / length, nz / length
+    arm = np.maximum(np.maximum(_far(patch, 0, x, y, z), _far(patch, 1, x, y, z)),
+                     np.maximum(_far(patch, 2, x, y, z), _far(patch, 3, x, y, z)))
+    edge = np.maximum(np.maximum(_far(other, 1, other[0, 0], other[0, 1], other[0, 2]),
+                                 _far(other, 2, other[0, 0], other[0, 1], other[0, 2])),
+                      _far(other, 3, other[0, 0], other[0, 1], other[0, 2]))
+    least = _IN_PLANE * (arm + edge)
+    return (_over(patch, 0, x, y, z, nx, ny, nz, least), _over(patch, 1, x, y, z, nx, ny, nz, least),
+            _over(patch, 2, x, y, z, nx, ny, nz, least), _over(patch, 3, x, y, z, nx, ny, nz, least))
+
+
+@compiled
+def nearness(first, second):
+    """Sum of the radii over the distance of the centres."""
+    (x, y, z), (cx, cy, cz) = _middle(first), _middle(second)
+    dx, dy, dz = x - cx, y - cy, z - cz
+    return (_radius(first, x, y, z) + _radius(second, cx, cy, cz)) / np.maximum(
+        np.sqrt(dx * dx + dy * dy + dz * dz), 1e-300)
+
+
+@compiled
+def gauss_point(patch, u, v, weight):
+    """A point of a patch and the vector of the area around it."""
+    a, b, c, d = (1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v
+    ux, uy, uz = _along_u(patch, 0, v), _along_u(patch, 1, v), _along_u(patch, 2, v)
+    vx, vy, vz = _along_v(patch, 0, u), _along_v(patch, 1, u), _along_v(patch, 2, u)
+    return (a * patch[0, 0] + b * patch[1, 0] + c * patch[2, 0] + d * patch[3, 0],
+            a * patch[0, 1] + b * patch[1, 1] + c * patch[2, 1] + d * patch[3, 1],
+            a * patch[0, 2] + b * patch[1, 2] + c * patch[2, 2] + d * patch[3, 2],
+            weight * (uy * vz - uz * vy), weight * (uz * vx - ux * vz), weight * (ux * vy - uy * vx))
+
+
+@compiled
+def exchange(x, y, z, ax, ay, az, px, py, pz, bx, by, bz):
+    """Exchange area of two small areas, positions first: cos cos / (pi r^2) of both."""
+    dx, dy, dz = px - x, py - y, pz - z
+    square = dx * dx + dy * dy + dz * dz
+    return (dx * ax + dy * ay + dz * az) * -(dx * bx + dy * by + dz * bz) / (np.pi * square * square)
+
+
+@compiled
+def exchange_of_far(first, second, limits, begin, rules, total, kind, over):
+    """Exchange areas of far pairs by Gauss points on both patches.
+
+    Parameters
+    ----------
+    first, second
+        P x 4 x 3 vertices.
+    limits, begin, rules
+        For each rule the largest `nearness`; its first entry, and the end of all; entries of u, v and weight, see
+        `gauss_point`.
+    total, kind, over
+        Written: P float64; P int8, 0 if the exchange area is final, 1 if both patches are wholly in front of each
+        other, but near, 2 if either crosses the other's plane; 2 x P x 4 `heights` of both over each other's plane.
+    """
+    points = np.empty((len(rules), 6))
+    for pair in range(len(first)):
+        patch, other = first[pair], second[pair]
+        h0, h1, h2, h3 = heights(patch, other)
+        g0, g1, g2, g3 = heights(other, patch)
+        over[0, pair, 0], over[0, pair, 1], over[0, pair, 2], over[0, pair, 3] = h0, h1, h2, h3
+        over[1, pair, 0], over[1, pair, 1], over[1, pair, 2], over[1, pair, 3] = g0, g1, g2, g3
+        total[pair], kind[pair] = 0.0, 0
+        if max(h0, h1, h2, h3) <= 0 or max(g0, g1, g2, g3) <= 0:
+            continue
+        if min(h0, h1, h2, h3) < 0 or min(g0, g1, g2, g3) < 0:
+            kind[pair] = 2
+            continue
+        ratio = nearness(patch, other)
+        rule = 0
+        while rule < len(limits) and ratio > limits[rule]:
+            rule += 1
+        if rule == len(limits):
+            kind[pair] = 1
+            continue
+        for q in range(begin[rule], begin[rule + 1]):
+            points[q, 0], points[q, 1], points[q, 2], points[q, 3], points[q, 4], points[q, 5] = gauss_point(
+                other, rules[q, 0], rules[q, 1], rules[q, 2])
+        whole = 0.0
+        for q in range(begin[rule], begin[rule + 1]):
+            x, y, z, ax, ay, az = gauss_point(patch, rules[q, 0], rules[q, 1], rules[q, 2])
+            for r in range(begin[rule], begin[rule + 1]):
+                whole += exchange(x, y, z, ax, ay, az, points[r, 0], points[r, 1], points[r, 2], points[r, 3],
+                                  points[r, 4], points[r, 5])
+        total[pair] = whole
+
+
+@compiled
+def _middle(patch):
+    return ((patch[0, 0] + patch[1, 0] + patch[2, 0] + patch[3, 0]) / 4,
+            (patch[0, 1] + patch[1, 1] + patch[2, 1] + patch[3, 1]) / 4,
+            (patch[0, 2] + patch[1, 2] + patch[2, 2] + patch[3, 2]) / 4)
+
+
+@compiled
+def _far(patch, corner, x, y, z):
+    """The largest coordinate of a corner from a place."""
+    return np.maximum(np.maximum(np.abs(patch[corner, 0] - x), np.abs(patch[corner, 1] - y)),
+                      np.abs(patch[corner, 2] - z))
+
+
+@compiled
+def _over(patch, corner, x, y, z, nx, ny, nz, least):
+    """A corner's height over a plane, 0 up to a least one."""
+    height = (patch[corner, 0] - x) * nx + (patch[corner, 1] - y) * ny + (patch[corner, 2] - z) * nz
+    return height * (np.abs(height) > least)
+
+
+@compiled
+def _radius(patch, x, y, z):
+    """The distance of the farthest corner."""
+    return np.sqrt(np.maximum(np.maximum(_square(patch, 0, x, y, z), _square(patch, 1, x, y, z)),
+                              np.maximum(_square(patch, 2, x, y, z), _square(patch, 3, x, y, z))))
+
+
+@compiled
+def _square(patch, corner, x, y, z):
+    dx, dy, dz = patch[corner, 0] - x, patch[corner, 1] - y, patch[corner, 2] - z
+    return dx * dx + dy * dy + dz * dz
+
+
+@compiled
+def _along_u(patch, axis, v):
+    return (1 - v) * (patch[1, axis] - patch[0, axis]) + v * (patch[2, axis] - patch[3, axis])
+
+
+@compiled
+def _along_v(patch, axis, u):
+    return (1 - u) * (patch[3, axis] - patch[0, axis]) + u * (patch[2, axis] - patch[1, axis])
