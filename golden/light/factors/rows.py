@@ -5,11 +5,11 @@ import numpy as np
 from golden.cast.rays import Rays
 from golden.compiled import is_compiler_active
 from golden.errors import InputError
-from golden.frustum import frame
+from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.pair_kernel import candidates, may_exceed
-from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence
+from golden.light.factors.points import REPLICATES
 from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
 from golden.light.factors.sides import Sides
@@ -150,9 +150,7 @@ class FactorRows:
         for low in range(first, last, step):
             row = np.repeat(np.arange(low, min(low + step, last)), rays)
             number = np.arange(len(row)) % rays
-            point = sequence(mix(self._seed, _HEMISPHERES, row), number)
-            origin = points_on(sides.vertices[row], sides.triangle[row], *point[:, :2].T)
-            direction = cosine_directions(frame(sides.normal[row]), *point[:, 2:].T)
+            origin, direction = hemisphere_rays(sides, row, mix(self._seed, _HEMISPHERES, row), number)
             patch = self._caster.nearest_patches(Rays(origin, direction, source=sides.surface[row]))
             slot = (row - first) * REPLICATES + number % REPLICATES
             left += np.bincount(slot[patch < 0], minlength=left.size).reshape(left.shape)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.frustum import frame
 from golden.scene.scene import Scene
 
 __all__ = ["Sides"]
@@ -25,6 +26,8 @@ class Sides:
         N x 4 x 3, counter-clockwise seen from the side; a triangle repeats its last vertex.
     normal, area, surface
         N x 3 unit normals out of the side, N float64, and N int32 (see `Scene`).
+    axes
+        N x 3 x 3, the `frame` of each normal.
     centre, radius
         N x 3, and N float64: the ball around the middle of the corners that contains the patch.
     """
@@ -41,6 +44,7 @@ class Sides:
         self.vertices = np.concatenate([
             scene.vertices, np.take_along_axis(scene.vertices[backs], turned[..., None], axis=1)])
         self.normal = np.concatenate([scene.normals, -scene.normals[backs]])
+        self.axes = frame(self.normal)
         self.area = scene.areas[self.patch]
         self.surface = scene.surface[self.patch]
         self.triangle = scene.is_triangle[self.patch]

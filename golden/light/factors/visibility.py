@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.frustum import frame
 from golden.light.factors.certain import certain_shares
-from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence, weighted_points_on
+from golden.light.factors.draws import segments_by_direction, segments_by_points
+from golden.light.factors.points import REPLICATES
 from golden.light.factors.sides import Sides
 from golden.light.sampling import mix
 
@@ -145,12 +145,13 @@ class _Sampling:
     def _cast(self, pair, number):
         """Add the segments ``number`` of pairs."""
         near = self._tries[pair] > 0
-        point = sequence(self._uses[pair], number)
         origin, target = np.empty((2, len(pair), 3))
         weight = np.empty(len(pair))
-        for which, draw in ((near, self._by_directions), (~near, self._by_points)):
-            if which.any():
-                origin[which], target[which], weight[which] = draw(pair[which], point[which])
+        for which, draw in ((near, segments_by_direction), (~near, segments_by_points)):
+            which = np.flatnonzero(which)
+            those = pair[which]
+            origin[which], target[which], weight[which] = draw(
+                self._sides, self._first[those], self._second[those], self._uses[those], number[which])
         rows = np.flatnonzero(weight > 0)
         pair, number, weight = pair[rows], number[rows], weight[rows]
         surface = self._sides.surface
@@ -161,31 +162,3 @@ class _Sampling:
             sums += np.bincount(slot, values, sums.size).reshape(sums.shape)
         self._squares += np.bincount(pair, weight**2, len(self._squares))
         self.segments += np.bincount(pair, minlength=len(self._squares))
-
-    def _by_points(self, pair, point):
-        """Points on both patches, weighted by the kernel."""
-        sides, ends = self._sides, []
-        for side, columns in ((self._first[pair], (0, 1)), (self._second[pair], (2, 3))):
-            ends.append(weighted_points_on(sides.vertices[side], sides.triangle[side], *point[:, columns].T))
-        (origin, area_1), (target, area_2) = ends
-        between = target - origin
-        square = np.einsum("ri,ri->r", between, between)
-        weight = (np.maximum(np.einsum("ri,ri->r", between, area_1), 0)
-                  * np.maximum(-np.einsum("ri,ri->r", between, area_2), 0))
-        return origin, target, np.divide(weight, square * square, out=np.zeros(len(pair)), where=square > 0)
-
-    def _by_directions(self, pair, point):
-        """Cosine-distributed directions from the first patch; the weight is 1 where they meet the second's front."""
-        sides, first, second = self._sides, self._first[pair], self._second[pair]
-        origin = points_on(sides.vertices[first], sides.triangle[first], *point[:, :2].T)
-        direction = cosine_directions(frame(sides.normal[first]), *point[:, 2:].T)
-        normal = sides.normal[second]
-        falls = -np.einsum("ri,ri->r", direction, normal)
-        height = np.einsum("ri,ri->r", origin - sides.centre[second], normal)
-        ahead = (falls > 0) & (height > 0)
-        distance = np.divide(height, falls, out=np.zeros(len(pair)), where=ahead)
-        target = origin + distance[:, None] * direction
-        corner = sides.vertices[second] - target[:, None]
-        after = np.roll(corner, -1, axis=1)
-        turn = np.einsum("rki,ri->rk", np.cross(corner, after), normal)
-        return origin, target, (ahead & (turn >= 0).all(axis=1)).astype(np.float64)

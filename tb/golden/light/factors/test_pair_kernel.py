@@ -7,32 +7,20 @@ from golden.light.factors import pair_factors, pair_kernel, rows
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
 from tb.golden.light.cube import cube
+from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.factors.plates import plates
-
-
-@pytest.fixture
-def on_arrays(monkeypatch):
-    """Has functions run as they are, not compiled."""
-    def switch():
-        for module in (pair_kernel, pair_factors, rows):
-            for name, value in list(vars(module).items()):
-                if hasattr(value, "py_func"):
-                    monkeypatch.setattr(module, name, value.py_func)
-        for module in (pair_factors, rows):
-            monkeypatch.setattr(module, "is_compiler_active", lambda: False)
-    return switch
 
 
 @pytest.mark.parametrize(("scene", "step", "whole"), [
     (builtin_scene("lobby"), 5, False), (builtin_scene("city:1"), 20, False), (plates(), 1, True), (cube(2), 2, True)],
     ids=["lobby", "city", "plates", "cube"])
-def test_both_have_the_same_bits(scene, step, whole, on_arrays):
+def test_both_have_the_same_bits(scene, step, whole, monkeypatch):
     # No ray is cast.
     sides, numbers = FactorRows(scene, None, error=1e-3), np.arange(0, len(scene), step)
     vertices = np.concatenate([scene.vertices, scene.vertices[:, ::-1]])
     found = []
-    for switch in (lambda: None, on_arrays):
-        switch()
+    for modules in ((), (pair_kernel, pair_factors, rows)):
+        on_arrays(monkeypatch, *modules)
         row, column = sides._candidates(numbers, 5e-4, whole)
         found.append((row, column, pair_factors.exchange_areas(vertices[row], vertices[column])))
     assert len(found[0][0]) > 0

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from golden.frustum import frame
-from golden.light.factors.points import REPLICATES, cosine_directions, points_on, sequence, weighted_points_on
+from golden.light.factors import points
+from golden.light.factors.points import REPLICATES
 from golden.light.sampling import mix
+from tb.golden.light.factors.on_arrays import on_arrays
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 KITE = np.array([(0, 0, 1), (3, 0, 1), (2, 2, 1), (0, 1, 1)], dtype=float)
@@ -12,36 +14,50 @@ CENTROIDS = {"square": (SQUARE, (0.5, 0.5, 0)), "kite": (KITE, (17 / 12, 3 / 4, 
              "triangle": (TRIANGLE, (2 / 3, 1, 0))}
 
 
+@pytest.fixture(autouse=True)
+def _on_arrays(monkeypatch):
+    on_arrays(monkeypatch, points)
+
+
+def sequence(uses, number):
+    return np.stack(points.sequence(uses, number), axis=-1)
+
+
+def columns(patch, count):
+    """One patch for each of the points, the points last."""
+    return np.repeat(patch[..., None], count, axis=-1)
+
+
 def area(patch):
     return np.linalg.norm(np.cross(patch[2] - patch[0], patch[3] - patch[1])) / 2
 
 
 def drawn(patch, count=1 << 14):
     point = sequence(np.full(count, mix(1, 2)), np.arange(count))
-    return np.repeat(patch[None], count, axis=0), np.full(count, (patch[2] == patch[3]).all()), *point[:, :2].T
+    return columns(patch, count), np.full(count, (patch[2] == patch[3]).all()), *point[:, :2].T
 
 
 @pytest.mark.parametrize(("patch", "centroid"), CENTROIDS.values(), ids=CENTROIDS)
 def test_points_are_uniform_by_area(patch, centroid):
-    points = points_on(*drawn(patch))
-    np.testing.assert_allclose(points.mean(axis=0), centroid, rtol=0, atol=3e-3)
+    found = np.stack(points.point_on(*drawn(patch)), axis=1)
+    np.testing.assert_allclose(found.mean(axis=0), centroid, rtol=0, atol=3e-3)
     inward = np.cross(patch[2] - patch[0], patch[3] - patch[1])
-    turns = np.cross(np.roll(patch, -1, axis=0) - patch, points[:, None] - patch) @ inward
+    turns = np.cross(np.roll(patch, -1, axis=0) - patch, found[:, None] - patch) @ inward
     assert turns.min() >= -1e-12
 
 
 @pytest.mark.parametrize(("patch", "centroid"), CENTROIDS.values(), ids=CENTROIDS)
 def test_area_vectors_weigh_the_points(patch, centroid):
-    points, vectors = weighted_points_on(*drawn(patch))
+    found, vectors = np.split(np.stack(points.weighted_point_on(*drawn(patch)), axis=1), 2, axis=1)
     weights = np.linalg.norm(vectors, axis=1)
     assert weights.mean() == pytest.approx(area(patch), rel=2e-4)
-    np.testing.assert_allclose(weights @ points / weights.sum(), centroid, rtol=0, atol=3e-3)
+    np.testing.assert_allclose(weights @ found / weights.sum(), centroid, rtol=0, atol=3e-3)
     np.testing.assert_allclose(vectors[:, :2], 0, rtol=0, atol=1e-12)
     assert vectors[:, 2].min() > 0
 
 
 def test_points_of_a_triangle_have_equal_weights():
-    weights = np.linalg.norm(weighted_points_on(*drawn(TRIANGLE, 64))[1], axis=1)
+    weights = np.linalg.norm(points.weighted_point_on(*drawn(TRIANGLE, 64))[3:], axis=0)
     np.testing.assert_allclose(weights, area(TRIANGLE), rtol=1e-9)
 
 
@@ -49,7 +65,7 @@ def test_directions_are_distributed_by_the_cosine():
     normal = np.array([0.6, 0, 0.8])
     count = 1 << 14
     point = sequence(np.full(count, mix(3)), np.arange(count))
-    directions = cosine_directions(np.repeat(frame(normal)[None], count, axis=0), *point[:, 2:].T)
+    directions = np.stack(points.cosine_direction(columns(frame(normal), count), *point[:, 2:].T), axis=1)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, rtol=1e-12)
     cosine = directions @ normal
     assert cosine.min() >= 0
