@@ -182,7 +182,13 @@ class Host:
         return (1 << job.ring_bits) - (self._submitted - self._collected)
 
     async def collect(self, job: Job) -> np.ndarray:
-        """The completion records that have come since the last call, in their order."""
+        """The completion records that have come since the last call, in their order.
+
+        Raises
+        ------
+        InputError
+            The machine has completed more than was submitted: it was reset.
+        """
         found = await self._arrived(job)
         self._collected += len(found)
         return found
@@ -190,7 +196,11 @@ class Host:
     async def _arrived(self, job):
         """The records that `collect` is about to return."""
         first, size = self._collected, COMPLETION.dtype.itemsize
-        count = (await self.read("completed") - first) % _WORD
+        completed = await self.read("completed")
+        count = (completed - first) % _WORD
+        if count > self._submitted - first:
+            raise InputError(f"host: The machine's completed must be at most {self._submitted % _WORD}, not "
+                             f"{completed}: it was reset, so a job must begin anew")
         ring = parse_completions(await self._port.read_memory(job.completions, size << job.ring_bits))
         return ring[[number % len(ring) for number in range(first, first + count)]]
 

@@ -157,6 +157,15 @@ def test_records_that_come_while_the_host_reads(port):
     assert sorted(records["tag"]) == list(range(len(job().descriptors)))
 
 
+def test_a_machine_that_was_reset_is_refused(port):
+    """Its counts begin at 0; what is submitted counts on from before."""
+    host = begun(port)
+    run(host.submit(job(), job().descriptors[:2]))
+    port.set("completed", 0)
+    with pytest.raises(InputError, match=r"completed must be at most 4294967295, not 0: it was reset"):
+        run(host.collect(job()))
+
+
 @pytest.mark.parametrize(("name", "message"), [("magic", "magic must be"), ("version", "version must be"),
                                                ("clusters", "clusters must be 0x2, not 0x7")])
 def test_another_machine_is_refused(port, name, message):
