@@ -93,14 +93,18 @@ class Bench:
         before = await self.begin()
         return await self.check(before, await self.host.run(self.job, timeout=TIMEOUT))
 
-    async def ended(self):
-        """The completion records until the queue has halted or has nothing to do."""
+    async def settled(self):
+        """The queue has halted or has nothing to do."""
         for _ in range(TIMEOUT // POLL):
             status = await self.host.status()
             if not status["busy"]:
                 break
             await self.port.wait(POLL)
         assert status["halted"] or not status["busy"], f"the machine hangs: {status}"
+
+    async def ended(self):
+        """The completion records until then."""
+        await self.settled()
         return [*await self.host.collect(self.job)]
 
     async def resumes(self):
@@ -245,6 +249,8 @@ class Injection:
         for _ in range(2 if lost else ATTEMPTS):
             if (await host.status())["halted"] and not await bench.resumes():
                 continue
+            # A resumed queue takes what is left of the job before: its ring must not be written until then.
+            await bench.settled()
             try:
                 if await bench.whole():
                     continue
