@@ -5,7 +5,7 @@ import pytest
 
 from golden.light.factors.exchange import net_exchange
 from golden.light.factors.files import write_view_factors
-from tb.golden.commands.runner import report
+from tb.golden.commands.runner import report, run
 from tb.golden.light.factors.samples import three_sides
 
 
@@ -44,3 +44,10 @@ def test_a_table_may_list_patches(factors, tmp_path):
     (tmp_path / "t.csv").write_text("patch,temperature,emissivity\n2,500,0.1\n0,300,0.9\n1,400,0.5\n")
     report("exchange", "F.nc", "t.csv", "-o", "q.csv")
     assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [300, 400, 500]
+
+
+def test_a_wrong_line_of_a_table_is_named_as_an_editor_numbers_it(factors, tmp_path):
+    (tmp_path / "t.csv").write_text("surface,temperature,emissivity\nsun,600,0.9\nwall,warm,0.5\n")
+    result = run("exchange", "F.nc", "t.csv", "-o", "q.csv")
+    assert result.exit_code
+    assert "t.csv: line 3: Temperature must be a number, not 'warm'" in result.stderr

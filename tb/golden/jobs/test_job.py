@@ -86,6 +86,8 @@ def test_what_the_machine_holds_is_not_loaded_again():
         extents += [(address, len(data)) for address, data in made.tables().items()]
         extents += [(address, 8 * len(first.records[0])) for address in made.phases[0].hits if address]
         assert all(address + size <= held.begin or address >= held.end for address, size in extents)
+        # The machine may read what it holds, wherever the rings are.
+        assert made.base <= min(made.ring, held.begin) < held.end <= made.end
     # Room that suffices before it is used.
     assert plan_job([first], CONFIG, ring_bits=1, held=held).ring == 0
     # Other rays are loaded alone, and the scene stays where it is.
@@ -93,6 +95,16 @@ def test_what_the_machine_holds_is_not_loaded_again():
     assert rays.descriptors["regions"][0] & region_bits("cells", "patches") == 0
     assert rays.descriptors["regions"][0] & region_bits("rows")
     assert (rays.held.begin, rays.held.end) == (held.begin, held.end)
+
+
+def test_residents_that_are_divided_otherwise_are_loaded_again():
+    """They are read with the patches, cluster by cluster."""
+    request = requests()[0]
+    held = plan_job([request], CONFIG).held
+    clusters = held.tables["clusters"].copy()
+    clusters["residents"][0] -= 1
+    made = plan_job([request], CONFIG, held=replace(held, tables={**held.tables, "clusters": clusters}))
+    assert made.descriptors["regions"][0] == region_bits("patches", "clusters")
 
 
 def test_of_another_scene_everything_is_loaded():

@@ -165,6 +165,8 @@ def test_obj_corners_may_have_textures_normals_and_negative_numbers(tmp_path):
             "f 1/1/1 2//1 \\\n 3/1 4\nv 0 0 5\nv 1 0 5\nv 1 1 5\nf -3 -2 -1\nl 1 2\n")
     scene = load_scene(write(tmp_path, "a.obj", text))
     assert scene.is_triangle.tolist() == [False, True]
+    # The farthest one back is the first vertex of the file.
+    assert len(load_scene(write(tmp_path, "b.obj", SQUARE + "f -4 -3 -2 -1\n"))) == 1
 
 
 MTL = """newmtl wall

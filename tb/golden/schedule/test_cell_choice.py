@@ -159,6 +159,17 @@ def test_a_machine_too_small_for_any_cells_is_refused(cornell):
         choose_cell(records, geometry, CONFIG.replace({"ctu.shell_bits": 3}), candidates=[0.0625, 0.1])
 
 
+def test_the_largest_cells_say_what_does_not_fit(cornell):
+    geometry, records = cornell
+    messages = []
+    for candidates in ([0.1], [0.0625], [0.1, 0.0625], [0.0625, 0.1]):
+        with pytest.raises(InputError) as caught:
+            choose_cell(records, geometry, CONFIG.replace({"ctu.shell_bits": 3}), candidates=candidates)
+        messages.append(str(caught.value))
+    assert messages[0] != messages[1]
+    assert messages[2] == messages[3] == messages[0]
+
+
 def test_the_thesis_machine_has_its_own_cells(cornell):
     geometry, records = cornell
     assert set(choose_cell(records[:1], geometry, PRESETS["thesis"]).cycles) == set(LIST_CELLS)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -96,7 +98,10 @@ def test_other_files_of_the_folder_stay(scene, tmp_path):
 def test_the_key_of_a_scene_is_that_of_its_patches():
     keys = {scene_key(builtin_scene(name)) for name in ("furnace:1", "furnace:2", "cornell")}
     assert len(keys) == 3
-    assert scene_key(builtin_scene("furnace:1")) in keys
+    scene = builtin_scene("furnace:1")
+    assert scene_key(scene) in keys
+    changed = (replace(scene, two_sided=~scene.two_sided), replace(scene, surface=scene.surface[::-1]))
+    assert len(keys | {scene_key(one) for one in changed}) == 5
 
 
 def test_hemispheres_share_out_what_their_rays_meet(scene):

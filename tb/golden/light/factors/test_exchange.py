@@ -1,5 +1,7 @@
 """Enclosures with closed forms: Siegel and Howell, Thermal Radiation Heat Transfer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -65,6 +67,14 @@ def test_equal_temperatures_exchange_nothing():
     found = net_exchange(DUCT, temperature=np.full(3, 400.0), emissivity=(0.1, 0.5, 0.9))
     np.testing.assert_allclose(found.radiosity, black(400.0)[0], rtol=1e-12)
     np.testing.assert_allclose(found.flux, 0, atol=1e-9)
+
+
+def test_black_backs_radiate_as_the_sky_does():
+    given = {"temperature": (900.0, 300.0), "emissivity": (0.8, 0.3), "sky_temperature": 400.0}
+    open_side = enclosure([(0, 0.5), (0.2, 0.6)], (2, 5))
+    behind = replace(open_side, sky=open_side.sky / 4, back=open_side.sky * 3 / 4)
+    for name, values in vars(net_exchange(open_side, **given)).items():
+        np.testing.assert_allclose(getattr(net_exchange(behind, **given), name), values, rtol=1e-12)
 
 
 def test_a_plate_under_the_sky():
