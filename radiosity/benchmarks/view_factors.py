@@ -84,11 +84,12 @@ def compared() -> list[tuple[str, np.ndarray, Case | None, float]]:
 
 
 def program_rows(name: str, facets: np.ndarray, case: Case | None, error: float) -> list[list]:
-    """A row for each program that is installed."""
+    """A row for each program."""
     rows, area = [], geometry_scene(facets).areas
     for program in PROGRAMS:
         found = in_own_process(compute, program, facets, error)
         if found is None:
+            rows.append([name, len(facets), program, "not installed", *[""] * 5])
             continue
         sums, exchange = found.F.sum(axis=1), found.F * area[:, None]
         missed = "" if found.sky is None else small(np.abs(sums + found.rest + found.sky - 1).max())

@@ -32,8 +32,9 @@ def test_tables(tmp_path, monkeypatch):
     assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
     assert [scenes[0][name] for name in ("scene", "rows", "entries", "closure", "reciprocity", "open rows")] == [
         "furnace:1", 6, 30, "< 1e-9", "< 1e-9", 0]
-    assert {row["program"] for row in programs} == {"this package"}
-    assert [row["error"] == "" for row in programs] == [False, True]
+    assert [row["program"] for row in programs] == ["none", "this package"] * 2
+    assert {row["error"] for row in programs[::2]} == {"not installed"}
+    assert [row["error"] == "" for row in programs[1::2]] == [False, True]
 
 
 def test_a_program_runs_in_a_process_of_its_own():
