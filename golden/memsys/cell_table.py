@@ -12,8 +12,8 @@ __all__ = ["MARGIN", "CellTable"]
 # A patch is also listed in cells that it misses by up to this many units of G. The R frame of a hemisphere rounds a
 # vertex by up to 2 sqrt(3) units along an axis of G; the slack of shelling covers all else (docs/exactness.md).
 MARGIN = 4
-# 2^32 divided by the golden ratio: multiples of it, modulo 2^32, keep away from each other (D. E. Knuth, The Art of
-# Computer Programming 3, section 6.4).
+# Fibonacci hashing, 2^32 divided by the golden ratio: numbers that follow each other get keys that are far apart (D. E.
+# Knuth, The Art of Computer Programming 3, section 6.4).
 SCATTER = 0x9E3779B1
 
 

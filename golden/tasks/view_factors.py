@@ -1,6 +1,5 @@
 """View factors of a scene, written in the requested format."""
 
-import resource
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +8,7 @@ from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import check_view_factors_output, write_view_factors
 from golden.light.factors.view_factors import ViewFactors
+from golden.peak_memory import peak_memory
 from golden.plural import counted
 from golden.scene.open import open_scene
 from golden.scene.refine import refine
@@ -113,7 +113,7 @@ class ViewFactorTask:
                    "reciprocity": factors.reciprocity, "error": factors.largest_error,
                    "largest_change": factors.largest_change, "sky_change": factors.sky_change,
                    "infeasible": factors.infeasible.tolist(), "seconds": time.perf_counter() - self._began,
-                   "peak_memory": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss}
+                   "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
                  f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]

@@ -1,7 +1,6 @@
 """View factors of facets by this package, by pyViewFactor and by raystrack, each in a process of its own."""
 
 import multiprocessing
-import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -10,9 +9,10 @@ from importlib.util import find_spec
 import numpy as np
 
 from golden.light.factors.interface import view_factors
+from golden.peak_memory import peak_memory
 from radiosity.benchmarks.view_factor_cases import plate_between_plates
 
-__all__ = ["PROGRAMS", "Computation", "compute", "in_own_process", "peak_memory"]
+__all__ = ["PROGRAMS", "Computation", "compute", "in_own_process"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,11 +40,6 @@ def in_own_process(function, *arguments):
     """What a function of a module gives in a new process, whose peak memory is then its own."""
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
-
-
-def peak_memory() -> int:
-    """The most bytes that this process has had."""
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def compute(program: str, facets: np.ndarray, error: float) -> Computation | None:

@@ -17,10 +17,11 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.interface import view_factors
 from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
+from golden.peak_memory import peak_memory
 from golden.scene.open import open_scene
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, plate_between_plates
-from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process, peak_memory
+from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
 
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
 SEEDS = 20

@@ -13,8 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from amaranth.hdl import Fragment
-from amaranth.hdl._mem import MemoryInstance
+from amaranth.hdl import Fragment, MemoryInstance
 from click.testing import CliRunner
 
 from golden.config import PRESETS

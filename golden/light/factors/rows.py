@@ -115,26 +115,32 @@ class FactorRows:
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
         sides, scene, blocks = self._sides, self._sides.scene, list(blocks)
+        reached = np.ones(len(self))
         for finer in (*_FINER, None):
             estimate = join(blocks, area=sides.area, error=self._error)
             F, sky, back = project(estimate, area=sides.area)
             missed = np.abs(F.sum(axis=1) + sky + back - 1)
             if finer is None or missed.max() <= CLOSED:
                 break
-            blocks = self._refined(blocks, missed > max(CLOSED, _WORST * missed.max()), finer)
+            # The same work again would give the same bits.
+            again = (missed > max(CLOSED, _WORST * missed.max())) & (reached > finer)
+            if not again.any():
+                break
+            reached[again] = finer
+            blocks = self._refined(blocks, again, finer)
         names = np.array([material.name for material in scene.materials])
         return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
                            front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
                            hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
                            settings=self.settings)
 
-    def _refined(self, blocks, missed, finer):
-        """The blocks with the rows that missed closure measured to a share of the error."""
+    def _refined(self, blocks, again, finer):
+        """The blocks with some of their rows measured again, to a share of the error."""
         refined, first = [], 0
         for block in blocks:
             last = first + len(block.sky)
             begin = first
-            for row in first + np.flatnonzero(missed[first:last]):
+            for row in first + np.flatnonzero(again[first:last]):
                 refined += [block[begin - first:row - first], self._block(
                     row, row + 1, rays=round(self.rays / finer), limit=self._error * finer / 2, whole=True)]
                 begin = row + 1

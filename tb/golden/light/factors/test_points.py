@@ -4,7 +4,7 @@ import pytest
 from golden.frustum import frame
 from golden.light.factors import points
 from golden.light.factors.points import REPLICATES
-from golden.light.sampling import mix
+from golden.light.sampling import mix, uniform
 from tb.golden.light.factors.on_arrays import on_arrays
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
@@ -72,6 +72,13 @@ def test_directions_are_distributed_by_the_cosine():
     # The moments of 2 cos d(cos).
     assert cosine.mean() == pytest.approx(2 / 3, abs=1e-3)
     assert (cosine**2).mean() == pytest.approx(1 / 2, abs=1e-3)
+
+
+def test_the_sequence_begins_with_the_hashes_of_all_sampling():
+    number = np.arange(REPLICATES)
+    use = mix(9, np.full(REPLICATES, 4))
+    for dimension, found in enumerate(sequence(use, number).T):
+        np.testing.assert_array_equal(found, uniform(mix(use, number), dimension))
 
 
 def test_the_sequence_is_more_even_than_random_points_in_every_replicate():

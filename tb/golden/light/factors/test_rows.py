@@ -6,6 +6,8 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputError
+from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.projection import project
 from golden.light.factors.rows import FactorRows
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.plates import plates
@@ -68,6 +70,23 @@ def test_a_row_that_nothing_closes_is_measured_again():
     own = np.arange(len(block.column)) < block.start[1]
     wrong = replace(block, factor=np.where(own, 0.8 * block.factor, block.factor))
     assert rows.join([wrong[:1], wrong[1:]]).closure <= 1e-9
+
+
+def test_no_row_is_measured_twice_to_the_same_error(monkeypatch):
+    """A row that nothing closes ends the search."""
+    def never_closes(estimate, *, area):
+        F, sky, back = project(estimate, area=area)
+        return F, sky + (np.arange(len(area)) == 1) * 1e-2, back
+
+    monkeypatch.setattr("golden.light.factors.rows.project", never_closes)
+    rows, measured = rows_of(plates(), error=0.1), []
+    block = rows._block
+    monkeypatch.setattr(rows, "_block", lambda first, last, **given: measured.append(
+        (first, last, given["limit"])) or block(first, last, **given))
+    compute_view_factors(rows)
+    again = measured[1:]
+    assert [one[:2] for one in again] == [(1, 2)] * 3
+    assert len(set(again)) == 3
 
 
 def test_rows_of_a_block():
