@@ -24,6 +24,11 @@ class Sector:
         """All rays of a frustum."""
         return cls(0, record.columns, 0, record.rows)
 
+    @property
+    def rays(self) -> int:
+        """Its number of rays."""
+        return (self.end_column - self.first_column) * (self.end_row - self.first_row)
+
     def mask(self, record: FrustumRecord) -> np.ndarray:
         """Whether each ray of a frustum is in the sector: rows x columns bool."""
         mask = np.zeros((record.rows, record.columns), dtype=bool)

@@ -1,7 +1,7 @@
 """A job: loads and sections of frusta in the order of the queue, and where everything is in main memory."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,12 +23,13 @@ from golden.jobs.descriptor import (
 from golden.jobs.load_regions import region_bits
 from golden.jobs.order import long_and_short, longest_first_at_the_end, proximity_order
 from golden.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
-from golden.jobs.tile_sections import tile_sections
+from golden.jobs.tile_sections import halves, tile_sections
 from golden.memory_map import MemoryImage, phase_image
 from golden.memory_map.image_layout import aligned
 from golden.memory_map.layout import REGIONS
 from golden.memsys.cell_table import CellTable
 from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.cycle_model import least_cycles
 from golden.schedule.phase import Schedule
 
 __all__ = ["HeldTables", "Job", "JobPhase", "JobSection", "PhaseRequest", "Read", "plan_job"]
@@ -38,6 +39,9 @@ _MOST_RING_BITS = 31
 # Tables of which those of fewer shells are the beginning.
 _GRID = ("shells", "grid_rows", "grid_columns")
 _SCENE = tuple(region.name for region in REGIONS if region.life == "scene")
+# Sections of less than so many times the cycles of the patches alone are not cut at the end of a phase: each half
+# may find all patches.
+_CUT_CYCLES = 3
 # Reads bytes of main memory: their address and number.
 Read = Callable[[int, int], bytes]
 
@@ -239,7 +243,9 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
     them hold the same patches. Of another scene all tables are loaded, since cells and patches are read from one image.
     Its frusta follow in an order in which neighbours are near each other (`proximity_order`), and at its end the
     longest sections are first (`longest_first_at_the_end`). Where every cluster holds all patches and cycles are
-    predicted, `long_and_short` sections alternate instead.
+    predicted, `long_and_short` sections alternate instead, and the last one for each cluster is cut in two, unless its
+    patches take a third of its cycles or more: clusters end closer together, and the results of the last sections need
+    half the cycles.
 
     Parameters
     ----------
@@ -365,17 +371,27 @@ def _sections(phase, number, config):
               for frustum in proximity_order(np.array([record.origin for record in request.records]))
               for cluster, (section, part) in enumerate(zip(cut, share, strict=True))]
     predicted = np.array([one.cycles for one in listed])
-    order = longest_first_at_the_end(predicted, clusters=config.noc.nodes) \
-        if request.cycles is None or not phase.image.has_copies else long_and_short(predicted)
-    return [listed[one] for one in order]
+    if request.cycles is None or pinned or not phase.image.has_copies:
+        return [listed[one] for one in longest_first_at_the_end(predicted, clusters=config.noc.nodes)]
+    ordered = [listed[one] for one in long_and_short(predicted)]
+    if config.noc.nodes == 1:
+        return ordered
+    # The last section for each cluster in halves, the longest ones first.
+    first, least = max(0, len(ordered) - config.noc.nodes), _CUT_CYCLES * least_cycles(len(request.geometry))
+    end = [half for one in ordered[first:] for half in (_halves(one, config) if one.cycles >= least else [one])]
+    return ordered[:first] + sorted(end, key=lambda one: -one.cycles)
+
+
+def _halves(one, config):
+    return [replace(one, section=part, cycles=one.cycles * part.rays / one.section.rays)
+            for part in halves(one.section, config)]
 
 
 def _descriptor(one, phase, memory, *, tag):
     request = phase.request
     record, section = request.records[one.frustum], one.section
-    rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
     # A patch has a word only if a ray hits it.
-    sums_address = memory.take(8 * min(rays, len(request.geometry))) if request.sums else 0
+    sums_address = memory.take(8 * min(section.rays, len(request.geometry))) if request.sums else 0
     return frustum_descriptor(
         record, request.table, section=section, tag=tag, hit_format=request.hit_format, sums=request.sums,
         cluster=one.cluster, hits=phase.hits[one.frustum], sums_address=sums_address,

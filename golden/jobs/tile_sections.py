@@ -1,12 +1,14 @@
 """A frustum cut into sections that each fit the ray memory of a cluster."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.schedule.sections import cut_sections
 
-__all__ = ["most_sections", "tile_sections"]
+__all__ = ["halves", "most_sections", "tile_sections"]
 
 
 def most_sections(columns: int, rows: int, config: Config) -> int:
@@ -51,6 +53,17 @@ def tile_sections(columns: int, rows: int, config: Config, *, clusters: int = 1,
     return tuple(Sector(section.first_column * side, min(columns, section.end_column * side),
                         section.first_row * side, min(rows, section.end_row * side))
                  for section in partition.sections)
+
+
+def halves(section: Sector, config: Config) -> tuple[Sector, ...]:
+    """A section cut in two between columns of tiles of the settle map, as near to its middle as possible.
+
+    One of a single column of tiles stays whole. The section begins at a border of tiles.
+    """
+    side = 1 << config.icu.tile_bits
+    across = -(-(section.end_column - section.first_column) // side)
+    middle = section.first_column + across // 2 * side
+    return (section,) if across < 2 else (replace(section, end_column=middle), replace(section, first_column=middle))
 
 
 def _largest(shape, count):

@@ -13,7 +13,7 @@ from golden.frustum import FrustumRecord
 from golden.icu.ray_memory import RayMemory
 from golden.schedule.square_scan import GROUP, survival_words
 
-__all__ = ["CycleModel", "StageWork", "stage_work"]
+__all__ = ["CycleModel", "StageWork", "least_cycles", "stage_work"]
 
 # Rays whose tests overlap: the machine's tests see what others found that many rays before.
 BLOCK = 256
@@ -49,6 +49,11 @@ class StageWork:
     passes: int = 0
     cells: int = 0
     tests: np.ndarray
+
+
+def least_cycles(patches: int) -> int:
+    """Cycles of a section that finds so many patches, without tests."""
+    return START + PATCH * patches + SETUP + END
 
 
 def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Iterator[StageWork]:

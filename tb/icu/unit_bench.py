@@ -67,7 +67,7 @@ class UnitBench:
 
     async def hits(self, section: Sector) -> FixedHits:
         """Read out the section of the present frustum, and its sums into ``sums``."""
-        rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
+        rays = section.rays
         start, first_sum = len(self.hit.items), len(self.sum.items)
         await self.read_out.send([0])
         while len(self.hit.items) - start < rays:

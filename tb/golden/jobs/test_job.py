@@ -14,6 +14,7 @@ from golden.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.jobs.order import proximity_order
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import from_bytes
+from golden.schedule.cycle_model import least_cycles
 from golden.schedule.phase import schedule
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
 
@@ -130,8 +131,7 @@ def test_nothing_in_memory_overlaps_and_addresses_are_aligned():
     for descriptor, one in zip(made.descriptors, made.sections, strict=True):
         if one is not None and descriptor["sums"]:
             section = section_of(descriptor)
-            rays = (section.end_column - section.first_column) * (section.end_row - section.first_row)
-            extents.append((int(descriptor["sums_address"]), 8 * min(rays, len(scene().geometry))))
+            extents.append((int(descriptor["sums_address"]), 8 * min(section.rays, len(scene().geometry))))
     end = made.base
     assert made.base == 1024
     for address, size in sorted(extents):
@@ -170,6 +170,19 @@ def test_a_group_of_clusters_shares_each_frustum():
 def test_long_and_short_sections_alternate_where_every_cluster_holds_all_patches():
     cycles = [one.cycles for one in job().sections if one and one.phase == 0]
     assert cycles[0::2] + cycles[1::2] == sorted(cycles, reverse=True)
+
+
+def test_the_last_section_for_each_cluster_is_cut_in_two():
+    """Unless its patches take a third of its cycles."""
+    least = 3 * least_cycles(len(scene().geometry))
+    request = replace(requests()[0], cycles=[9 * least, 8 * least, 2 * least, least - 1, least])
+    made = plan_job([request], CONFIG.replace({"icu.rays": 1024}))
+    listed = [one for one in made.sections if one]
+    # The three long ones and the two short ones alternate.
+    assert [one.frustum for one in listed] == [0, 4, 1, 2, 2, 3]
+    assert [one.cycles for one in listed[3:]] == [least, least, least - 1]
+    columns = [(one.section.first_column, one.section.end_column) for one in listed]
+    assert columns == [(0, 64), (0, 64), (0, 64), (0, 32), (32, 64), (0, 64)]
 
 
 def test_neighbours_follow_each_other_where_clusters_share_patches_and_the_end_falls():

@@ -7,7 +7,7 @@ from golden.config import PRESETS
 from golden.ctu.sector import Sector
 from golden.errors import InputError
 from golden.jobs.descriptor import section_tiles
-from golden.jobs.tile_sections import most_sections, tile_sections
+from golden.jobs.tile_sections import halves, most_sections, tile_sections
 
 # 256 tiles of 4 x 4 rays.
 CONFIG = PRESETS["small"]
@@ -63,3 +63,12 @@ def test_the_most_sections_have_a_tile_each(columns, rows, most):
 def test_more_sections_than_tiles_are_refused(columns, rows, clusters):
     with pytest.raises(InputError, match="cannot be cut for 8 clusters"):
         tile_sections(columns, rows, CONFIG, clusters=clusters)
+
+
+@pytest.mark.parametrize(("section", "expected"), [
+    (Sector(0, 64, 0, 8), [Sector(0, 32, 0, 8), Sector(32, 64, 0, 8)]),
+    (Sector(40, 62, 4, 9), [Sector(40, 52, 4, 9), Sector(52, 62, 4, 9)]),
+    (Sector(0, 5, 0, 4), [Sector(0, 4, 0, 4), Sector(4, 5, 0, 4)]),
+    (Sector(8, 12, 0, 64), [Sector(8, 12, 0, 64)])])
+def test_halves_are_of_whole_tiles(section, expected):
+    assert [*halves(section, CONFIG)] == expected
