@@ -182,6 +182,11 @@ LIMITS = [
     *({**WHOLE, "first_column": first, "end_column": 8, "columns": 12} for first in (7, 8, 9)),
     *({**WHOLE, "first_row": first, "end_row": 8, "rows": 12} for first in (7, 8, 9)),
     *({**WHOLE, "end_column": SIDE + more, "columns": SIDE, "end_row": 1} for more in (-1, 0, 1)),
+    # In a frustum as large, the section is the first field that breaks a rule.
+    *({"first_column": SIDE - 1, "end_column": SIDE + more, "columns": SIDE + more, "first_row": 0, "end_row": 1}
+      for more in (0, 1)),
+    *({"first_row": SIDE - 1, "end_row": SIDE + more, "rows": SIDE + more, "first_column": 0, "end_column": 1}
+      for more in (0, 1)),
     # Tiles of the whole ray memory, and a row or a column more; unfinished tiles count.
     *({**WHOLE, "end_column": 16 * TILE + more, "columns": SIDE, "end_row": TILES // 16 * TILE + below, "rows": SIDE}
       for more in (-1, 0, 1) for below in (-1, 0, 1)),

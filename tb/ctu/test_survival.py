@@ -248,6 +248,23 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
     assert bench.held, "the scan of the tiles must stall"
 
 
+def test_a_high_section_of_one_word_across_behind_a_wide_one():
+    """Words are of 8 x 8 rays; the section has as many as the memory."""
+    config = config_of({"ctu.pyramid_levels": 1, "icu.tile_bits": 1, "icu.rays": 256})
+    case = Case(config, 11, screen=True, whole=True)
+
+    async def test(ctx, bench):
+        for section in Sector(0, 60, 0, 4), Sector(0, 8, 0, 32):
+            case.section = section
+            ctx.set(bench.dut.frustum, frustum_payload(case.record, section, config))
+            await bench.start(ctx)
+            case.write(case.draw())
+            await bench.swept(ctx)
+            assert await bench.send(ctx, case.items) == case.expected()
+
+    Bench(case).run(test)
+
+
 def test_what_lies_behind_column_0():
     """Of a window that goes round all squares count, whichever of its rows they are in."""
     case = Case(config_of({"ctu.pyramid_levels": 2}), 11, screen=False, whole=True)

@@ -397,6 +397,13 @@ def test_render_writes_all_requested_files(folder):
         assert stage in text
 
 
+def test_upper_case_suffixes_are_those_of_the_same_formats(folder):
+    succeed("render", "furnace:2", "-o", "A.EXR", "-o", "A.PNG", *FAST)
+    assert read_exr(folder / "A.EXR").shape == (8, 12, 3)
+    with Image.open(folder / "A.PNG") as image:
+        assert image.format == "PNG"
+
+
 def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         succeed("render", "cornell", "-o", f"{name}.png", "-o", f"{name}.exr", *FAST, "--seed", seed)

@@ -8,7 +8,7 @@ import numpy as np
 from golden.config import Config
 from golden.memsys.cache import Cache
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
-from tb.lib.payload import pack
+from tb.lib.payload import pack, unpack
 from tb.memsys.memory_path import scene_image
 
 __all__ = ["BusScene"]
@@ -49,6 +49,12 @@ class BusScene:
             drawn.append((cluster, kind, key))
         return drawn
 
+    def entries(self, key: int) -> range:
+        """The entries of the lists that a part of a cell is read from."""
+        part, cell = divmod(key, 1 << self._formats.cell_bits)
+        (pointer, count), ids = self._cells[cell], self._config.memsys.reply_ids
+        return range(pointer + ids * part, pointer + min(count, ids * part + ids))
+
     def hits(self, mine: list[tuple[int, int]], policy: str, lines: int) -> np.ndarray:
         """Golden's, access by access, of one kind's (cluster, key) from an empty cache on."""
         memsys = self._config.replace({"memsys.cache_policy": policy}).memsys
@@ -88,5 +94,7 @@ class BusScene:
             if errors and reply[0]["error"] > expected[0]["error"]:
                 expected, wrong = self.reply(kind, cluster, key, held, failed=True), wrong + 1
             for beat, other in zip(reply, expected, strict=True):
+                if kind is RequestKind.CELL and other["data"] is None:
+                    assert not unpack(self._formats.cell_beat, beat["data"])["is_id"], (kind, key)
                 assert beat == {**other, "data": beat["data"] if other["data"] is None else other["data"]}, (kind, key)
         return wrong

@@ -371,6 +371,53 @@ async def a_slow_client_is_no_time_out(dut):
 
 
 @cocotb.test()
+async def unrequested_beats_are_no_progress(dut):
+    """A read that memory does not answer times out while memory sends beats that no read waits for."""
+    await start(dut, cycles=10_000)
+    bench = Bench(dut)
+    limit = 1 << bench.config.memory.timeout_bits
+    model = memory(bench, latency=100 * limit)
+    port = ModelAtPort(dut, model)
+    request = bench.request(READ, beats=1)
+    await bench.send(bench.reads, [request])
+    for _ in range(12):
+        model.inject(rid=1)
+        await ClockCycles(dut.clk, limit // 4)
+    bench.compare(bench.replies, bench.expected(request, model.data, lambda address: True))
+    port.stop()
+    bench.stop()
+
+
+@cocotb.test()
+async def an_answer_before_the_address(dut):
+    """A memory that has accepted data and not their address cannot have written them."""
+    await start(dut, cycles=2000)
+    bench = Bench(dut)
+    dut.axi__wready.value = 1
+    request = bench.request(WRITE, beats=1)
+    await bench.send(bench.writes, [request])
+    await bench.send(bench.data, bench.to_write([request], bytearray(content())))
+
+    async def answer():
+        await ClockCycles(dut.clk, 5)
+        dut.axi__bvalid.value = 1
+        await RisingEdge(dut.clk)
+        while not int(dut.axi__bready.value):
+            await RisingEdge(dut.clk)
+        dut.axi__bvalid.value = 0
+        await ClockCycles(dut.clk, 5)
+
+    await answer()
+    assert bench.fault()[0] is Fault.WRITE_PROTOCOL
+    assert not bench.written.items
+    await bench.clear()
+    dut.axi__awready.value = 1
+    await answer()
+    bench.compare(bench.written, [{"tag": request["tag"], "error": False}])
+    bench.stop()
+
+
+@cocotb.test()
 async def latency(dut):
     """From a request to its address, and from a beat to the reply."""
     await start(dut, cycles=1000)
@@ -413,7 +460,7 @@ async def a_beat_per_cycle(dut):
 
 ALL = ("out_of_order_under_every_pair_of_stalls", "errors_from_memory", "outside_the_windows", "wrong_answers",
        "reset_in_flight", "busy_until_all_is_answered", "busy_until_the_data_of_an_error_have_come",
-       "a_slow_client_is_no_time_out", "latency")
+       "a_slow_client_is_no_time_out", "an_answer_before_the_address", "latency")
 # Sixteen bursts of eight beats, and a slot each.
 MANY = {"memory.outstanding": 16}
 
@@ -428,7 +475,8 @@ def run(name, changes, simulator, tests=ALL):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_the_port(simulator):
-    run(f"main_memory_port-{simulator}", MANY, simulator, (*ALL, "a_beat_per_cycle"))
+    run(f"main_memory_port-{simulator}", MANY, simulator,
+        (*ALL, "unrequested_beats_are_no_progress", "a_beat_per_cycle"))
 
 
 def sizes(name, *marks, **changes):

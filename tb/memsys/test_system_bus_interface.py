@@ -7,6 +7,7 @@ from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
 from hw.memsys.system_bus_interface import SystemBusInterface
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
+from tb.lib.payload import unpack
 from tb.lib.responder import Responder, responder
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
@@ -20,7 +21,10 @@ SCENE, BASE = BusScene(CONFIG), 0x2000
 PORTS = {"scene": SCENE.counts, "bases": {name: BASE + offset for name, offset in SCENE.bases.items()}}
 # In each kind some keys that cannot be read.
 FAILED = {RequestKind.CELL: (2, 3), RequestKind.PATCH: (1, 4)}
+# Two entries of a word.
+FAILED_ENTRIES = {20, 21}
 UNREADABLE = {*(SCENE.bases["cells"] + 8 * cell for cell in FAILED[RequestKind.CELL]),
+              SCENE.bases["lists"] + 4 * min(FAILED_ENTRIES),
               *(SCENE.bases["patches"] + 64 * patch + 8 * patch + 8 for patch in FAILED[RequestKind.PATCH])}
 
 
@@ -46,20 +50,34 @@ class TestSystemBusInterface(Bench):
     def drawn(self, config, seed):
         return vectors(list(CachePolicy)[seed % len(CachePolicy)], 40, seed=seed, fails=seed % 2)
 
+    def check(self, given, came):
+        super().check(given, came)
+        cell_beat = PathFormats(CONFIG).cell_beat
+        for beat in self.values("o_reply__0", came):
+            assert not (beat["error"] and unpack(cell_beat, beat["data"])["is_id"]), "an error has no id"
+
     @responder("o_request", "i_reply", after=(0, 12))
     def memory(self, request):
         return beats(request, self.now.about)
 
 
+def is_unreadable(kind, key):
+    """Whether memory cannot read a part of a cell or a patch."""
+    if kind is RequestKind.PATCH:
+        return key in FAILED[kind]
+    return key & (1 << PathFormats(CONFIG).cell_bits) - 1 in FAILED[kind] or bool(
+        FAILED_ENTRIES & {*SCENE.entries(key)})
+
+
 def vectors(policy, count, *, seed, fails=False):
     """Requests from empty caches on; memory cannot read all bytes if it ``fails``."""
-    requests, expected, mask = SCENE.requests(count, seed), {}, (1 << PathFormats(CONFIG).cell_bits) - 1
+    requests, expected = SCENE.requests(count, seed), {}
     for kind in RequestKind:
         mine = [(cluster, key) for cluster, which, key in requests if which is kind]
         hits = SCENE.hits(mine, policy.name.lower(), LINES)
         expected[f"o_reply__{kind.value}"] = [beat for (cluster, key), hit in zip(mine, hits, strict=True)
-                                              for beat in SCENE.reply(kind, cluster, key, hit, failed=bool(fails) and (
-                                                  key & mask if kind is RequestKind.CELL else key) in FAILED[kind])]
+                                              for beat in SCENE.reply(kind, cluster, key, hit,
+                                                                      failed=bool(fails) and is_unreadable(kind, key))]
     return Vectors(first={"i_invalidate": [policy.value]}, inputs={"i_request": bus_requests(requests)},
                    expected=expected, ports=PORTS, about=UNREADABLE if fails else ())
 

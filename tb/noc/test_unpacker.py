@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from golden.config import PRESETS
-from golden.noc.packing import pack_flits
+from golden.noc.packing import check, pack_flits
 from hw.noc.network_fault import NetworkFault
 from hw.noc.unpacker import Unpacker
 from tb.lib.payload import pack
@@ -33,7 +33,7 @@ def test_items_are_those_that_were_packed(bodies):
 
     @SETTINGS
     @given(st.lists(PACKET, max_size=4), schedules({}, ["i", "o"]))
-    def check(packets, schedule):
+    def run(packets, schedule):
         words = [flit for header, given_bodies in packets for flit in flits(header, given_bodies[:bodies])]
         idle = iter(schedule.stalls["i"])
         found = bench.run(Schedule(items={"i": [(next(idle, 0), word) for word in words]},
@@ -42,7 +42,7 @@ def test_items_are_those_that_were_packed(bodies):
         if bodies:
             assert [item["body"] for item in found] == [body for _, both in packets for body in both]
 
-    check()
+    run()
 
 
 def faults(words):
@@ -85,6 +85,19 @@ def test_another_destination_is_a_fault():
 @pytest.mark.parametrize(("words", "at"), [(GOOD[:-1] + GOOD, len(GOOD) - 1), (GOOD[1:], 0)])
 def test_a_flit_out_of_order_is_a_fault(words, at):
     assert faults(words)[at] == NetworkFault.ORDER
+
+
+@pytest.mark.parametrize("position", [1, len(GOOD) - 2, len(GOOD) - 1])
+def test_a_wrong_mark_of_the_last_flit_is_a_fault(position):
+    """Its check is right: the sender has marked it so."""
+    words = [dict(word) for word in GOOD]
+    flit = words[position]
+    flit["last"] ^= 1
+    data = flit["data"] & (1 << BITS) - 1
+    flit["data"] = data | check(METHOD, data | flit["first"] << BITS | flit["last"] << BITS + 1, BITS + 2) << BITS
+    found = faults(words)
+    assert found[position] == NetworkFault.ORDER
+    assert found.count(NetworkFault.NONE) == len(GOOD) - 1
 
 
 def test_a_new_packet_within_a_packet_is_read():

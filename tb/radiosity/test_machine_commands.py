@@ -24,7 +24,9 @@ from golden.jobs.completion import COMPLETION
 from golden.jobs.result_formats import HitFormat
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
+from hw.host import EngineError, EngineTimeoutError
 from hw.memsys.cache_policy import CachePolicy
+from hw.registers.error_code import ErrorCode
 from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
@@ -248,6 +250,27 @@ def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
     assert "cycles 9: cast 4, results 2 after it; the first time 9, of which tables 3\n" in text
     assert json.loads(run(radiosity.cli.main, *words, "--json").stdout)["machine"]["overridden"] == {
         "icu.rays": {"simulated": 16384, "given": 262144}, "icu.generation_bits": {"simulated": 8, "given": 4}}
+
+
+@pytest.mark.parametrize("error", [EngineTimeoutError("no answer"), EngineError(ErrorCode.WATCHDOG, 0, 0)])
+@pytest.mark.parametrize("command", ["cast", "formfactors"])
+def test_errors_of_the_machine_are_one_line(folder, monkeypatch, command, error):
+    class Machine:
+        def __init__(self, config, **_):
+            self.config = config
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def run(self, requests, **_):
+            raise error
+
+    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
+    result = run(radiosity.cli.main, *COMMAND_WORDS[command], *ON)
+    assert (result.exit_code, result.stderr) == (2, f"error: machine: {error}\n")
 
 
 @pytest.mark.parametrize("right", [True, False])

@@ -274,6 +274,14 @@ def test_a_halted_queue_is_resumed_from_an_image(port):
     assert port.commands == [{"clear"}, {"resume", "copies"}]
 
 
+def test_images_of_earlier_jobs_keep_their_copies(port):
+    host = begun(port)
+    run(host.begin(plan_job(requests()[:1], CONFIG, base=job().end)))
+    resumes(port, loaded=1)
+    run(host.resume(job().phases[0].address))
+    assert port.commands[-1] == {"resume", "copies"}
+
+
 def test_a_resume_that_fails_or_never_ends(port):
     host = begun(port)
     port.set("status", register("status").pack(halted=1))

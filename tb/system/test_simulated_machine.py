@@ -15,8 +15,9 @@ from golden.config import PRESETS
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
 from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import Kind
+from golden.jobs.descriptor import Kind, load_descriptor
 from golden.jobs.job import HeldTables, plan_job
+from golden.jobs.load_regions import region_bits
 from golden.jobs.phase_request import phase_request
 from golden.jobs.result_formats import HitFormat
 from golden.scene.open import open_scene
@@ -28,7 +29,15 @@ from hw.host import EngineError
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from hw.simulator.job_result import KEPT, OF_CACHES, SHARED_COUNTERS, SINCE_RESET, JobCycles, cluster_counters
+from hw.simulator.job_result import (
+    KEPT,
+    OF_CACHES,
+    SHARED_COUNTERS,
+    SINCE_RESET,
+    JobCycles,
+    cluster_counters,
+    loads_scene,
+)
 from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
 from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
@@ -236,6 +245,13 @@ def test_caches_are_counted_since_the_scene_was_loaded(machine_at):
     assert {first[name] for name in OF_CACHES} == {10}
     assert {first[name] for name in set(SHARED_COUNTERS) - set(OF_CACHES)} == {0}
     assert set(second.values()) == {0}
+
+
+@pytest.mark.parametrize(("regions", "empties"), [(("patches",), False), (("rows", "columns"), False),
+                                                  (("cells", "patches"), True)])
+def test_a_load_of_cells_empties_the_caches(regions, empties):
+    loads = np.array([load_descriptor(0, region_bits(*regions), tag=0, copies=False)])
+    assert loads_scene(SimpleNamespace(descriptors=loads)) == empties
 
 
 def test_waveforms_begin_so_many_cycles_after_the_doorbell(machine_at, tmp_path, monkeypatch):
