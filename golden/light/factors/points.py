@@ -15,9 +15,25 @@ __all__ = ["REPLICATES", "cosine_direction", "depart", "join_by_direction", "joi
 # Independent shifts of one sequence: the variance of their results estimates that of the mean.
 REPLICATES = 16
 
-# Inverse powers of the root of x^5 = x + 1: multiples of them fill the four-dimensional cube most evenly.
-_ROOT = 1.1673039782614187
-_STEP_0, _STEP_1, _STEP_2, _STEP_3 = _ROOT**-1, _ROOT**-2, _ROOT**-3, _ROOT**-4
+
+def _sobol_table():
+    """Of Sobol's sequence 4 x 4 x 256 uint64: per dimension what each byte of a number adds (exclusive or), 53 bits."""
+    numbers = np.arange(256)
+    table = np.zeros((4, 4, 256), dtype=np.uint64)
+    # Degree, inner coefficients and first numbers of Joe and Kuo's primitive polynomials.
+    for dimension, (degree, inner, first) in enumerate(((0, 0, ()), (1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)))):
+        odd = list(first) if degree else [1] * 32
+        for bit in range(len(odd), 32):
+            value = odd[bit - degree] ^ odd[bit - degree] << degree
+            for place in range(1, degree):
+                value ^= (inner >> degree - 1 - place & 1) * odd[bit - place] << place
+            odd.append(value)
+        for bit in range(32):
+            table[dimension, bit // 8] ^= np.uint64(odd[bit] << 52 - bit) * (numbers >> bit % 8 & 1).astype(np.uint64)
+    return table
+
+
+_SOBOL = _sobol_table()
 
 # Of the splitmix64 generator, as in `golden.light.sampling`, and what it adds for the four numbers of a use.
 _WEYL, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
@@ -34,16 +50,16 @@ def sequence(use, number):
     use
         Uint64, a hash of what the numbers are for (`golden.light.sampling.mix`).
     number
-        Int64 within the use; the points of numbers 0 to n - 1 fill the cube evenly for each n.
+        Int64 within the use; the points of numbers 0 to n - 1 fill the cube evenly for each n. The last two coordinates
+        fill their square most evenly.
 
-    Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences (2018).
+    Source: Joe, Kuo, Constructing Sobol sequences with better two-dimensional projections (2008), with the random
+    digital shift of L'Ecuyer, Lemieux, Recent advances in randomized quasi-Monte Carlo methods (2002).
     """
     turn = number // REPLICATES
     state = _scramble(use + _WEYL * (np.uint64(number - turn * REPLICATES) + _ONE))
-    return ((_uniform(state, _DIMENSION_0) + turn * _STEP_0) % 1.0,
-            (_uniform(state, _DIMENSION_1) + turn * _STEP_1) % 1.0,
-            (_uniform(state, _DIMENSION_2) + turn * _STEP_2) % 1.0,
-            (_uniform(state, _DIMENSION_3) + turn * _STEP_3) % 1.0)
+    return (_shifted(state, _DIMENSION_0, 2, turn), _shifted(state, _DIMENSION_1, 3, turn),
+            _shifted(state, _DIMENSION_2, 0, turn), _shifted(state, _DIMENSION_3, 1, turn))
 
 
 @compiled
@@ -157,8 +173,11 @@ def _scramble(state):
 
 
 @compiled
-def _uniform(state, dimension):
-    return (_scramble(state + dimension) >> _11) * 2.0**-53
+def _shifted(state, dimension, axis, turn):
+    """A coordinate of a point of Sobol's sequence, shifted by a hash."""
+    return ((_scramble(state + dimension) >> _11)
+            ^ _SOBOL[axis, 0, turn & 255] ^ _SOBOL[axis, 1, turn >> 8 & 255]
+            ^ _SOBOL[axis, 2, turn >> 16 & 255] ^ _SOBOL[axis, 3, turn >> 24 & 255]) * 2.0**-53
 
 
 @compiled

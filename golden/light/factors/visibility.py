@@ -7,6 +7,7 @@ import numpy as np
 from golden.light.factors.certain import certain_shares
 from golden.light.factors.draws import segments_by_direction, segments_by_points
 from golden.light.factors.points import REPLICATES
+from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
 from golden.light.sampling import mix
 
@@ -21,11 +22,6 @@ _BLOCK = 1 << 18
 
 # First segments of a pair, and the most.
 _FIRST, _MOST = 16, 1 << 20
-
-# From so many segments of the rarer kind on, the replicates' own scatter estimates the variance: by half of Student's
-# factor that has the normal distribution's confidence at two standard deviations.
-_COMMON = 16
-_STUDENT = 2.181 / 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,18 +125,7 @@ class _Sampling:
 
     def estimate(self):
         """Shares and their standard errors."""
-        total, seen = self._all.sum(axis=1), self._seen.sum(axis=1)
-        some = total > 0
-        share = np.divide(seen, total, out=np.full(len(total), 0.5), where=some)
-        share = np.where(seen == total, np.where(some, 1.0, 0.5), share)
-        size = np.divide(total**2, self._squares, out=np.zeros(len(total)), where=some)
-        # Half of the way to the farther end of Wilson's interval at two standard deviations.
-        error = (np.abs(1 - 2 * share) + np.sqrt(size * share * (1 - share) + 1)) / (size + 4)
-        rest = self._seen - share[:, None] * self._all
-        scatter = _STUDENT * np.sqrt(np.einsum("pr,pr->p", rest, rest) * REPLICATES / (REPLICATES - 1))
-        common = (np.minimum(share, 1 - share) * size >= _COMMON) & (self._all > 0).all(axis=1)
-        error = np.where(common, np.divide(scatter, total, out=np.zeros(len(total)), where=some), error)
-        return share, np.where(some, error, 0.5)
+        return replicate_shares(self._all, self._seen, self._squares)
 
     def _cast(self, pair, number):
         """Add the segments ``number`` of pairs."""

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from golden.frustum import frame
 from golden.light.factors import points
@@ -85,11 +86,22 @@ def test_the_sequence_is_more_even_than_random_points_in_every_replicate():
     count = 256 * REPLICATES
     number = np.arange(count)
     point = sequence(np.full(count, mix(5)), number)
-    box = (point < 0.5).all(axis=1)
+    box = (point < 0.49).all(axis=1)
     shares = np.bincount(number % REPLICATES, box, REPLICATES) / 256
-    # Random points would miss 1/16 by sqrt(15) / 16 / 16 = 0.015.
-    assert np.sqrt(((shares - 1 / 16)**2).mean()) < 0.01
+    # Random points would miss 0.058 by sqrt(0.058 0.942) / 16 = 0.015.
+    assert np.sqrt(((shares - 0.49**4)**2).mean()) < 0.008
     assert len(np.unique(shares)) > 1
+
+
+def test_without_its_shifts_it_is_the_sequence_of_sobol():
+    number = REPLICATES * np.arange(1 << 10)
+    use = np.full(len(number), mix(4))
+    shift = (sequence(use[:1], number[:1]) * 2.0**53).astype(np.uint64)
+    found = ((sequence(use, number) * 2.0**53).astype(np.uint64) ^ shift) * 2.0**-53
+    # That of scipy is in the order of Gray's code.
+    gray = np.arange(len(number)) ^ np.arange(len(number)) >> 1
+    expected = qmc.Sobol(4, scramble=False).random(len(number))
+    np.testing.assert_array_equal(found[gray][:, [2, 3, 0, 1]], expected)
 
 
 def test_numbers_of_a_use_do_not_depend_on_others():

@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+
+from golden.light.factors.points import REPLICATES
+from golden.light.factors.replicate_shares import replicate_shares
+
+
+def shares_of(part, count):
+    """Of ``count`` equal weights in each replicate."""
+    part = np.asarray(part, dtype=float)
+    return replicate_shares(np.full(part.shape, float(count)), part, np.full(len(part), float(count * REPLICATES)))
+
+
+def test_scatter_of_replicates_is_the_error():
+    generator = np.random.default_rng(1)
+    share, error = shares_of(generator.binomial(400, 0.3, size=(500, REPLICATES)), 400)
+    deviation = np.sqrt(0.3 * 0.7 / 400 / REPLICATES)
+    assert error.mean() == pytest.approx(1.09 * deviation, rel=0.05)
+    assert 0.93 <= (np.abs(share - 0.3) <= 2 * error).mean() <= 0.97
+
+
+@pytest.mark.parametrize("met", [0, 10])
+def test_without_variance_it_is_half_of_wilsons_bound(met):
+    share, error = shares_of(np.full((1, REPLICATES), met), 10)
+    assert share[0] == met / 10
+    assert error[0] == pytest.approx(2 / (160 + 4))
+
+
+def test_replicates_that_agree_have_an_error():
+    share, error = shares_of(np.full((1, REPLICATES), 5), 10)
+    assert share[0] == 0.5
+    assert error[0] == pytest.approx(2 / (REPLICATES + 4) / 10)
+
+
+def test_rare_ones_are_covered():
+    generator = np.random.default_rng(2)
+    share, error = shares_of(generator.binomial(60, 2e-3, size=(500, REPLICATES)), 60)
+    assert (np.abs(share - 2e-3) <= 2 * error).mean() >= 0.95
+
+
+def test_nothing_drawn():
+    share, error = replicate_shares(np.zeros((1, REPLICATES)), np.zeros((1, REPLICATES)), np.zeros(1))
+    assert (share[0], error[0]) == (0.5, 0.5)
