@@ -69,7 +69,7 @@ class Grid(RayCaster):
                  compiled: bool | None = None, progress: bool = False):
         if jobs is not None and not 1 <= jobs <= MOST_JOBS:
             raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
-        self._jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
+        self.jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
         self._compiled = is_compiler_active() if compiled is None else compiled
         self.oracle = Oracle(scene)
         with StageProgress("grid", EXPECTED, shown=progress) as bar:
@@ -133,7 +133,7 @@ class Grid(RayCaster):
                  self._listed, scene.vertices, scene.is_triangle, scene.surface,
                  patch[rows], t[rows], u[rows], v[rows], tests[rows], steps[rows])
 
-        self._in_threads(part, count, least=FEWEST, shares=SHARES * self._jobs)
+        self._in_threads(part, count, least=FEWEST, shares=SHARES * self.jobs)
         return Hits(patch=patch, t=t, u=u, v=v, tests=tests, steps=steps)
 
     def _in_threads(self, part, count, *, least, shares):
@@ -141,11 +141,11 @@ class Grid(RayCaster):
         shares = max(1, min(shares, count // least))
         borders = np.linspace(0, count, shares + 1).astype(int)
         slices = [slice(begin, end) for begin, end in pairwise(borders.tolist())]
-        if shares == 1 or self._jobs == 1:
+        if shares == 1 or self.jobs == 1:
             for rows in slices:
                 part(rows)
             return
-        with ThreadPoolExecutor(min(self._jobs, shares)) as threads:
+        with ThreadPoolExecutor(min(self.jobs, shares)) as threads:
             for _ in threads.map(part, slices):
                 pass
 
@@ -158,7 +158,7 @@ class Grid(RayCaster):
         job = _Job(lines=lines, sheared=self.oracle.sheared(rays), best=Nearest(rays.tmax), tests=tests, steps=steps,
                    any_hit=any_hit)
         self._in_threads(lambda rows: self._traverse(job, np.arange(rows.start, rows.stop)), len(rays),
-                         least=BLOCK, shares=self._jobs)
+                         least=BLOCK, shares=self.jobs)
         return job.best.hits(self.oracle, job.sheared, tests=tests, steps=steps)
 
     def _traverse(self, job, part):

@@ -21,9 +21,12 @@ class RayCaster(RayFrusta):
         The tests of the scene's patches.
     least
         Least distance of a hit from both ends of a segment, in scene units.
+    jobs
+        Threads that may cast at once.
     """
 
     oracle: Oracle
+    jobs: int = 1
 
     @property
     def least(self) -> float:

@@ -12,6 +12,7 @@ __all__ = [
            "RECORD_METHODS",
            "REFERENCES",
            "SCENE_SUFFIXES",
+           "SKY_DIVISIONS",
            "SOLVERS",
            "STIMULUS_BLOCKS",
            "STIMULUS_SUFFIXES",
@@ -29,6 +30,7 @@ REFERENCES = ("naive", "oracle")
 SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "overshooting", "proximity",
            "conjugate-gradient")
 CURVES = ("reinhard", "linear")
+SKY_DIVISIONS = ("tregenza", "reinhart")
 SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 EXPORT_SUFFIXES = (".glb", ".obj", ".ply", ".stl")
 STIMULUS_SUFFIXES = (".npz", ".jsonl")

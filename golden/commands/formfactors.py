@@ -6,7 +6,7 @@ import click
 from click.core import ParameterSource
 
 from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
-from golden.commands.choices import FRUSTUM_METHODS, RAY_METHODS
+from golden.commands.choices import FRUSTUM_METHODS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
@@ -14,8 +14,9 @@ from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE
 __all__ = ["formfactors_command"]
 
 _NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
-          "Error": "--error", "Seed": "--seed"}
-_ADAPTIVE = {"error": "--error", "seed": "--seed", "time_limit": "--time-limit"}
+          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed"}
+_ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "seed": "--seed",
+             "time_limit": "--time-limit"}
 
 
 def formfactors_command(*methods: CastingMethod) -> click.Command:
@@ -28,6 +29,10 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
     @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
                   "its standard error.")
+    @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any share of the sky.  "
+                  "[default: that of the factors, as far as 4096 rays per patch reach]")
+    @click.option("--sky-patches", type=click.Choice(SKY_DIVISIONS), help="Also write the shares of Tregenza's 145 "
+                  "or Reinhart's 577 patches of the sky; +z is the zenith, +y the north.")
     @click.option("--time-limit", type=Positive(), help="Stop at a larger error after about so many seconds.")
     @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
     @click.option("--rays", type=AZIMUTHS, help="Cast plain hemispheres of so many rays, powers of two, at fixed "
@@ -44,8 +49,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, error, time_limit, seed, rays, samples, project, facets, max_edge, max_area, method,
-                    cell, resume, **given):
+    def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project, facets,
+                    max_edge, max_area, method, cell, resume, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
@@ -70,7 +75,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, progress=console().progress))) as caster:
             def adaptive(error):
-                return FactorRows(task.scene, caster, error=error, seed=seed)
+                return FactorRows(task.scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches,
+                                  seed=seed)
 
             if time_limit is not None:
                 report, text = task.run_within(time_limit, adaptive, error=error, method=method)

@@ -111,15 +111,16 @@ class ViewFactorTask:
     def _report(self, factors: ViewFactors, method):
         figures = {"patches": len(factors), "entries": factors.F.nnz, "closure": factors.closure,
                    "reciprocity": factors.reciprocity, "error": factors.largest_error,
-                   "largest_change": factors.largest_change, "sky_change": factors.sky_change,
-                   "infeasible": factors.infeasible.tolist(), "seconds": time.perf_counter() - self._began,
-                   "peak_memory": peak_memory()}
+                   "sky_error": factors.largest_sky_error, "largest_change": factors.largest_change,
+                   "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
+                   "seconds": time.perf_counter() - self._began, "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
                  f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
         if factors.error is not None:
-            lines.append(f"estimated error {factors.largest_error:.1e}; the projection moves factors by up to "
-                         f"{factors.largest_change:.1e}, the sky by up to {factors.sky_change:.1e}")
+            lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "
+                         f"the projection moves factors by up to {factors.largest_change:.1e}, the sky by up to "
+                         f"{factors.sky_change:.1e}")
         if len(factors.infeasible):
             some = ", ".join(map(str, factors.infeasible[:5].tolist()))
             lines.append(f"rows that do not close within their errors: {len(factors.infeasible)}, the first {some}")

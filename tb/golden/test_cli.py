@@ -162,6 +162,8 @@ BAD = {
     "sky view factors over a folder": ({"svf.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "svf.inp.1"),
     "error of zero": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "0"), "--error"),
     "error above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "2"), "--error: Error must be"),
+    "error of the sky above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--sky-error", "2"),
+                                   "--sky-error: Sky error must be"),
     "negative seed of view factors": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "-1"),
                                       "--seed: Seed must be"),
     "no time": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--time-limit", "0"), "--time-limit"),
@@ -343,6 +345,7 @@ def test_form_factors_close_and_are_reciprocal(folder):
     printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--error", "0.05", "--json"))
     assert max(printed["closure"], printed["reciprocity"]) < 1e-9
     assert printed["error"] <= 0.05
+    assert 0 < printed["sky_error"] <= 0.05
     assert printed["infeasible"] == []
     assert printed["entries"] == sparse.load_npz(folder / "F.npz").nnz
     assert "estimated error" in succeed("formfactors", "cornell", "-o", "G.npz", "--error", "0.05")

@@ -16,6 +16,7 @@ import radiosity.cli
 from golden.cast import methods
 from golden.commands import choices
 from golden.config import PRESETS
+from golden.light.factors.sky_division import SKY_DIVISIONS
 from golden.light.solvers import SOLVERS
 from golden.light.tone import CURVES
 from golden.light.two_pass import RenderSettings
@@ -186,6 +187,7 @@ def test_names_are_those_of_the_registries():
     assert tuple(methods.FRUSTUM_METHODS) == choices.FRUSTUM_METHODS
     assert tuple(SOLVERS) == choices.SOLVERS
     assert tuple(CURVES) == choices.CURVES
+    assert tuple(SKY_DIVISIONS) == choices.SKY_DIVISIONS
     assert tuple(load.SUFFIXES) == choices.SCENE_SUFFIXES
     assert tuple(export.FORMATS) == choices.EXPORT_SUFFIXES
     assert tuple(files.SUFFIXES) == choices.STIMULUS_SUFFIXES

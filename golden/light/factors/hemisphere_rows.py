@@ -39,8 +39,8 @@ class HemisphereRows:
 
     Members
     -------
-    block_rows
-        Rows of a block.
+    block_rows, jobs
+        Rows of a block, and blocks that may be computed at once.
     kind
         The class of blocks.
     settings
@@ -53,6 +53,7 @@ class HemisphereRows:
     """
 
     kind = HemisphereBlock
+    jobs = 1
 
     def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1, block_rows: int = 64,
                  projected: bool = False, progress: bool = False):

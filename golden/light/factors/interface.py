@@ -10,8 +10,9 @@ from golden.light.factors.view_factors import ViewFactors
 __all__ = ["view_factors"]
 
 
-def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3, seed: int = 0,
-                 method: str = "grid", progress: bool = False) -> ViewFactors:
+def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3,
+                 sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0, method: str = "grid",
+                 progress: bool = False) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
@@ -31,6 +32,10 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
         Whether the backs of facets radiate like their fronts, in N more rows. They block rays in any case.
     error
         Largest estimated absolute error of any factor, twice its standard error: 1e-6 to 0.1.
+    sky_error
+        The same of any sky view factor. Default: ``error`` as far as 4096 rays per side reach it.
+    sky_patches
+        "tregenza" or "reinhart": the shares of 145 or 577 patches of the sky as well.
     seed
         Of the random numbers, at least 0.
     method
@@ -51,5 +56,6 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
-    rows = FactorRows(scene, ray_caster(scene, method), error=error, seed=seed)
+    rows = FactorRows(scene, ray_caster(scene, method), error=error, sky_error=sky_error, sky_patches=sky_patches,
+                      seed=seed)
     return compute_view_factors(rows, progress=progress)

@@ -6,9 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from golden.light.factors.entry_pairs import entry_pairs
 from golden.light.factors.row_block import RowBlock
 
 __all__ = ["Estimate", "join"]
+
+# Of the places of entries.
+_BITS = 32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,7 +28,7 @@ class Estimate:
     sky, back
         N float64: shares of the rays that leave the scene, and that meet the black back of a one-sided patch.
     sky_error, back_error
-        N float64: their standard errors; 0 where no ray did.
+        N float64: their standard errors; of the back 0 where no ray did.
     hidden_error
         The largest standard error of a factor that is no entry.
     """
@@ -36,6 +40,13 @@ class Estimate:
     sky_error: np.ndarray
     back_error: np.ndarray
     hidden_error: float
+
+    @property
+    def closed_sky_error(self) -> np.ndarray:
+        """Standard errors of the sky's shares in closed rows, N float64: all else in a row measures them once more."""
+        others = self.error.power(2).sum(axis=1) + self.back_error**2
+        own = self.sky_error**2
+        return np.sqrt(np.divide(own * others, own + others, out=np.zeros(len(own)), where=others > 0))
 
 
 def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estimate:
@@ -55,36 +66,45 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
         Of the `FactorRows`.
     """
     width = len(area)
-    row = np.repeat(np.arange(width), np.concatenate([np.diff(block.start) for block in blocks]))
-    column, hits, factor, wrong = (np.concatenate([getattr(block, name) for block in blocks])
-                                   for name in ("column", "hits", "factor", "error"))
-    low, high = np.minimum(row, column), np.maximum(row, column)
-    key, pair = np.unique(low.astype(np.int64) * width + high, return_inverse=True)
-    low, high = np.divmod(key, width)
+    column, hits, factor, wrong, rays, sky, back, sky_error, hidden = (
+        np.concatenate([getattr(block, name) for block in blocks])
+        for name in ("column", "hits", "factor", "error", "rays", "sky", "back", "sky_error", "hidden_error"))
+    start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(block.start) for block in blocks]))])
+    indices, indptr, place = _both_directions(column, start, width)
+    row, upper, pair = entry_pairs(indices, indptr)
+    low, high = row[upper], indices[upper]
+    forth, reverse = (np.where(places, places - 1, len(column)) for places in
+                      (place[upper] & (1 << _BITS) - 1, place[upper] >> _BITS))
+    del place
+    # What is no entry stands last.
+    hits, factor, wrong = (np.append(values, last) for values, last in ((hits, 0), (factor, np.nan), (wrong, np.inf)))
+    wrong = np.where(np.isnan(wrong), np.inf, wrong)
     smaller = np.minimum(area[low], area[high])
-    rays, sky, back, sky_error, hidden = (
-        np.concatenate([np.atleast_1d(getattr(block, name)) for block in blocks])
-        for name in ("rays", "sky", "back", "sky_error", "hidden_error"))
     exposure = rays[low] / area[low] + rays[high] / area[high]
-    count = np.bincount(pair, hits, len(key))
+    count = hits[forth] + hits[reverse]
     exchange = np.minimum(count / exposure, error * smaller)
     deviation = np.minimum(np.sqrt(count + 0.5) / exposure, error / 2 * smaller)
-    measured = np.flatnonzero(~np.isnan(factor))
-    wrong, factor = ((values * area[row])[measured] for values in (wrong, factor))
-    # The surest one is written last.
-    order = np.argsort(-wrong, kind="stable")
-    pair = pair[measured[order]]
-    exchange[pair], deviation[pair] = factor[order], wrong[order]
+    own, others = wrong[forth] * area[low], wrong[reverse] * area[high]
+    surer = own < others
+    measured = np.isfinite(np.minimum(own, others))
+    exchange[measured] = np.where(surer, factor[forth] * area[low], factor[reverse] * area[high])[measured]
+    deviation[measured] = np.minimum(own, others)[measured]
     middle = (back + 0.5) / (rays + 1)
-    return Estimate(F=_both(exchange, low, high, area), error=_both(deviation, low, high, area), sky=sky / rays,
-                    back=back / rays, sky_error=sky_error, hidden_error=float(hidden.max(initial=0)),
+    F, spread = (sparse.csr_array((values[pair] / area[row], indices, indptr), shape=(width, width))
+                 for values in (exchange, deviation))
+    return Estimate(F=F, error=spread, sky=sky, back=back / rays, sky_error=sky_error,
+                    hidden_error=float(hidden.max(initial=0)),
                     back_error=np.where(back > 0, np.sqrt(middle * (1 - middle) / (rays + 1)), 0.0))
 
 
-def _both(exchange, low, high, area):
-    """The rows of a symmetric matrix divided by the areas, as a sorted csr_array that keeps its zeros."""
-    row, column = np.concatenate([low, high]), np.concatenate([high, low])
-    matrix = sparse.coo_array((np.concatenate([exchange, exchange]) / area[row], (row, column)),
-                              shape=(len(area), len(area))).tocsr()
-    matrix.sort_indices()
-    return matrix
+def _both_directions(column, start, width):
+    """Indices and indptr of all entries and their mirrors; 1 + an entry's place, and 1 + its mirror's in upper bits.
+
+    Places are 0 where there is no such entry.
+    """
+    place = np.arange(1, len(column) + 1)
+    forth = sparse.csr_array((place, column, start), shape=(width, width))
+    reverse = sparse.csr_array((place << _BITS, column, start), shape=(width, width)).T.tocsr()
+    both = forth + reverse
+    both.sort_indices()
+    return both.indices, both.indptr, both.data

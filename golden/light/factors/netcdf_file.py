@@ -17,6 +17,7 @@ _VARIABLES = {
     "view_factor_error": (("entry",), "1", "standard error of view_factor; 0 where it is exact"),
     "view_factor_unprojected": (("entry",), "1", "view_factor before closure and reciprocity were enforced"),
     "sky_view_factor": (("patch",), "1", "share of the radiation leaving a patch that leaves the scene"),
+    "sky_view_factor_error": (("patch",), "1", "standard error of sky_view_factor"),
     "back_view_factor": (("patch",), "1", "share of the radiation leaving a patch that meets black backs"),
     "sky_view_factor_unprojected": (("patch",), "1", "sky_view_factor before closure was enforced"),
     "area": (("patch",), "m2", "area of a patch"),
@@ -25,6 +26,9 @@ _VARIABLES = {
     "front": (("patch",), None, "1 for the front of that patch, 0 for its back"),
     "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),
     "to_patch": (("entry",), None, "number of the patch that receives, from 0"),
+    "sky_patch_view_factor": (("sky_entry",), "1", "share of the radiation leaving sky_from_patch for to_sky_patch"),
+    "sky_from_patch": (("sky_entry",), None, "number of the patch that radiates, from 0"),
+    "to_sky_patch": (("sky_entry",), None, "number of the patch of the sky: 0 is below the horizon"),
     "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
 }
 
@@ -39,7 +43,7 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
               "view_factor": matrix.data, "area": factors.area, "normal": factors.normal,
               "sky_view_factor": factors.sky, "back_view_factor": factors.back,
               "scene_patch": factors.patch.astype(np.int32), "front": factors.front.astype(np.int8),
-              "sky_view_factor_unprojected": factors.unprojected_sky}
+              "sky_view_factor_unprojected": factors.unprojected_sky, "sky_view_factor_error": factors.sky_error}
     values |= {f"view_factor_{suffix}": value.data for suffix, value in
                (("error", factors.error), ("unprojected", factors.unprojected)) if value is not None}
     if not matrix.nnz:  # a dimension of length 0 is the unlimited one in this format
@@ -47,12 +51,20 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
                   for name, value in values.items() if value is not None}
     if factors.row_sums is not None:
         values["row_sum"] = factors.row_sums / 2.0**factors.weight_bits
+    sky = None if factors.sky_patches is None else factors.sky_patches.tocoo()
+    if sky is not None and sky.nnz:
+        values |= {"sky_patch_view_factor": sky.data, "sky_from_patch": sky.row.astype(np.int32),
+                   "to_sky_patch": sky.col.astype(np.int32)}
     names = np.array([name.encode() for name in factors.surface.tolist()])
     with netcdf_file(path, "w", version=2) as file:
+        if sky is not None:
+            file.sky_patches = np.int32(sky.shape[1])
         file.Conventions, file.title = "CF-1.11", "View factors between patches, with occlusion"
         file.source, file.settings = "radiosity-engine", json.dumps(factors.settings, sort_keys=True)
         file.hidden_error = np.float64(factors.hidden_error)
         lengths = {"patch": len(factors), "entry": max(matrix.nnz, 1), "axis": 3, "name_length": names.itemsize or 1}
+        if "sky_from_patch" in values:
+            lengths["sky_entry"] = sky.nnz
         if factors.row_sums is not None:
             lengths["sample"] = factors.row_sums.shape[1]
         for name, length in lengths.items():
@@ -85,6 +97,7 @@ def read_netcdf(path: Path) -> ViewFactors:
     with netcdf_file(path, "r", mmap=False) as file:
         values = {name: np.array(variable[:]) for name, variable in file.variables.items()}
         settings, hidden_error = json.loads(file.settings), float(file.hidden_error)
+        sky_patches = getattr(file, "sky_patches", None)
     values = {name: value.astype(value.dtype.newbyteorder("=")) for name, value in values.items()}
     count = len(values["area"])
     names = values["surface_name"]
@@ -93,9 +106,14 @@ def read_netcdf(path: Path) -> ViewFactors:
     def matrix(name):
         return sparse.coo_array((values[name], pattern), shape=(count, count)).tocsr() if name in values else None
 
+    sky = None
+    if sky_patches is not None:
+        shares = [values.get(name, []) for name in ("sky_patch_view_factor", "sky_from_patch", "to_sky_patch")]
+        sky = sparse.csr_array((shares[0], shares[1:]), shape=(count, int(sky_patches)), dtype=np.float64)
     return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
                        unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
-                       unprojected_sky=values.get("sky_view_factor_unprojected"), area=values["area"],
+                       unprojected_sky=values.get("sky_view_factor_unprojected"),
+                       sky_error=values.get("sky_view_factor_error"), sky_patches=sky, area=values["area"],
                        normal=values["normal"], settings=settings, hidden_error=hidden_error,
                        back=values["back_view_factor"], patch=values["scene_patch"].astype(np.int64),
                        front=values["front"].astype(bool),

@@ -10,15 +10,17 @@ from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["read_npz", "write_npz"]
 
-_ARRAYS = ("sky", "back", "area", "normal", "surface", "patch", "front", "unprojected_sky", "row_sums", "weight_bits",
-           "hidden_error")
+_ARRAYS = ("sky", "back", "area", "normal", "surface", "patch", "front", "unprojected_sky", "sky_error", "row_sums",
+           "weight_bits", "hidden_error")
 _MATRICES = ("error", "unprojected")
+_CSR = ("data", "indices", "indptr", "shape")
 
 
 def write_npz(factors: ViewFactors, path: Path) -> None:
     """Write an archive with the arrays of SciPy's CSR format and those of `ViewFactors`.
 
-    ``error`` and ``unprojected`` hold one number for each entry of ``data``.
+    ``error`` and ``unprojected`` hold one number for each entry of ``data``; ``sky_patches_data``, ``_indices``,
+    ``_indptr`` and ``_shape`` are a matrix of their own.
     """
     matrix = factors.F
     arrays = {"format": np.array(b"csr"), "_is_array": np.array(True), "shape": np.array(matrix.shape),
@@ -26,6 +28,8 @@ def write_npz(factors: ViewFactors, path: Path) -> None:
               "settings": np.array(json.dumps(factors.settings, sort_keys=True))}
     arrays |= {name: getattr(factors, name) for name in _ARRAYS}
     arrays |= {name: None if getattr(factors, name) is None else getattr(factors, name).data for name in _MATRICES}
+    if factors.sky_patches is not None:
+        arrays |= {f"sky_patches_{name}": np.asarray(getattr(factors.sky_patches, name)) for name in _CSR}
     np.savez(path, **{name: value for name, value in arrays.items() if value is not None})
 
 
@@ -49,5 +53,8 @@ def read_npz(path: Path) -> ViewFactors:
         given["weight_bits"] = int(given["weight_bits"])
     if "hidden_error" in given:
         given["hidden_error"] = float(given["hidden_error"])
+    if "sky_patches_data" in arrays:
+        *parts, shape_of_sky = (arrays[f"sky_patches_{name}"] for name in _CSR)
+        given["sky_patches"] = sparse.csr_array(tuple(parts), shape=tuple(shape_of_sky.tolist()))
     return ViewFactors(F=sparse.csr_array((arrays["data"], *pattern), shape=shape),
                        settings=json.loads(str(arrays["settings"])), **given)

@@ -5,6 +5,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from golden.errors import InputError
+from golden.light.factors.entry_pairs import entry_pairs
 from golden.light.factors.join import Estimate
 
 __all__ = ["project"]
@@ -32,7 +33,7 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
     The unknowns are A_i F_ij of each pair once, A_i sky_i and A_i back_i, each at least 0. Factors stay within two
     standard errors of their estimates, shares outside within five. With a multiplier l_i for each row, an unknown is
     its estimate plus its variance times (l_i + l_j), clipped to its bounds; Newton steps on the N multipliers find the
-    rows' sums.
+    rows' sums. A row without a ray that left stays closed.
 
     Parameters
     ----------
@@ -73,16 +74,15 @@ class _Problem:
         count, F = len(area), estimate.F
         self._area = area
         self._pattern = F.indices, F.indptr
-        self.row = np.repeat(np.arange(count), np.diff(F.indptr))
-        low, high = np.minimum(self.row, F.indices), np.maximum(self.row, F.indices)
-        _, first, self.pair = np.unique(low.astype(np.int64) * count + high, return_index=True, return_inverse=True)
-        self._low, self._high = low[first], high[first]
+        self.row, first, self.pair = entry_pairs(F.indices, F.indptr)
+        self._low, self._high = self.row[first], F.indices[first]
         own = area[self.row[first]]
         smaller = np.minimum(area[self._low], area[self._high])
         spread = np.maximum(estimate.error.data[first] * own, _CLOSED_FORMS * smaller)
         rows = np.arange(count)
         self._value = np.concatenate([F.data[first] * own, estimate.sky * area, estimate.back * area])
-        self._spread = np.concatenate([spread, estimate.sky_error * area, estimate.back_error * area])
+        sky_error = np.where(estimate.sky > 0, estimate.sky_error, 0.0)
+        self._spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])
         self._rows = np.concatenate([self._low, rows, rows])
         reach = self._spread * np.repeat([_REACH, _OUTSIDE_REACH], [len(first), 2 * count])
         self._least, self._most = np.maximum(self._value - reach, 0), self._value + reach

@@ -22,11 +22,12 @@ class RowBlock:
     factor, error
         E float64: the view factor from row to column and its standard error, 0 if it is exact; NaN where only rays
         tell.
-    rays, sky, back
-        R int64: rays of each row's hemisphere, those that left the scene, and those that met the black back of a
-        one-sided patch.
-    sky_error
-        R float64: standard error of the share that left.
+    rays, back
+        R int64: rays of each row's hemisphere, and those that met the black back of a one-sided patch.
+    sky, sky_error
+        R float64: the share that leaves the scene, by these rays and maybe more, and its standard error.
+    sky_patches
+        R x P int32: of the rays that left those through each patch of the sky; P = 0 if they are not requested.
     hidden_error
         R float64: the largest standard error of a factor that segments gave as 0 and that is no entry.
     """
@@ -40,6 +41,7 @@ class RowBlock:
     sky: np.ndarray
     back: np.ndarray
     sky_error: np.ndarray
+    sky_patches: np.ndarray
     hidden_error: np.ndarray
 
     def __getitem__(self, rows: slice) -> "RowBlock":
@@ -48,5 +50,5 @@ class RowBlock:
         entries = slice(self.start[first], self.start[last])
         parts = {name: getattr(self, name)[entries] for name in ("column", "hits", "factor", "error")}
         parts |= {name: getattr(self, name)[first:last]
-                  for name in ("rays", "sky", "back", "sky_error", "hidden_error")}
+                  for name in ("rays", "sky", "back", "sky_error", "sky_patches", "hidden_error")}
         return RowBlock(start=self.start[first:last + 1] - self.start[first], **parts)

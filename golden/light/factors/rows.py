@@ -1,6 +1,7 @@
 """Rows of view factors: what each side sees, by closed forms and rays."""
 
 import numpy as np
+from scipy import sparse
 
 from golden.cast.rays import Rays
 from golden.compiled import is_compiler_active
@@ -13,6 +14,8 @@ from golden.light.factors.points import REPLICATES
 from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
 from golden.light.factors.sides import Sides
+from golden.light.factors.sky_division import SKY_DIVISIONS, SkyDivision
+from golden.light.factors.sky_rays import SkyRays
 from golden.light.factors.view_factors import CLOSED, ViewFactors
 from golden.light.factors.visibility import visible_shares
 from golden.light.sampling import mix
@@ -20,8 +23,8 @@ from golden.scene.scene import Scene
 
 __all__ = ["FactorRows"]
 
-# Rays of a hemisphere: 1 / error within these bounds.
-_FEWEST_RAYS, _MOST_RAYS = 256, 4096
+# Rays of a hemisphere: 1 / error within these bounds. The sky's share gets up to as many, or so many by an error.
+_FEWEST_RAYS, _MOST_RAYS, _MOST_SKY_RAYS = 256, 4096, 1 << 20
 
 # Pairs, and rays, per block, which bounds memory.
 _PAIRS, _RAYS = 1 << 21, 1 << 18
@@ -41,6 +44,8 @@ class FactorRows:
     the requested error are measured by segments, from the smaller patch (`visible_shares`). Smaller factors come from
     the hits of both hemispheres alone. Rows and columns are the scene's `Sides`.
 
+    The sky is what rays of hemispheres miss. Rows get more of these rays until the sky's error is the requested one.
+
     Some rows miss a factor that no ray met, or one of many estimates is far off, and then nothing within the errors
     closes the row. Such rows are measured again, finer, with all of their pairs.
 
@@ -52,6 +57,10 @@ class FactorRows:
         A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
     error
         Requested error of every factor: twice its standard error, 1e-6 to 0.1.
+    sky_error
+        The same of every share of the sky. Default: that of the factors, as far as 4096 rays of a row measure it.
+    sky_patches
+        Name of a division of the sky (`SKY_DIVISIONS`) whose patches' shares are measured too. Default: none.
     seed
         Of the random numbers, at least 0.
     block_rows
@@ -59,8 +68,8 @@ class FactorRows:
 
     Members
     -------
-    kind, block_rows
-        The class of blocks, and the rows of one.
+    kind, block_rows, jobs
+        The class of blocks, the rows of one, and the blocks that may be computed at once.
     settings
         What the values depend on beside the scene and the caster.
     rays
@@ -69,20 +78,34 @@ class FactorRows:
     Raises
     ------
     InputError
-        Error or seed out of range.
+        An error or the seed is out of range, or there is no such division.
     """
 
     kind = RowBlock
 
-    def __init__(self, scene: Scene, caster, *, error: float = 1e-3, seed: int = 0, block_rows: int = 128):
-        if not 1e-6 <= error <= 0.1:
-            raise InputError(f"view factors: Error must be 1e-6 to 0.1, not {error!r}")
+    def __init__(self, scene: Scene, caster, *, error: float = 1e-3, sky_error: float | None = None,
+                 sky_patches: str | None = None, seed: int = 0, block_rows: int = 128):
+        for name, value in (("Error", error), ("Sky error", error if sky_error is None else sky_error)):
+            if not 1e-6 <= value <= 0.1:
+                raise InputError(f"view factors: {name} must be 1e-6 to 0.1, not {value!r}")
         if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**63:
             raise InputError(f"view factors: Seed must be an integer from 0 to 2^63 - 1, not {seed!r}")
+        if sky_patches is not None and sky_patches not in SKY_DIVISIONS:
+            raise InputError(f"view factors: Sky patches must be {' or '.join(SKY_DIVISIONS)}, not {sky_patches!r}")
         self._sides, self._caster, self._error, self._seed = Sides(scene), caster, error, seed
+        self._sky_limit = (error if sky_error is None else sky_error) / 2
+        self._most_sky_rays = _MOST_RAYS if sky_error is None else _MOST_SKY_RAYS
         self.block_rows = block_rows
-        self.settings = {"error": error, "seed": seed}
+        self._division = None if sky_patches is None else SkyDivision(sky_patches)
+        optional = {"sky_error": sky_error, "sky_patches": sky_patches}
+        self.settings = {"error": error, "seed": seed} | {
+            name: value for name, value in optional.items() if value is not None}
         self.rays = int(np.clip(np.ceil(1 / error / REPLICATES) * REPLICATES, _FEWEST_RAYS, _MOST_RAYS))
+
+    @property
+    def jobs(self) -> int:
+        """Those of the caster."""
+        return self._caster.jobs
 
     def __len__(self) -> int:
         return len(self._sides)
@@ -93,7 +116,8 @@ class FactorRows:
 
     def _block(self, first, last, *, rays, limit, whole=False):
         """Rows by so many rays each and factors to a standard error, of all pairs or of those that the rows own."""
-        row, column, hits, sky, back, sky_error = self._hemispheres(first, last, rays)
+        row, column, hits, back, sky_rays = self._hemispheres(first, last, rays)
+        sky, sky_error = sky_rays.shares(rays, limit=self._sky_limit, most=self._most_sky_rays)
         pairs = self._measured(first, last, limit, whole)
         count, width = last - first, len(self)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
@@ -110,7 +134,7 @@ class FactorRows:
         start = np.searchsorted(entry, np.arange(count + 1) * width)
         return RowBlock(start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
                         factor=factor[keep], error=error[keep], rays=np.full(count, rays), sky=sky, back=back,
-                        sky_error=sky_error, hidden_error=hidden_error)
+                        sky_error=sky_error, sky_patches=sky_rays.patches, hidden_error=hidden_error)
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
@@ -128,11 +152,14 @@ class FactorRows:
                 break
             reached[again] = finer
             blocks = self._refined(blocks, again, finer)
+        patches = np.concatenate([block.sky_patches for block in blocks]) if self._division else None
         names = np.array([material.name for material in scene.materials])
         return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
                            front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
                            hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
-                           settings=self.settings)
+                           settings=self.settings,
+                           sky_error=np.where(missed > CLOSED, estimate.sky_error, estimate.closed_sky_error),
+                           sky_patches=None if patches is None else _shared(sky, patches))
 
     def _refined(self, blocks, again, finer):
         """The blocks with some of their rows measured again, to a share of the error."""
@@ -149,30 +176,26 @@ class FactorRows:
         return refined
 
     def _hemispheres(self, first, last, rays):
-        """Rows, columns and counts of hits; rays that leave, rays that meet a black back, error of the former."""
+        """Rows, columns and counts of hits; rays that meet a black back; and those that leave."""
         sides, width = self._sides, len(self)
-        keys, left, back = [], np.zeros((last - first, REPLICATES), np.int64), np.zeros(last - first, np.int64)
+        rows = np.arange(first, last)
+        uses = mix(self._seed, _HEMISPHERES, rows)
+        sky = SkyRays(sides, self._caster, rows, uses, division=self._division)
+        keys, back = [], np.zeros(len(rows), np.int64)
         step = max(1, _RAYS // rays)
         for low in range(first, last, step):
             row = np.repeat(np.arange(low, min(low + step, last)), rays)
             number = np.arange(len(row)) % rays
-            origin, direction = hemisphere_rays(sides, row, mix(self._seed, _HEMISPHERES, row), number)
+            origin, direction = hemisphere_rays(sides, row, uses[row - first], number)
             patch = self._caster.nearest_patches(Rays(origin, direction, source=sides.surface[row]))
-            slot = (row - first) * REPLICATES + number % REPLICATES
-            left += np.bincount(slot[patch < 0], minlength=left.size).reshape(left.shape)
+            left = np.flatnonzero(patch < 0)
+            sky.add(row[left] - first, number[left], direction[left])
             met = np.flatnonzero(patch >= 0)
             side = sides.met(patch[met], direction[met])
             back += np.bincount(row[met[side < 0]] - first, minlength=len(back))
             keys.append((row[met] * width + side)[side >= 0])
         key, count = np.unique(np.concatenate(keys), return_counts=True)
-        sky = left.sum(axis=1)
-        share = sky / rays
-        few = np.minimum(sky, rays - sky) < REPLICATES
-        middle = (sky + 0.5) / (rays + 1)
-        error = np.where(few, np.sqrt(middle * (1 - middle) / (rays + 1)),
-                         np.std(left / (rays / REPLICATES), axis=1, ddof=1) / np.sqrt(REPLICATES))
-        # A row without a ray that leaves is closed.
-        return key // width, key % width, count, sky, back, np.where(share == 0, 0.0, error)
+        return key // width, key % width, count, back, sky
 
     def _measured(self, first, last, limit, whole):
         """The pairs of these rows that segments measure."""
@@ -197,3 +220,10 @@ class FactorRows:
         every = (np.arange(len(self)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
         row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, whole))
         return rows[row], column
+
+
+def _shared(sky, counts):
+    """Each row's share divided by its counts, as a csr_array."""
+    row, column = np.nonzero(counts)
+    return sparse.csr_array((sky[row] / counts.sum(axis=1)[row] * counts[row, column], (row, column)),
+                            shape=counts.shape)

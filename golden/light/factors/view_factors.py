@@ -41,6 +41,11 @@ class ViewFactors:
         is unknown.
     hidden_error
         Largest standard error of a factor that is no entry of ``F``.
+    sky_error
+        N float64: standard error of ``sky``. None if it is unknown.
+    sky_patches
+        N x P sparse csr_array: the share that leaves through each patch of the sky, see
+        `golden.light.factors.sky_division.SkyDivision`. Rows sum to ``sky``. None if they were not requested.
     unprojected, unprojected_sky
         ``F`` (sparse, of the same pattern) and ``sky`` as measured, before closure and reciprocity were enforced. None
         if they were not enforced.
@@ -66,6 +71,8 @@ class ViewFactors:
     front: np.ndarray
     error: sparse.csr_array | None = None
     hidden_error: float = 0.0
+    sky_error: np.ndarray | None = None
+    sky_patches: sparse.csr_array | None = None
     unprojected: sparse.csr_array | None = None
     unprojected_sky: np.ndarray | None = None
     row_sums: np.ndarray | None = None
@@ -76,7 +83,9 @@ class ViewFactors:
         count = len(self.area)
         shapes = {"F": (count, count), "sky": (count,), "back": (count,), "area": (count,), "normal": (count, 3),
                   "surface": (count,), "patch": (count,), "front": (count,), "error": (count, count),
-                  "unprojected": (count, count), "unprojected_sky": (count,)}
+                  "unprojected": (count, count), "unprojected_sky": (count,), "sky_error": (count,)}
+        if self.sky_patches is not None:
+            shapes["sky_patches"] = count, self.sky_patches.shape[1]
         for name, shape in shapes.items():
             value = getattr(self, name)
             if value is None:
@@ -113,6 +122,11 @@ class ViewFactors:
     def largest_error(self) -> float | None:
         """Estimated absolute error of the least certain factor: twice its standard error; None if it is unknown."""
         return None if self.error is None else 2 * float(self.error.data.max(initial=self.hidden_error))
+
+    @cached_property
+    def largest_sky_error(self) -> float | None:
+        """Estimated absolute error of the least certain share of the sky; None if it is unknown."""
+        return None if self.sky_error is None else 2 * float(self.sky_error.max())
 
     @cached_property
     def infeasible(self) -> np.ndarray:

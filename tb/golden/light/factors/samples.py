@@ -15,6 +15,8 @@ def three_sides(**changed) -> ViewFactors:
         "F": matrix, "sky": np.array([0.06, 0, 0]), "back": np.array([0.04, 0, 0]), "area": np.array([3.0, 4, 5]),
         "normal": np.eye(3),
         "surface": np.array(["sun", "Wand süd", ""]), "unprojected_sky": np.array([0.08, 0, 0]),
+        "sky_error": np.array([0.01, 0.004, 0]),
+        "sky_patches": sparse.csr_array([(0, 0.04, 0, 0.02), (0,) * 4, (0,) * 4]),
         "patch": np.array([0, 1, 0]), "front": np.array([True, True, False]), "hidden_error": 0.001,
         "error": sparse.csr_array((matrix.data / 100, matrix.indices, matrix.indptr), shape=(3, 3)),
         "unprojected": sparse.csr_array((matrix.data * 1.01, matrix.indices, matrix.indptr), shape=(3, 3)),

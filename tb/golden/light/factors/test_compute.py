@@ -1,3 +1,4 @@
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.npz_file import write_npz
+from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
 
 KEY = {"scene": "abc", "rays": "16x4"}
@@ -52,6 +54,24 @@ def test_a_resumed_run_computes_the_missing_blocks_and_gives_the_same_bytes(scen
     assert (killed.computed, resumed.computed) == ([0, 7], [14, 21])
     store.remove()
     assert not folder.exists()
+
+
+def test_threads_do_not_change_the_bytes(scene, tmp_path):
+    folder, found = tmp_path / "blocks", []
+    for jobs in (1, 3):
+        rows = FactorRows(scene, Grid(scene, 0.5, jobs=jobs), error=0.1, block_rows=2)
+        found.append(content(rows, tmp_path / "F.npz", BlockStore(folder, KEY, resume=True)))
+        assert len(list(folder.glob("rows-*.npz"))) == 12
+        shutil.rmtree(folder)
+    assert found[0] == found[1]
+
+
+def test_an_error_in_a_thread_ends_the_work(scene, tmp_path):
+    rows = Rows(scene, last=2, block_rows=1)
+    rows.jobs = 2
+    with pytest.raises(KeyboardInterrupt):
+        compute_view_factors(rows)
+    assert len(rows.computed) < 5
 
 
 def test_work_of_one_block_is_not_kept(scene, tmp_path):

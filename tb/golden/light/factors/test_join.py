@@ -16,8 +16,9 @@ def block(rows, *, sky=0, back=0, hidden=0.0):
     column, hits, factor, error = (np.array(values) for values in zip(*entries, strict=True)) if entries else [[]] * 4
     return RowBlock(start=np.cumsum([0, *map(len, rows)]), column=np.array(column, int),
                     hits=np.array(hits, int), factor=np.array(factor, float), error=np.array(error, float),
-                    rays=np.full(len(rows), RAYS), sky=np.full(len(rows), sky), back=np.full(len(rows), back),
-                    sky_error=np.full(len(rows), sky / 1e4), hidden_error=np.full(len(rows), hidden))
+                    rays=np.full(len(rows), RAYS), sky=np.full(len(rows), sky / RAYS), back=np.full(len(rows), back),
+                    sky_error=np.full(len(rows), sky / 1e4), sky_patches=np.zeros((len(rows), 0), int),
+                    hidden_error=np.full(len(rows), hidden))
 
 
 def joined(*blocks):

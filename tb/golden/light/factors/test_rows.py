@@ -19,29 +19,30 @@ def rows_of(scene, **settings):
 
 
 def test_blocks_are_the_rows_whatever_the_others():
-    rows = rows_of(plates(), error=2e-2, seed=3)
+    rows = rows_of(plates(), error=2e-2, sky_patches="tregenza", seed=3)
     whole = rows.rows(0, len(rows))
     ends = [0, 1, 3, len(rows)]
     parts = [rows.rows(first, last) for first, last in pairwise(ends)]
-    for name in ("column", "hits", "factor", "error", "rays", "sky", "back", "sky_error", "hidden_error"):
+    for name in ("column", "hits", "factor", "error", "rays", "sky", "back", "sky_error", "sky_patches",
+                 "hidden_error"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         assert joined.tobytes() == getattr(whole, name).tobytes()
     np.testing.assert_array_equal(np.concatenate([np.diff(part.start) for part in parts]), np.diff(whole.start))
 
 
 def test_every_ray_is_counted():
-    rows = rows_of(plates(), error=2e-2)
+    rows = rows_of(plates(), error=0.1)
     block = rows.rows(0, len(rows))
     met = np.add.reduceat(block.hits, block.start[:-1])
-    np.testing.assert_array_equal(met + block.sky + block.back, rows.rays)
+    np.testing.assert_allclose(met / rows.rays + block.sky, 1)
     assert not block.back.any()
 
 
 def test_backs_of_one_sided_patches_take_rays():
     scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (1, 0, 0), (0, 1, 0))], BLACK))
-    block = rows_of(scene, error=1e-2).rows(0, 1)
+    block = rows_of(scene, error=0.1).rows(0, 1)
     assert not len(block.column)
-    assert block.back[0] + block.sky[0] == 256
+    assert block.back[0] / 256 + block.sky[0] == 1
     assert block.back[0] == pytest.approx(256 * 0.2, abs=15)
 
 
@@ -61,6 +62,42 @@ def test_the_smaller_patch_measures():
     scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 2, 0), (2, 0, 0))], BLACK))
     block = rows_of(scene).rows(0, 2)
     np.testing.assert_array_equal(np.isnan(block.factor), [False, True])
+
+
+def test_patches_of_the_sky_sum_to_the_sky():
+    rows = rows_of(plates(), error=2e-2, sky_patches="reinhart")
+    found = compute_view_factors(rows)
+    assert found.sky_patches.shape == (4, 578)
+    np.testing.assert_allclose(found.sky_patches.sum(axis=1), found.sky, rtol=1e-14)
+    # Between two squares the sky is at the sides.
+    zenith = found.sky_patches[:, [577]].toarray().ravel()
+    assert zenith.max() == 0
+    assert found.sky.min() > 0.1
+    assert found.settings["sky_patches"] == "reinhart"
+
+
+def test_a_square_under_a_bare_sky_sees_each_patch_by_its_height():
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0))], BLACK))
+    found = compute_view_factors(rows_of(scene, error=1e-3, sky_patches="tregenza")).sky_patches.toarray()[0]
+    sine = np.sin(np.radians(12)) ** 2
+    assert found[0] == 0
+    np.testing.assert_allclose(found[1:31].reshape(5, 6).sum(axis=1), sine / 5, rtol=0.2)
+    assert found[1:31].sum() == pytest.approx(sine, rel=0.05)
+    assert found[145] == pytest.approx(np.sin(np.radians(6)) ** 2, rel=0.1)
+    assert found.sum() == 1
+
+
+def test_the_sky_of_a_canyon_is_within_its_error():
+    """Opposed squares: the sky is what the other one leaves."""
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0))], BLACK,
+                      {"two_sided": True}), ([rectangle((0.3, 0, 0.5), (0.1, 0, 0), (0, 1, 0))], BLACK))
+    exact = compute_view_factors(rows_of(scene, error=5e-2, sky_error=1e-3, seed=99))
+    within = []
+    for seed in range(6):
+        found = compute_view_factors(rows_of(scene, error=2e-2, seed=seed))
+        assert found.largest_sky_error <= 2e-2
+        within.append(np.abs(found.sky - exact.sky) <= 2 * np.hypot(found.sky_error, exact.sky_error))
+    assert np.mean(within) >= 0.8
 
 
 def test_a_row_that_nothing_closes_is_measured_again():
@@ -105,6 +142,8 @@ def test_a_seed_gives_its_own_numbers():
 @pytest.mark.parametrize(("settings", "message"), [
     ({"error": 1e-7}, "view factors: Error must be 1e-6 to 0.1, not 1e-07"),
     ({"error": float("nan")}, "view factors: Error must be 1e-6 to 0.1, not nan"),
+    ({"sky_error": 0.2}, "view factors: Sky error must be 1e-6 to 0.1, not 0.2"),
+    ({"sky_patches": "perez"}, "view factors: Sky patches must be tregenza or reinhart, not 'perez'"),
     ({"seed": -1}, r"view factors: Seed must be an integer from 0 to 2\^63 - 1, not -1"),
     ({"seed": 0.5}, r"view factors: Seed must be an integer from 0 to 2\^63 - 1, not 0.5"),
 ])

@@ -18,11 +18,12 @@ def test_figures_of_three_sides():
     assert three_sides(sky=np.array([0.06, 1e-6, 0])).infeasible.tolist() == [1]
     assert factors.largest_change == pytest.approx(0.0075)
     assert factors.sky_change == pytest.approx(0.02)
+    assert factors.largest_sky_error == pytest.approx(0.02)
 
 
 def test_what_is_not_known_is_none():
-    factors = three_sides(error=None, unprojected=None, unprojected_sky=None)
-    assert factors.largest_error is factors.largest_change is factors.sky_change is None
+    factors = three_sides(error=None, unprojected=None, unprojected_sky=None, sky_error=None)
+    assert factors.largest_error is factors.largest_change is factors.sky_change is factors.largest_sky_error is None
 
 
 def test_figures_without_entries():

@@ -1,0 +1,101 @@
+"""Rays that find how much of the sky sides see, and where."""
+
+import numpy as np
+
+from golden.cast.rays import Rays
+from golden.light.factors.draws import hemisphere_rays
+from golden.light.factors.points import REPLICATES
+from golden.light.factors.replicate_shares import replicate_shares
+from golden.light.factors.sides import Sides
+from golden.light.factors.sky_division import SkyDivision
+
+__all__ = ["SkyRays"]
+
+# Rays per block, which bounds memory.
+_BLOCK = 1 << 18
+
+
+class SkyRays:
+    """Rays from R sides that leave the scene.
+
+    Parameters
+    ----------
+    sides, caster
+        The sides, and a caster with ``any_hit``.
+    row
+        R int: numbers of the sides.
+    use
+        R uint64: the use of each side's random numbers (`golden.light.sampling.mix`).
+    division
+        Of the sky. Default: it is one.
+
+    Members
+    -------
+    patches
+        R x P int32: rays that left through each of the P patches of the sky; P = 0 without a division.
+    """
+
+    def __init__(self, sides: Sides, caster, row: np.ndarray, use: np.ndarray, *, division: SkyDivision | None = None):
+        self._sides, self._caster, self._row, self._use, self._division = sides, caster, row, use, division
+        self._left = np.zeros((len(row), REPLICATES), dtype=np.int64)
+        self.patches = np.zeros((len(row), 0 if division is None else len(division)), dtype=np.int32)
+
+    def add(self, own: np.ndarray, number: np.ndarray, direction: np.ndarray) -> None:
+        """Count K rays that left.
+
+        Parameters
+        ----------
+        own, number
+            K int: the side of each, counted from 0, and its number in the side's hemisphere.
+        direction
+            K x 3.
+        """
+        self._left += self._counts(own * REPLICATES + number % REPLICATES, self._left.shape)
+        if self._division is not None:
+            slot = own * len(self._division) + self._division.numbers(direction)
+            self.patches += self._counts(slot, self.patches.shape).astype(np.int32)
+
+    def shares(self, rays: int, *, limit: float, most: int) -> tuple[np.ndarray, np.ndarray]:
+        """The share of each side's rays that leave, and its standard error, R float64 each.
+
+        Sides whose error is above the limit get more rays, until it is not or they have ``most``.
+
+        Parameters
+        ----------
+        rays
+            Rays of each side that were cast.
+        limit
+            Standard error from which on a side gets more rays.
+        most
+            Rays of a side, at most.
+        """
+        cast = np.full(len(self._row), rays)
+        while True:
+            whole = np.repeat(cast[:, None] / REPLICATES, REPLICATES, axis=1)
+            share, error = replicate_shares(whole, self._left, cast)
+            short = np.flatnonzero((error > limit) & (cast < most))
+            if not len(short):
+                return share, error
+            growth = np.clip((error[short] / limit)**2, 1.25, 4)
+            target = np.ceil(cast[short] * growth / REPLICATES).astype(np.int64) * REPLICATES
+            more = np.clip(target, REPLICATES, most) - cast[short]
+            self._cast(short, cast[short], more)
+            cast[short] += more
+
+    def _cast(self, own, first, more):
+        """Cast so many more rays of some sides, from the number ``first`` on."""
+        ends = np.cumsum(more)
+        for start in range(0, int(ends[-1]), _BLOCK):
+            number = np.arange(start, min(start + _BLOCK, ends[-1]))
+            entry = np.searchsorted(ends, number, side="right")
+            number += (first - ends + more)[entry]
+            side = own[entry]
+            row = self._row[side]
+            origin, direction = hemisphere_rays(self._sides, row, self._use[side], number)
+            hits = self._caster.any_hit(Rays(origin, direction, source=self._sides.surface[row]))
+            free = np.flatnonzero(hits.patch < 0)
+            self.add(side[free], number[free], direction[free])
+
+    @staticmethod
+    def _counts(slot, shape):
+        return np.bincount(slot, minlength=shape[0] * shape[1]).reshape(shape)
