@@ -9,6 +9,7 @@ import numpy as np
 
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import c_11, c_14, c_41
+from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin.shapes import FACES, box, cap, loft
 
 __all__ = ["HIDDEN", "OPEN", "Case", "box_in_box", "plate_between_plates", "visible_factor"]
@@ -45,6 +46,20 @@ class Case:
             seen = sky[starts] if ends is None else F[starts][:, ends].sum(axis=1)
             found.append(abs(area[starts] @ seen / area[starts].sum() - truth))
         return float(max(found))
+
+    def deviations(self, found: ViewFactors) -> np.ndarray:
+        """How many standard errors each measured share, before the projection, is off; exact ones are left out."""
+        deviations = {}
+        for starts, ends, truth in self.known:
+            if ends is None:
+                continue
+            weight = found.area[starts] / found.area[starts].sum()
+            share = weight @ found.unprojected[starts][:, ends].sum(axis=1)
+            spread = np.sqrt(weight**2 @ found.error[starts][:, ends].power(2).sum(axis=1))
+            # Of a pair both directions are one measurement.
+            if spread:
+                deviations.setdefault(frozenset((*starts, *ends)), (share - truth) / spread)
+        return np.array(list(deviations.values()))
 
 
 def _inside(lower, upper, *faces):

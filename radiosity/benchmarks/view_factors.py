@@ -10,6 +10,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+from scipy.special import erf
 
 from golden.cast.grid import Grid
 from golden.commands.console import console
@@ -17,21 +18,27 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.interface import view_factors
 from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
+from golden.light.factors.view_factors import ViewFactors
+from golden.output import whole_file
 from golden.peak_memory import peak_memory
 from golden.scene.open import open_scene
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, plate_between_plates
 from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
+from radiosity.chart import Line, write_chart
 
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
 SEEDS = 20
-SCENE_ERROR = 1e-2
+SCENE_ERROR, CITY_ERROR = 1e-2, 1e-3
 MIB = 1 << 20
 
 
-def largest_error(case: Case, *, error: float, seed: int = 0) -> float:
+# The multiples of the standard error within which shares are counted.
+WITHIN = (1, 2, 3)
+
+
+def largest_error(case: Case, found: ViewFactors) -> float:
     """Largest difference of a case's factors from what is known."""
-    found = view_factors(case.facets, error=error, seed=seed)
     return case.largest_error(found.F, found.sky, found.area)
 
 
@@ -40,41 +47,71 @@ def open_rows() -> list[list]:
     rows = []
     for make in OPEN:
         case = make()
-        rows.append([case.name, len(case.facets), *(small(largest_error(case, error=error)) for error in OPEN_ERRORS)])
+        rows.append([case.name, len(case.facets), *(
+            small(largest_error(case, view_factors(case.facets, error=error))) for error in OPEN_ERRORS)])
         console().note(rows[-1][0])
     return rows
 
 
-def hidden_rows(seeds: int) -> list[list]:
-    """Of each case with occlusion its largest and its median error, and the share within, by requested error."""
-    rows = []
+def hidden_rows(seeds: int) -> tuple[list[list], dict[str, np.ndarray]]:
+    """Of each case with occlusion its errors by requested error, and its deviations in standard errors.
+
+    A row has the largest and the median error of the seeds, and the share of the seeds within the requested one.
+    """
+    rows, deviations = [], {}
     for make in HIDDEN:
-        case = make()
+        case, off = make(), []
         for error in HIDDEN_ERRORS:
-            found = [largest_error(case, error=error, seed=seed) for seed in range(seeds)]
+            results = [view_factors(case.facets, error=error, seed=seed) for seed in range(seeds)]
+            found = np.array([largest_error(case, result) for result in results])
             rows.append([case.name, len(case.facets), f"{error:g}", small(np.median(found)), small(max(found)),
-                         f"{np.mean(np.array(found) <= error):.0%}"])
-        console().note(rows[-1][0])
-    return rows
+                         f"{np.mean(found <= error):.0%}"])
+            off += [case.deviations(result) for result in results]
+        deviations[case.name] = np.concatenate(off)
+        console().note(case.name)
+    return rows, {name: values for name, values in deviations.items() if len(values)}
+
+
+def coverage_rows(deviations: dict[str, np.ndarray]) -> list[list]:
+    """Of each case, and of all together, the share of deviations within some standard errors."""
+    everything = {**deviations, "all": np.concatenate(list(deviations.values()))}
+    return [[name, len(values), *(f"{np.mean(np.abs(values) <= within):.0%}" for within in WITHIN)]
+            for name, values in everything.items()]
+
+
+def write_coverage(path: Path, deviations: dict[str, np.ndarray]) -> None:
+    """A chart of the share of deviations within each multiple of the standard error, beside the normal distribution."""
+    x = np.linspace(0, 4, 201)
+    measured = np.abs(np.concatenate(list(deviations.values())))
+    lines = [Line(name="normal distribution", x=x, y=erf(x / np.sqrt(2))),
+             Line(name="measured", x=x, y=(measured <= x[:, None]).mean(axis=1))]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as part:
+        write_chart(part, lines, title=f"{len(measured)} shares that are known", x_name="standard errors",
+                    y_name="share within", y_top=1.05)
 
 
 def scene_figures(name: str, error: float) -> dict:
     """Figures of a scene's view factors; the process has had no other one."""
-    begin = time.perf_counter()
+    begin, busy = time.perf_counter(), time.process_time()
     scene = open_scene(name)
     found = compute_view_factors(FactorRows(scene, Grid(scene), error=error))
-    return {"rows": len(found), "entries": found.F.nnz, "closure": found.closure, "reciprocity": found.reciprocity,
-            "error": found.largest_error, "change": found.largest_change, "sky_change": found.sky_change,
-            "infeasible": len(found.infeasible), "seconds": time.perf_counter() - begin, "memory": peak_memory()}
+    return {"rows": len(found), "entries": found.F.nnz, "closure": small(found.closure),
+            "reciprocity": small(found.reciprocity), "error": f"{found.largest_error:.2g}",
+            "largest change": f"{found.largest_change:.2g}", "sky error": f"{found.largest_sky_error:.2g}",
+            "sky change": f"{found.sky_change:.2g}", "open rows": len(found.infeasible),
+            "s": f"{time.perf_counter() - begin:.1f}", "CPU s": f"{time.process_time() - busy:.1f}",
+            "MiB": f"{peak_memory() / MIB:.0f}"}
 
 
-def scene_row(name: str, error: float) -> list:
-    """The row of a scene."""
-    found = in_own_process(scene_figures, name, error)
-    console().note(name)
-    return [name, found["rows"], found["entries"], small(found["closure"]), small(found["reciprocity"]),
-            f"{found['error']:.2g}", f"{found['change']:.2g}", f"{found['sky_change']:.2g}", found["infeasible"],
-            f"{found['seconds']:.1f}", f"{found['memory'] / MIB:.0f}"]
+def scene_table(names: tuple[str, ...], error: float) -> list[str]:
+    """Lines of a table with a row for each scene."""
+    rows = []
+    for name in names:
+        found = in_own_process(scene_figures, name, error)
+        rows.append([name, *found.values()])
+        console().note(name)
+    return table(["scene", *found], rows)
 
 
 def compared() -> list[tuple[str, np.ndarray, Case | None, float]]:
@@ -113,17 +150,24 @@ def small(value: float) -> str:
 @click.option("--seeds", type=click.IntRange(1), default=SEEDS, help="Set the number of seeds of facets that hide each "
               "other.")
 @click.option("--programs/--no-programs", default=True, help="Choose whether other programs run.")
+@click.option("--city", is_flag=True, help="Also compute the scene city to an error of 0.001, which takes minutes.")
 @output_option("view-factors")
-def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, output: Path) -> None:
+def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city: bool, output: Path) -> None:
     """Compare view factors with known ones and with other programs; SCENES default to lobby and room1627."""
+    known = open_rows()
+    hidden, deviations = hidden_rows(seeds)
+    write_coverage(output.with_name(f"{output.stem}-coverage.svg"), deviations)
     lines = ["# View factors", "", f"{provenance('numpy', 'scipy')}; method grid.", "", "## Closed forms", "",
              "Largest error, by requested error.", "",
-             *table(["facets", "count", *(f"{one:g}" for one in OPEN_ERRORS)], open_rows()), "",
+             *table(["facets", "count", *(f"{one:g}" for one in OPEN_ERRORS)], known), "",
              "## Facets that hide each other", "", f"Over {seeds} seeds.", "",
-             *table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden_rows(seeds)), "",
+             *table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden), "",
+             "## Coverage of the estimated errors", "", f"Over {seeds} seeds, within so many standard errors.", "",
+             *table(["facets", "shares", *map(str, WITHIN)], coverage_rows(deviations)), "",
              "## Scenes", "", f"Requested error {error:g}.", "",
-             *table(["scene", "rows", "entries", "closure", "reciprocity", "error", "largest change", "sky change",
-                     "open rows", "s", "MiB"], [scene_row(name, error) for name in scenes or ("lobby", "room1627")])]
+             *scene_table(scenes or ("lobby", "room1627"), error)]
+    if city:
+        lines += ["", "## A city", "", f"Requested error {CITY_ERROR:g}.", "", *scene_table(("city",), CITY_ERROR)]
     if programs:
         rows = [row for one in compared() for row in program_rows(*one)]
         lines += ["", "## Other programs", "", "Seconds of compiled code, and peak memory of the process.", "",

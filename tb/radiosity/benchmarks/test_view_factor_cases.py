@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from golden.light.analytic import polygon_to_polygon
 from golden.light.factors.meshes import geometry_scene
 from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, visible_factor
+from tb.golden.light.factors.samples import three_sides
 
 CASES = {case.name: case for case in (make() for make in (*OPEN, *HIDDEN))}
 
@@ -59,3 +61,12 @@ def test_the_largest_difference_counts():
     F, area = np.array([[0, 0.5], [0.25, 0]]), np.array([1.0, 3.0])
     assert case.largest_error(F, np.array([0.1, 0.25]), area) == pytest.approx(0.0875)
     assert case.largest_error(np.array([[0, 0.4], [0.4, 0]]), None, area) == pytest.approx(0.1)
+
+
+def test_deviations_of_single_and_joint_shares():
+    matrix = sparse.csr_array(np.array([[0, 0.3, 0.3], [0.3, 0, 0.1], [0.3, 0.1, 0]]))
+    error = sparse.csr_array((np.array([0.03, 0.04, 0.03, 0, 0.04, 0]), matrix.indices, matrix.indptr), shape=(3, 3))
+    found = three_sides(F=matrix, unprojected=matrix, error=error, area=np.ones(3))
+    case = Case(name="three", facets=np.zeros((3, 4, 3)), known=[
+        ([0], [1, 2], 0.5), ([0], [1], 0.36), ([1], [0], 0.36), ([1], [2], 0.2), ([1], None, 0.1)])
+    np.testing.assert_allclose(case.deviations(found), [2, -2])

@@ -26,10 +26,13 @@ def test_tables(tmp_path, monkeypatch):
     result = CliRunner().invoke(radiosity, ["bench", "view_factors", "furnace:1", "--seeds", "2", "--json", "--error",
                                             "0.05", "-o", str(tmp_path / "x.md")])
     assert result.exit_code == 0, result.output
-    closed, hidden, scenes, programs = (one["rows"] for one in json.loads(result.stdout)["tables"])
+    closed, hidden, coverage, scenes, programs = (one["rows"] for one in json.loads(result.stdout)["tables"])
     assert [list(row.values())[2:] for row in closed] == [["< 1e-9"] * 3]
     assert [row["requested"] for row in hidden] == [0.01, 0.001]
     assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
+    assert [row["shares"] for row in coverage] == [4, 4]
+    assert coverage[0]["2"] in ("50%", "75%", "100%")
+    assert "measured" in (tmp_path / "x-coverage.svg").read_text()
     assert [scenes[0][name] for name in ("scene", "rows", "entries", "closure", "reciprocity", "open rows")] == [
         "furnace:1", 6, 30, "< 1e-9", "< 1e-9", 0]
     assert [row["program"] for row in programs] == ["none", "this package"] * 2
