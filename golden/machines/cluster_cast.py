@@ -12,14 +12,24 @@ from golden.compiled import compiled
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
 
-__all__ = ["ClusterCast", "StageItems", "add_stage", "begin_cast", "clock", "end_cast", "next_stage", "tested"]
+__all__ = [
+    "ClusterCast",
+    "StageItems",
+    "add_stage",
+    "begin_cast",
+    "clock",
+    "end_cast",
+    "free",
+    "next_stage",
+    "tested",
+]
 
 _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
 # Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
 # cycles in which traversal has stalled, by which that clock is late.
 (_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
  _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
- _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _LAST) = range(27)
+ _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _LAST) = range(29)
 # States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
 _IDLE, _BUSY, _BLOCKED = range(3)
 _NEVER = -1
@@ -87,8 +97,8 @@ def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, 
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
     """
-    numbers = np.zeros(27, dtype=np.int64)
-    numbers[_FRONT], numbers[_STALLED] = timing.begin, _NEVER
+    numbers = np.zeros(29, dtype=np.int64)
+    numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
     limits = [getattr(timing, name) for name in _LIMITS]
     return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, run_ahead], dtype=np.int64),
                        np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64))
@@ -102,6 +112,12 @@ def clock(cast: ClusterCast, time: int) -> int:
 def tested(cast: ClusterCast, time: int) -> int:
     """Patches whose last ray has ended by then, the first ones in the order of discovery."""
     return int(np.searchsorted(cast.ends[:cast.numbers[_ENTERED]], time, side="right"))
+
+
+def free(cast: ClusterCast) -> int:
+    """When the cluster could use the next section: all requests had been accepted, and nothing was before the slots."""
+    numbers = cast.numbers
+    return int(numbers[_FREED] if numbers[_FREED] != _NEVER else max(numbers[_QUIET], _closed(numbers)))
 
 
 @compiled
@@ -187,6 +203,28 @@ def _advance(cast, items):
     else:
         numbers[_DONE_COUNT] += 1
         _end_stages(cast, items, time)
+    _watch(cast, time)
+
+
+@compiled
+def _closed(numbers):
+    """When the last request that is known is accepted."""
+    return numbers[_FRONT] + numbers[_SHIFT]
+
+
+@compiled
+def _watch(cast, time):
+    """Times in which no cell and no patch is before the slots."""
+    numbers = cast.numbers
+    is_quiet = (numbers[_LISTING] == _IDLE and not numbers[_FILTERING] and numbers[_CELLS_TAKEN] == numbers[_CELLS_LEFT]
+                and numbers[_ENTRIES_TAKEN] == numbers[_ENTRIES_LEFT] and numbers[_ENTERED] == numbers[_FOUND])
+    if is_quiet == (numbers[_QUIET] != _NEVER):
+        return
+    # The last stage of requests has begun, and a time without cells and patches has been long enough.
+    begin = max(numbers[_QUIET], _closed(numbers))
+    if not is_quiet and numbers[_FREED] == _NEVER and numbers[_STARTED] == len(cast.closes) - 1 and time > begin:
+        numbers[_FREED] = begin
+    numbers[_QUIET] = time if is_quiet else _NEVER
 
 
 @compiled

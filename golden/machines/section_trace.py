@@ -11,6 +11,7 @@ from golden.machines.cluster_cast import (
     begin_cast,
     clock,
     end_cast,
+    free,
     next_stage,
 )
 from golden.machines.cluster_timing import ClusterTiming
@@ -34,8 +35,10 @@ class SectionTrace:
         C + 1 int64: the first entry of each cell's list; a cell that is open already has none.
     is_new
         E bool: an entry is a patch that has not been found before.
+    patch
+        P int64: the patches in the order of discovery.
     tests
-        P int64: cycles of the walk of each patch, in the order of discovery.
+        P int64: cycles of the walk of each of them.
     """
 
     cycles: np.ndarray
@@ -44,6 +47,7 @@ class SectionTrace:
     offset: np.ndarray
     entries: np.ndarray
     is_new: np.ndarray
+    patch: np.ndarray
     tests: np.ndarray
 
 
@@ -57,12 +61,16 @@ class CastTimes:
         S int64: when each stage begins.
     ends
         P int64: when the last ray of each patch ends.
+    free
+        When the cluster could use the next section: all requests for grid rays had been accepted, and no cell and no
+        patch was before the slots.
     cycles
         The end of the cast.
     """
 
     begins: np.ndarray
     ends: np.ndarray
+    free: int
     cycles: int
 
 
@@ -123,7 +131,8 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
         items, cycles = source.items(stage, begins[-1], cast)
         add_stage(cast, items, begins[-1], cycles, False)
     end = end_cast(cast, items) + timing.over + timing.end
-    return CastTimes(begins=np.array(begins), ends=cast.ends[:len(items.tests)].copy(), cycles=end)
+    return CastTimes(begins=np.array(begins), ends=cast.ends[:len(items.tests)].copy(), free=free(cast),
+                     cycles=end)
 
 
 def replay(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:

@@ -36,8 +36,8 @@ class SimulatedCast:
     ----------
     trace, times
         Its work, and the cycles of its events.
-    tests, cells, grid_rays
-        Tests, cells opened, and grid rays that survived.
+    tests, cells, grid_rays, hit
+        Tests, cells opened, grid rays that survived, and patches that rays hit.
     """
 
     trace: SectionTrace
@@ -45,10 +45,12 @@ class SimulatedCast:
     tests: int
     cells: int
     grid_rays: int
+    hit: int
 
 
-def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming) -> SimulatedCast:
-    """Cast a whole frustum on one cluster that holds all patches.
+def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming, *,
+                 section: Sector | None = None) -> SimulatedCast:
+    """Cast a section of a frustum on one cluster that holds all patches.
 
     Parameters
     ----------
@@ -58,31 +60,34 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
         The frustum, and the configuration of ``shelling``.
     timing
         Latencies and capacities of a cluster.
+    section
+        The section. Default: all rays.
     """
-    stages = _Stages(shelling, record, config, timing)
+    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record))
     times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
     return SimulatedCast(trace=stages.trace(), times=times, tests=stages.tests, cells=stages.cells,
-                       grid_rays=stages.grid_rays)
+                       grid_rays=stages.grid_rays, hit=stages.hit)
 
 
 class _Stages:
     """The stages of a section, each explored when it begins."""
 
-    def __init__(self, shelling, record, config, timing):
+    def __init__(self, shelling, record, config, timing, section):
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
-        self._section, self._memory = Sector.whole(record), RayMemory(len(record), config)
+        self._section, self._memory = section, RayMemory(len(record), config)
         self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
         self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK)
         self._cluster = shelling.cluster(record, self._section)
         self._found, self.cells = np.zeros(len(shelling.geometry), dtype=bool), 0
         self._cycles, self._first_cell = [], [0]
-        # Of all stages so far: times and offsets of cells, their lists, and the walks of patches.
-        self._time, self._offset, self._walks = (np.empty(0, dtype=np.int64) for _ in range(3))
+        # Of all stages so far: times and offsets of cells, their lists, patches and their walks.
+        self._time, self._offset, self._patch, self._walks = (np.empty(0, dtype=np.int64) for _ in range(4))
         self._entries, self._new = np.zeros(1, dtype=np.int64), np.empty(0, dtype=bool)
         # Stored inverse distances after so many patches.
         self._patches, self._inverse = [0], [self._memory.inverse.copy()]
         side = 1 << config.icu.tile_bits
-        self._tiles = -(-record.rows // side) * -(-record.columns // side)
+        self._tiles = -(-(section.end_row - section.first_row) // side) * -(
+            -(section.end_column - section.first_column) // side)
         self.patches, self.stages = len(shelling.geometry), self._cluster.traversal.last_shell
 
     @property
@@ -93,12 +98,17 @@ class _Stages:
     def grid_rays(self):
         return self._cluster.traversal.grid_rays
 
+    @property
+    def hit(self):
+        patch = self._memory.patch[self._section.mask(self._record).ravel()]
+        return len(np.unique(patch[patch >= 0]))
+
     def trace(self):
         """All of it, for replays."""
         return SectionTrace(
             cycles=np.array(self._cycles), searches=np.array([self.searches(stage) for stage in range(self.stages)]),
             first_cell=np.array(self._first_cell), offset=self._offset, entries=self._entries, is_new=self._new,
-            tests=self._walks)
+            patch=self._patch, tests=self._walks)
 
     def searches(self, stage):
         rays = self._cluster.traversal.rays(stage + 1) if stage else None
@@ -146,6 +156,7 @@ class _Stages:
             self._patches.append(done)
             self._inverse.append(self._memory.inverse.copy())
         tests = (self._references - before)[stage.found]
+        self._patch = np.append(self._patch, stage.found)
         self._walks = np.append(self._walks, np.maximum(tests, window_tiles(clip, self._config.icu)))
 
     def _append_lists(self, cells, stage):
@@ -171,8 +182,8 @@ class _Stages:
             timing.search * rays.columns.bit_length())
         if stage is None:
             return max(rows, lookups, *words)
-        return max(rows, lookups, *words, stage.grid_rays, -(-stage.passes // config.ctu.traversal_pipelines(1)),
-                   len(stage.cells))
+        passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.nodes))
+        return max(rows, lookups, *words, stage.grid_rays, passes, len(stage.cells))
 
 
 def _is_first(numbers):

@@ -1,8 +1,9 @@
 """Simulated machines: the cycles of one cluster, beside those of the hardware.
 
 ``radiosity bench machines`` simulates one hemisphere from each scene's ceiling on a cluster that holds all patches, and
-writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv has of the hardware,
-and compares. Where latencies come from, `radiosity.cluster_timing` says.
+writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv and job-cycles.csv
+have of the hardware, and compares. Where latencies come from, `radiosity.cluster_timing` and `radiosity.job_timing`
+say.
 """
 
 import csv
@@ -23,6 +24,7 @@ from golden.schedule.ceiling_points import ceiling_points
 from hw.history import ROOT
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT, SCENES
+from radiosity.benchmarks.machine_jobs import recorded_jobs, simulate
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.cluster_timing import cluster_timing
 
@@ -31,6 +33,8 @@ __all__ = ["SceneCasts", "errors_of", "machine_config", "recorded_cycles"]
 _RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
 _RAYS = 256, 64
 _HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
+_JOB_HEAD = ["scene", "clusters", "rays", "cell", "frusta", "hits", "cycles", "simulated", "load", "simulated load",
+             "cast", "simulated cast", "error"]
 
 
 def recorded_cycles() -> dict[tuple[str, float], int]:
@@ -98,7 +102,7 @@ def _row(name, cell, cast):
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", show_default=True,
               help="Set the number of rays of the hemisphere.")
 @click.option("--calibrate", is_flag=True, help="Compare with all recorded cycles of the hardware, of its cell sizes, "
-              "rays and preset.")
+              "rays and preset, and with its jobs: minutes.")
 @PRESET
 @ASSIGNMENTS
 def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
@@ -121,7 +125,30 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
              f"{provenance('numpy')}; preset {' '.join((preset, *assignments))}, {rays[0]} x {rays[1]} rays from point "
              f"{POINT} of the ceiling.", "", *table([*_HEAD, *["hardware", "error"] * calibrate], found)]
     if calibrate:
-        lines += ["", *table(["scene", "rows", "mean error", "largest error"], [
-            [f"`{name}`", len(each), f"{100 * np.abs(each).mean():.1f} %", f"{100 * max(each, key=abs):+.1f} %"]
-            for name, each in (errors | {"all": [*chain.from_iterable(errors.values())]}).items()])]
+        errors["all"] = [*chain.from_iterable(errors.values())]
+        lines += ["", *table(["scene", "rows", "mean error", "largest error"],
+                             [[f"`{name}`", *_errors(each)] for name, each in errors.items() if each]), ""]
+        lines += _jobs(tuple(one for one in recorded_jobs() if not scenes or one.spec.scene in scenes))
     write_report(output, lines)
+
+
+def _errors(each):
+    """How many, the mean, and the largest one."""
+    return [len(each), f"{100 * np.abs(each).mean():.1f} %", f"{100 * max(each, key=abs):+.1f} %"]
+
+
+def _jobs(jobs):
+    """Tables of whole jobs."""
+    rows, errors = [], []
+    for recorded, job in simulate(jobs):
+        spec, pairs = recorded.spec, (
+            (recorded.cycles, job.times.cycles), (recorded.load, job.times.load),
+            (recorded.cast, round(job.cast_cycles / recorded.clusters)))
+        errors.append(job.times.cycles / recorded.cycles - 1)
+        rows.append([f"`{spec.scene}`", recorded.clusters, f"{spec.rays[0]} x {spec.rays[1]}", f"{spec.cell:g}",
+                     spec.frusta, spec.hit_format.name.lower(), *(f"{each:,}" for pair in pairs for each in pair),
+                     f"{100 * errors[-1]:+.1f} %"])
+        console().note(f"{spec.scene}, {spec.frusta} frusta, {recorded.clusters} clusters: {job.times.cycles} cycles")
+    if not jobs:
+        return []
+    return [*table(_JOB_HEAD, rows), "", *table(["jobs", "mean error", "largest error"], [_errors(errors)])]

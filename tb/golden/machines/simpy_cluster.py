@@ -19,7 +19,7 @@ def simpy_cast(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ah
     env = simpy.Environment()
     cluster = _Cluster(env, trace, timing, slots, run_ahead)
     env.run()
-    return CastTimes(begins=np.array(cluster.begins), ends=np.array(cluster.ends),
+    return CastTimes(begins=np.array(cluster.begins), ends=np.array(cluster.ends), free=cluster.free(),
                      cycles=cluster.last + timing.over + timing.end)
 
 
@@ -35,6 +35,10 @@ class _Cluster:
         self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
         self._cells, self._listing, self._entries, self._requests, self._waiting = deque(), False, deque(), deque(), []
         self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
+        # Traversal's clock when it has accepted all known requests. Before the slots: whether the patch filter has an
+        # entry, patches that have entered setup, since when there are no cells and patches, and the first such time at
+        # the end.
+        self._accepted, self._filtering, self._entered, self._quiet, self._free = timing.begin, False, 0, None, None
         for process in (self._front, self._traversal, self._close, self._list, self._filter, self._geometry,
                         self._setup, self._walk):
             env.process(process())
@@ -43,7 +47,22 @@ class _Cluster:
         """Something has changed: all servers look again."""
         before, self._change = self._change, self._env.event()
         before.succeed()
+        self._watch()
         self._end_stages()
+
+    def _watch(self):
+        """Times in which no cell and no patch is before the slots."""
+        is_quiet = not (self._listing or self._filtering or self._cells or self._entries or self._entered < self._found)
+        if is_quiet == (self._quiet is not None):
+            return
+        if not is_quiet and self._free is None and len(self._closes) == len(self._trace.cycles) - 1:
+            begin = max(self._quiet, self._accepted + self._shift)
+            self._free = begin if self._env.now > begin else None
+        self._quiet = self._env.now if is_quiet else None
+
+    def free(self):
+        """When the cluster could use the next section."""
+        return self._free or max(self._quiet, self._accepted + self._shift)
 
     def _until(self, condition):
         while not condition():
@@ -89,6 +108,7 @@ class _Cluster:
         front = begin - self._shift + int(trace.cycles[stage])
         if stage:
             self._closes.append(front + timing.traversal)
+        self._accepted = front
         self._changed()
         return front
 
@@ -145,8 +165,11 @@ class _Cluster:
             if self._trace.is_new[self._entries.popleft()]:
                 self._requests.append(self._found)
                 self._found += 1
+            self._filtering = True
             self._changed()
             yield self._env.timeout(1)
+            self._filtering = False
+            self._changed()
 
     def _geometry(self):
         """The vertices of a patch, one in each cycle."""
@@ -164,6 +187,7 @@ class _Cluster:
         while True:
             yield from self._until(lambda: self._waiting and self._slots < self._all_slots)
             patch, offered = self._waiting.pop(0)
+            self._entered += 1
             self._slots += 1
             last_vertex = self._env.now + (timing.vertices if offered < self._env.now else 0)
             ready = max(last_vertex + timing.setup, ready + timing.vertices)

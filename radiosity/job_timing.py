@@ -1,0 +1,64 @@
+"""Latencies and capacities of what is between the casts of a job, from the components."""
+
+from golden.config import Config
+from golden.machines.job_timing import JobTiming
+from golden.machines.load_cycles import LoadTiming
+from hw.control.completion_writer import CompletionWriter
+from hw.control.frustum_slot import FrustumSlot
+from hw.control.job_dispatch import JobDispatch
+from hw.control.section_results import SectionResults
+from hw.icu.patch_sums import SETTLED, PatchSums
+from hw.memsys.beat_writer import DEPTH, GROUP_BITS, BeatWriter
+from hw.memsys.image_layout import PATCH_WORDS
+from hw.memsys.main_memory_port import MainMemoryPort
+from hw.memsys.patch_extents import PatchExtents
+from hw.memsys.preload_dma import PreloadDma
+from hw.memsys.read_engine import ReadEngine
+from hw.memsys.record_extent import RecordExtent
+from hw.memsys.result_packer import ResultPacker
+from hw.memsys.word_reader import WordReader
+from hw.memsys.write_engine import WriteEngine
+from hw.memsys.write_merge import WriteMerge
+
+__all__ = ["job_timing", "load_timing"]
+
+# Of docstrings that have no attribute: `JobDispatch`'s cycles of a section without near cells, `ReadOut`'s latency,
+# `ResultWriter`'s cycles from the last answer to its `o_done`.
+_SECTION, _READ_OUT, _DONE = 26, 9, 2
+# `SectionCast`: a section begins a cycle after the acceptance of the results before it, whose cast counts no cycle for
+# its begin; it is known a cycle after it is in the slot.
+_RESTART, _KNOWN = 2, 1
+# States of `PreloadDma` before the records of a region and before patches are requested, and of `ImageHeader` for the
+# check of a region.
+_CHOOSE, _CHECK = 2, 2
+
+
+def job_timing(config: Config, *, latency: int) -> JobTiming:
+    """The timing of the engine of a configuration.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    latency
+        Cycles of main memory.
+    """
+    packer, writer = ResultPacker(config=config, group_bits=GROUP_BITS), BeatWriter(config=config)
+    merge, engine = WriteMerge(config=config, count=config.noc.nodes + 1), WriteEngine(config=config, tag=1)
+    port = MainMemoryPort(config=config, tag=1)
+    return JobTiming(
+        first=JobDispatch.latency, dispatch=JobDispatch.latency + _SECTION, slot=FrustumSlot.latency + _KNOWN,
+        restart=_RESTART, read_out=_READ_OUT, sums=SETTLED + 1 + PatchSums(config=config).latency,
+        answer=packer.latency + writer.latency + merge.latency + port.latency + latency + engine.latency + 1 + _DONE,
+        report=SectionResults.latency + CompletionWriter.latency, beats=1 << GROUP_BITS, buffers=DEPTH >> GROUP_BITS)
+
+
+def load_timing(config: Config, *, latency: int) -> LoadTiming:
+    """The timing of the loads of a configuration, see `job_timing`."""
+    reader = WordReader(config=config).latency + MainMemoryPort(config=config, tag=1).latency + latency + ReadEngine(
+        config=config, tag=1).latency + PreloadDma(config=config).latency
+    patches = PatchExtents(config=config)
+    return LoadTiming(
+        trip=_CHOOSE + RecordExtent(config=config).latency + reader, check=_CHECK,
+        extents=_CHOOSE + patches.latency + reader, patch_words=PATCH_WORDS, group=1 << patches.index_bits,
+        burst=config.memory.burst_beats * config.memory.data_bits // 8, end=PreloadDma(config=config).latency)
