@@ -12,6 +12,8 @@ and vertices included.
 Source: the edge planes of docs/exactness.md as edge functions, in float64 and for rays of any origin.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from golden.cast.rays import Rays
@@ -80,9 +82,12 @@ class Oracle:
         self.nearest = max(NEAREST_SHARE * scene.size, NEAREST_PLACES * float(np.spacing(far)))
         self.scene = scene
         self._count = len(scene)
-        # Column a * N + i: the components of patch i's vertices with axis a as the last one.
-        self._vertices = np.concatenate(
-            [np.roll(scene.vertices, -1 - axis, axis=2).reshape(-1, 12).T for axis in range(3)], axis=1)
+
+    @cached_property
+    def _vertices(self):
+        """Column a * N + i: the components of patch i's vertices with axis a as the last one."""
+        return np.concatenate(
+            [np.roll(self.scene.vertices, -1 - axis, axis=2).reshape(-1, 12).T for axis in range(3)], axis=1)
 
     def check(self, rays: Rays) -> None:
         """Refuse rays that float64 does not resolve.

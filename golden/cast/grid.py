@@ -84,11 +84,15 @@ class Grid(RayCaster):
         """Use these cells."""
         self.cells = cells
         # A border of cells around the grid, marked by a count of -1, ends a ray without a test of its indices.
-        counts = np.pad(np.diff(cells.start).reshape(cells.shape), 1, constant_values=-1)
-        start = np.pad(cells.start[:-1].reshape(cells.shape), 1)
-        self._table = np.stack([start.ravel(), counts.ravel()], axis=1).astype(np.int32)
+        x, y, z = cells.shape + 2
+        table = np.empty((x, y, z, 2), dtype=np.int32)
+        table[[0, -1]] = table[:, [0, -1]] = table[:, :, [0, -1]] = 0, -1
+        inner, first = table[1:-1, 1:-1, 1:-1], cells.start[:-1].reshape(cells.shape)
+        inner[..., 0] = first
+        np.subtract(cells.start[1:].reshape(cells.shape), first, out=inner[..., 1], casting="unsafe")
+        self._table = table.reshape(-1, 2)
         self._listed = cells.patch.astype(np.int32)
-        self._strides = np.array([counts.shape[1] * counts.shape[2], counts.shape[2], 1])
+        self._strides = np.array([y * z, z, 1])
 
     def _choose_cells(self, rays):
         """Replace the cells by ever smaller ones while that makes the trial rays cheaper."""

@@ -17,16 +17,19 @@ def patches_of_cells(vertices, lower, size, shape, margin):
     first, last = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     points, edges = np.empty((4, 3)), np.empty((4, 3))
     for patch in range(len(vertices)):
-        corners = vertices[patch]
+        corners, within = vertices[patch], True
         for axis in range(3):
             low = min(corners[0, axis], corners[1, axis], corners[2, axis], corners[3, axis])
             high = max(corners[0, axis], corners[1, axis], corners[2, axis], corners[3, axis])
             first[axis] = min(max(int((low - margin - lower[axis]) / size), 0), shape[axis] - 1)
             last[axis] = min(max(int((high + margin - lower[axis]) / size), 0), shape[axis] - 1)
+            within &= (first[axis] * size <= low - margin - lower[axis]
+                       and high + margin - lower[axis] <= (first[axis] + 1) * size)
         for x in range(first[0], last[0] + 1):
             for y in range(first[1], last[1] + 1):
                 for z in range(first[2], last[2] + 1):
-                    if not _touches(corners, lower, size, half, x, y, z, points, edges):
+                    # A patch within one cell needs no test.
+                    if not within and not _touches(corners, lower, size, half, x, y, z, points, edges):
                         continue
                     if found == len(cells):
                         longer = np.empty((2, 2 * found), dtype=np.int64)
