@@ -24,12 +24,13 @@ from golden.peak_memory import peak_memory
 from golden.scene.open import open_scene
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, plate_between_plates
+from radiosity.benchmarks.view_factor_methods import method_rows
 from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
 from radiosity.chart import Line, write_chart
 
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
 SEEDS = 20
-SCENE_ERROR, CITY_ERROR = 1e-2, 1e-3
+SCENE_ERROR, CITY_ERROR, CLOSED_ERRORS = 1e-2, 1e-3, (2e-2, 1e-3)
 MIB = 1 << 20
 
 
@@ -156,6 +157,7 @@ def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city
     """Compare view factors with known ones and with other programs; SCENES default to lobby and room1627."""
     known = open_rows()
     hidden, deviations = hidden_rows(seeds)
+    closed = box_in_box(0.6, 2).facets
     write_coverage(output.with_name(f"{output.stem}-coverage.svg"), deviations)
     lines = ["# View factors", "", f"{provenance('numpy', 'scipy')}; method grid.", "", "## Closed forms", "",
              "Largest error, by requested error.", "",
@@ -164,6 +166,11 @@ def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city
              *table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden), "",
              "## Coverage of the estimated errors", "", f"Over {seeds} seeds, within so many standard errors.", "",
              *table(["facets", "shares", *map(str, WITHIN)], coverage_rows(deviations)), "",
+             "## Methods of closure", "", f"Cube in a cube, {len(closed)} facets, requested error "
+             f"{CLOSED_ERRORS[0]:g}, compared with {CLOSED_ERRORS[1]:g}.", "",
+             *table(["method", "closure", "below 0", "exact factors move by", "RMS error"],
+                    [[name, small(closure), below, small(moved), small(wrong)] for name, closure, below, moved, wrong
+                     in method_rows(closed, coarse=CLOSED_ERRORS[0], fine=CLOSED_ERRORS[1])]), "",
              "## Scenes", "", f"Requested error {error:g}.", "",
              *scene_table(scenes or ("lobby", "room1627"), error)]
     if city:

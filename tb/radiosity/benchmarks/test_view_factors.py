@@ -17,6 +17,7 @@ def test_tables(tmp_path, monkeypatch):
     monkeypatch.setattr(view_factors, "in_own_process", lambda function, *arguments: function(*arguments))
     monkeypatch.setattr(view_factors, "OPEN", view_factors.OPEN[:1])
     monkeypatch.setattr(view_factors, "HIDDEN", (partial(plate_between_plates, 0.4),))
+    monkeypatch.setattr(view_factors, "method_rows", lambda facets, **given: [["none", 0.5, 0, 0.0, 0.1]])
     monkeypatch.setattr(view_factor_programs, "PROGRAMS", {
         "none": ("no_such_module", None), "this package": PROGRAMS["this package"]})
     monkeypatch.setattr(view_factors, "PROGRAMS", view_factor_programs.PROGRAMS)
@@ -26,12 +27,14 @@ def test_tables(tmp_path, monkeypatch):
     result = CliRunner().invoke(radiosity, ["bench", "view_factors", "furnace:1", "--seeds", "2", "--json", "--error",
                                             "0.05", "-o", str(tmp_path / "x.md")])
     assert result.exit_code == 0, result.output
-    closed, hidden, coverage, scenes, programs = (one["rows"] for one in json.loads(result.stdout)["tables"])
+    closed, hidden, coverage, methods, scenes, programs = (one["rows"] for one in json.loads(result.stdout)["tables"])
     assert [list(row.values())[2:] for row in closed] == [["< 1e-9"] * 3]
     assert [row["requested"] for row in hidden] == [0.01, 0.001]
     assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
     assert [row["shares"] for row in coverage] == [4, 4]
     assert coverage[0]["2"] in ("50%", "75%", "100%")
+    assert methods == [{"method": "none", "closure": 0.5, "below 0": 0, "exact factors move by": "< 1e-9",
+                        "RMS error": 0.1}]
     assert "measured" in (tmp_path / "x-coverage.svg").read_text()
     assert [scenes[0][name] for name in ("scene", "rows", "entries", "closure", "reciprocity", "open rows")] == [
         "furnace:1", 6, 30, "< 1e-9", "< 1e-9", 0]
