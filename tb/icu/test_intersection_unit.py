@@ -3,6 +3,7 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 import pytest
+from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.cast.naive_fixed import NaiveFixed
 from golden.ctu.sector import Sector
@@ -16,17 +17,14 @@ from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import TOKENS, IntersectionUnit
 from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.soups import soup
-from tb.icu.unit_bench import section_hits
+from tb.icu.unit_bench import section_hits, vertices
 from tb.icu.unit_coverage import COVERAGE, CoveredBench
-from tb.lib.clocking import reset, start
+from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
-from tb.lib.stream import Monitor
+from tb.lib.stall_patterns import STALL_PAIRS
 
-STREAMS = ("i_frustum", "i_table", "i_vertex", "o_done", "i_read_out", "o_hit", "o_sum", "i_settle",
-           "o_settle")
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
 # three frusta of a bank.
 SMALL = {"icu.rays": 1024, "icu.patch_bits": 10, "icu.side_bits": 8, "icu.generation_bits": 2}
@@ -39,8 +37,8 @@ def scene_of(name):
 class Frusta:
     """A scene's hard frusta, cast one after the other."""
 
-    def __init__(self, dut, bench, *, scene, origins=1, rays=(64, 16), pixels=(32, 24), seed=1):
-        self.dut, self.bench, self.rays = dut, bench, rays
+    def __init__(self, bench, *, scene, origins=1, rays=(64, 16), pixels=(32, 24), seed=1):
+        self.bench, self.rays = bench, rays
         self.geometry, self.records = hard_records(scene_of(scene), origins=origins, rays=rays, pixels=pixels,
                                                    seed=seed, numbers=bench.config.numbers)
         self.naive = NaiveFixed(self.geometry, bench.config)
@@ -52,7 +50,7 @@ class Frusta:
         weights = None if record.is_screen else Hemisphere(*self.rays).polar_weights
         await self.bench.begin(record, section, weights)
         await self.bench.cast(self.geometry, order)
-        counters = self.bench.counters()
+        counters = self.bench.ports["counters"]
         self.pairs += counters["tested"]
         self.inside += counters["inside"]
         assert counters["won"] <= counters["inside"] <= counters["tested"] == counters["issued"] <= counters["visited"]
@@ -83,11 +81,11 @@ async def orders(dut):
     """Patches in the table's order and at random."""
     await start(dut, cycles=400_000)
     bench = bench_of(dut)
-    await cocotb.triggers.RisingEdge(dut.clk)
-    assert_known(dut, STREAMS)
+    await RisingEdge(dut.clk)
+    assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
     random = np.random.default_rng(options()["seed"])
     for scene in ("cornell", "soup 3"):
-        frusta = Frusta(dut, bench, scene=scene)
+        frusta = Frusta(bench, scene=scene)
         for record in frusta.records:
             await frusta.check(record, np.arange(len(frusta.geometry)))
             await frusta.check(record, random.permutation(len(frusta.geometry)))
@@ -103,7 +101,7 @@ async def hard_patches(dut):
     seed = options()["seed"] * 1000
     while pairs < options()["pairs"]:
         seed += 1
-        frusta = Frusta(dut, bench, scene=f"soup {seed}", rays=(32, 16), pixels=(24, 18), seed=seed)
+        frusta = Frusta(bench, scene=f"soup {seed}", rays=(32, 16), pixels=(24, 18), seed=seed)
         for record in frusta.records:
             await frusta.check(record, random.permutation(len(frusta.geometry)))
         pairs += frusta.pairs
@@ -117,7 +115,7 @@ async def sections(dut):
     """Parts of a frustum, also such as windows go round."""
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
-    frusta = Frusta(dut, bench, scene="soup 5", pixels=(60, 16))
+    frusta = Frusta(bench, scene="soup 5", pixels=(60, 16))
     for record in frusta.records:
         for section in (Sector(0, record.columns, 3, 9), Sector(13, 50, 0, record.rows), Sector(7, 8, 5, 7)):
             await frusta.check(record, np.arange(len(frusta.geometry)), section)
@@ -130,13 +128,11 @@ async def every_pair_of_stalls(dut):
     for number, (source, sink) in enumerate(STALL_PAIRS):
         if options().get("few_stalls") and number % 5 != (number // 5 + 1) % 5:
             continue
-        bench = bench_of(dut, vertex_stalls=STALLS[source](number), done_stalls=STALLS[sink](number + 50),
-                         hit_stalls=STALLS[sink](number + 90))
-        frusta = Frusta(dut, bench, scene="soup 7", rays=(32, 8), pixels=(20, 15), seed=number)
+        bench = bench_of(dut, seed=number, i_vertex=source, o_done=sink, o_hit=sink)
+        frusta = Frusta(bench, scene="soup 7", rays=(32, 8), pixels=(20, 15), seed=number)
         record = frusta.records[number % len(frusta.records)]
         await frusta.check(record, np.arange(len(frusta.geometry)))
-        for sink_of in (bench.done, bench.hit, bench.sum, bench.settled):
-            sink_of.stop()
+        bench.ports.stop()
 
 
 @cocotb.test()
@@ -145,30 +141,23 @@ async def reset_in_flight(dut):
     await start(dut, cycles=200_000)
     for cut in (40, 150, 333):
         bench = bench_of(dut)
-        frusta = Frusta(dut, bench, scene="soup 8")
+        frusta = Frusta(bench, scene="soup 8")
         record = frusta.records[0]
         await bench.begin(record, Sector.whole(record), Hemisphere(*frusta.rays).polar_weights)
-        cast = cocotb.start_soon(bench.vertex.send(bench.vertices(frusta.geometry, np.arange(len(frusta.geometry)))))
-        await cocotb.triggers.ClockCycles(dut.clk, cut)
-        cast.cancel()
-        dut.i_vertex__valid.value = 0
-        for sink in (bench.done, bench.hit, bench.sum, bench.settled):
-            sink.stop()
-        await reset(dut)
-        bench = bench_of(dut)
-        frusta.bench = bench
+        bench.ports.begin("i_vertex", vertices(frusta.geometry, np.arange(len(frusta.geometry))))
+        await ClockCycles(dut.clk, cut)
+        await bench.ports.reset()
         await frusta.check(frusta.records[1], np.arange(len(frusta.geometry)))
         await frusta.check(record, np.arange(len(frusta.geometry))[::-1])
-        for sink in (bench.done, bench.hit, bench.sum, bench.settled):
-            sink.stop()
+        bench.ports.stop()
 
 
 @cocotb.test()
 async def read_out_beside_the_next_frustum(dut):
     """The other bank is read while the next frustum is cast, over more frusta than there are tags."""
     await start(dut, cycles=300_000)
-    bench = bench_of(dut, hit_stalls=STALLS["random"](4))
-    frusta = Frusta(dut, bench, scene="soup 9", origins=5)
+    bench = bench_of(dut, seed=4, o_hit="random")
+    frusta = Frusta(bench, scene="soup 9", origins=5)
     order = np.arange(len(frusta.geometry))
     reading = None
     for record in frusta.records:
@@ -177,7 +166,7 @@ async def read_out_beside_the_next_frustum(dut):
         if reading:
             await reading
         reading = cocotb.start_soon(frusta.hits_of(record, Sector.whole(record)))
-        await cocotb.triggers.ClockCycles(dut.clk, 20)
+        await ClockCycles(dut.clk, 20)
     await reading
 
 
@@ -185,8 +174,8 @@ async def read_out_beside_the_next_frustum(dut):
 async def read_out_of_the_present_frustum(dut):
     """Patches that come meanwhile wait, the next frustum does not."""
     await start(dut, cycles=100_000)
-    bench = bench_of(dut, hit_stalls=STALLS["alternating"](4))
-    frusta = Frusta(dut, bench, scene="soup 9")
+    bench = bench_of(dut, o_hit="alternating")
+    frusta = Frusta(bench, scene="soup 9")
     record, following = frusta.records[:2]
     order = np.arange(len(frusta.geometry))
     await bench.begin(record, Sector.whole(record))
@@ -198,11 +187,12 @@ async def read_out_of_the_present_frustum(dut):
     for each in (following, record):
         await bench.begin(each, Sector.whole(each))
         await bench.cast(frusta.geometry, order)
-    read = len(bench.hit.items)
+    hits = bench.ports.sinks["o_hit"].items
+    read = len(hits)
     reading = cocotb.start_soon(frusta.hits_of(record, Sector.whole(record)))
-    await cocotb.triggers.ClockCycles(dut.clk, 20)
+    await ClockCycles(dut.clk, 20)
     await bench.begin(following, Sector.whole(following))
-    assert len(bench.hit.items) - read < record.columns * record.rows, "the next frustum must begin during the read-out"
+    assert len(hits) - read < record.columns * record.rows, "the next frustum must begin during the read-out"
     await bench.cast(frusta.geometry, order)
     await reading
     await frusta.hits_of(following, Sector.whole(following))
@@ -214,12 +204,12 @@ async def rates(dut):
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
     config = bench.config
-    frusta = Frusta(dut, bench, scene="soup 4", rays=(64, 16))
+    frusta = Frusta(bench, scene="soup 4", rays=(64, 16))
     record = frusta.records[0]
     windows = section_clip(PatchSetup(record, config).patches(frusta.geometry).window, Sector.whole(record), record)
     # Many times the same small windows: vertices without a gap.
     small = np.resize(np.flatnonzero(window_tiles(windows, config.icu) <= 2), 200)
-    taken = Monitor(dut, "i_vertex")
+    taken = bench.ports.taken("i_vertex")
     await bench.begin(record, Sector.whole(record))
     await bench.cast(frusta.geometry, small)
     assert {b - a for a, b in pairwise(taken.cycles)} == {1}, "vertices must be taken without a gap"
@@ -229,7 +219,7 @@ async def rates(dut):
     large = np.resize(np.argsort(np.abs(rays - 64))[:3], 300)
     await bench.begin(record, Sector.whole(record))
     await bench.cast(frusta.geometry, large)
-    counters = bench.counters()
+    counters = bench.ports["counters"]
     latency = 250
     busy = counters["tested"] / (counters["cycles"] - latency)
     dut._log.info("busy %.3f with %s", busy, counters)
@@ -241,19 +231,17 @@ async def codes_are_floors(dut):
     """When all is done cell traversal reads of the settle map what each ray's best has."""
     await start(dut, cycles=100_000)
     bench = bench_of(dut)
-    frusta = Frusta(dut, bench, scene="cornell")
+    frusta = Frusta(bench, scene="cornell")
     record, config = frusta.records[0], bench.config
     await frusta.check(record, np.arange(len(frusta.geometry)))
     side = 1 << config.icu.tile_bits
     tiles = record.columns // side * (record.rows // side)
-    await bench.settle.send(range(tiles))
-    while len(bench.settled.items) < tiles:
-        await cocotb.triggers.RisingEdge(dut.clk)
+    bench.ports.begin("i_settle", range(tiles))
+    words = await bench.ports.take("o_settle", tiles)
     codes = settle_code(frusta.naive.cast(record).inverse, config).reshape(record.rows, record.columns)
-    for tile, word in enumerate(bench.settled.items):
+    for tile, word in enumerate(words):
         row, column = divmod(tile, record.columns // side)
-        for lane in range(side * side):
-            code = word >> lane * config.icu.settle_bits & config.icu.settle.high
+        for lane, code in enumerate(word):
             assert code == codes[row * side + lane // side, column * side + lane % side]
 
 
@@ -262,7 +250,7 @@ async def windows_of_one_ray(dut):
     """One after the other on the same ray, nearer and farther ones mixed: updates in consecutive cycles."""
     await start(dut, cycles=100_000)
     bench = bench_of(dut)
-    frusta = Frusta(dut, bench, scene="soup 3")
+    frusta = Frusta(bench, scene="soup 3")
     for record in frusta.records:
         windows = section_clip(PatchSetup(record, bench.config).patches(frusta.geometry).window, Sector.whole(record),
                                record)
@@ -275,21 +263,21 @@ async def back_pressure_reaches_the_vertices(dut):
     """While no token is taken, tokens, windows and slots fill up, and then vertices wait; nothing is lost."""
     await start(dut, cycles=100_000)
     held = [True]
-    bench = bench_of(dut, done_stalls=iter(lambda: held[0], None))
+    bench = bench_of(dut, o_done=iter(lambda: held[0], None))
     slots = bench.config.icu.slots
-    frusta = Frusta(dut, bench, scene="soup 4")
+    frusta = Frusta(bench, scene="soup 4")
     record, count = frusta.records[0], len(frusta.geometry)
     windows = section_clip(PatchSetup(record, bench.config).patches(frusta.geometry).window, Sector.whole(record),
                            record)
     small = np.resize(np.flatnonzero(window_tiles(windows, bench.config.icu) <= 2), 2 * (TOKENS + slots))
     await bench.begin(record, Sector.whole(record))
-    taken = Monitor(dut, "i_vertex")
+    taken = bench.ports.taken("i_vertex")
     cast = cocotb.start_soon(bench.cast(frusta.geometry, np.concatenate([np.arange(count), small])))
     before = -1
     while before < len(taken.items):
         before = len(taken.items)
         # Longer than any window.
-        await cocotb.triggers.ClockCycles(dut.clk, 1200)
+        await ClockCycles(dut.clk, 1200)
     assert not cast.done()
     assert before // 4 >= TOKENS + slots, "as many patches must come as there are free slots"
     COVERAGE.hit_all({"tokens wait": bool(int(dut.o_done__valid.value)),
@@ -306,7 +294,7 @@ async def whole_frusta(dut):
     await start(dut, cycles=given["cycles"])
     bench = bench_of(dut)
     random = np.random.default_rng(given["seed"])
-    frusta = Frusta(dut, bench, scene=given["scene"], rays=tuple(given["rays"]), pixels=tuple(given["pixels"]))
+    frusta = Frusta(bench, scene=given["scene"], rays=tuple(given["rays"]), pixels=tuple(given["pixels"]))
     for record in frusta.records:
         for order in (np.arange(len(frusta.geometry)), random.permutation(len(frusta.geometry))):
             counters = await frusta.check(record, order)

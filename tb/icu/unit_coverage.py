@@ -53,7 +53,7 @@ class CoveredBench(UnitBench):
         if not COVERAGE.has((*PATCHES, *WINDOWS, *HITS)):
             self._count(geometry, order)
         await super().cast(geometry, order)
-        counters = self.counters()
+        counters = self.ports["counters"]
         COVERAGE.hit_all({
             "rays skipped": counters["issued"] < counters["visited"],
             "all rays issued": counters["issued"] == counters["visited"] > 0,

@@ -2,19 +2,21 @@
 
 import random
 from collections import defaultdict
+from functools import partial
 from itertools import repeat
 
 import cocotb
-from cocotb.triggers import ClockCycles, RisingEdge
+from cocotb.triggers import ClockCycles
 
 from golden.config import PRESETS
 from golden.noc.packing import VERTICES
 from hw.formats import Formats
-from hw.noc.network_interface import interface_members
-from tb.lib.clocking import reset, start
-from tb.lib.payload import pack, unpack
+from hw.noc.network_fault import NetworkFault
+from hw.noc.patch_network import PatchNetwork
+from tb.lib.clocking import start
+from tb.lib.ports import Ports
+from tb.lib.responder import Responder
 from tb.lib.runner import options
-from tb.lib.stream import Sink, Source
 
 __all__ = ["Clusters"]
 
@@ -32,36 +34,27 @@ class Clusters:
     """
 
     def __init__(self, dut):
-        given = options()
-        self.dut, self._random = dut, random.Random(given["seed"])
-        self._config = PRESETS["tiny"].replace(given["config"])
-        self.nodes = self._config.noc.nodes
-        members = interface_members(self._config, self.nodes)
-        self._shape = {name: member.signature.members["payload"].shape for name, member in members.items()
-                       if member.is_signature}
-        patches = 1 << self._config.icu.patch_bits
+        given, config = options(), _config()
+        self.nodes, patches, draw = config.noc.nodes, 1 << config.icu.patch_bits, random.Random(given["seed"])
         # Three in four go to the first cluster: what waits for it fills the network, however large.
-        self.requests = [[(self._random.choice((0, 0, 0, self._random.randrange(self.nodes))),
-                           self._random.randrange(patches))
+        self.requests = [[{"node": draw.choice((0, 0, 0, draw.randrange(self.nodes))), "patch": draw.randrange(patches)}
                           for _ in range(given["requests"])] for _ in range(self.nodes)]
-        # The requests of each cluster, in the order in which they came.
-        self.requested = [[] for _ in range(self.nodes)]
-        self._tasks, self.sinks = [], []
-        # Cycles in which all must be over.
-        self.timeout = 2000 + 20 * given["requests"] * self.nodes
         # Clusters that take no reply.
         self.stopped = set()
-        limit = (1 << Formats(self._config).scene_vector.elem_shape.width) - 1
+        limit = (1 << Formats(config).scene_vector.elem_shape.width) - 1
         self._vertex = lambda node, patch, number: [
             (patch * 40503 + node * 9973 + number * 257 + axis * 65537) & limit for axis in range(3)]
+        self.ports = Ports(dut, PatchNetwork(config=config), stalls={
+            **{f"o_reply__{node}": self._stalls(node) for node in range(self.nodes)},
+            **{f"o_request__{node}": iter(partial(self._is_replying, node), None) for node in range(self.nodes)}})
+        self.ports.respond(*(Responder(f"o_request__{node}", f"i_reply__{node}", partial(self._answer, node))
+                             for node in range(self.nodes)))
 
     def go(self) -> None:
         """Begin."""
-        for node in range(self.nodes):
-            requester = Source(self.dut, f"i_request__{node}")
-            items = [pack(self._shape["i_request"], {"node": to, "patch": patch}) for to, patch in self.requests[node]]
-            self._tasks += [cocotb.start_soon(requester.send(items)), cocotb.start_soon(self._serve(node))]
-            self.sinks.append(Sink(self.dut, f"o_reply__{node}", stalls=self._stalls(node)))
+        for node, requests in enumerate(self.requests):
+            self.ports.taken(f"i_reply__{node}")
+            self.ports.begin(f"i_request__{node}", requests)
 
     def _stalls(self, node):
         """Half of all cycles at random, now and then long ones, and while it is stopped."""
@@ -70,33 +63,12 @@ class Clusters:
             yield from repeat(True, generator.choice((1, 1, 1, 40)) if generator.random() < 0.5 else 0)
             yield node in self.stopped
 
-    def stop(self) -> None:
-        """All of them."""
-        for task in self._tasks:
-            task.cancel()
-        for sink in self.sinks:
-            sink.stop()
-        for node in range(self.nodes):
-            for name in "i_request", "i_reply":
-                getattr(self.dut, f"{name}__{node}__valid").value = 0
-        self._tasks, self.sinks, self.requested = [], [], [[] for _ in range(self.nodes)]
+    def _is_replying(self, node):
+        ports = self.ports
+        return len(ports.taken(f"i_reply__{node}").items) < VERTICES * len(ports.sinks[f"o_request__{node}"].items)
 
-    async def _serve(self, node):
-        """Requests one after the other, each with its reply."""
-        edge = RisingEdge(self.dut.clk)
-        valid, ready, payload = (getattr(self.dut, f"o_request__{node}__{name}")
-                                 for name in ("valid", "ready", "payload"))
-        reply = Source(self.dut, f"i_reply__{node}")
-        while True:
-            ready.value = 1
-            await edge
-            while not int(valid.value):
-                await edge
-            ready.value = 0
-            came = unpack(self._shape["o_request"], int(payload.value))
-            self.requested[node].append((came["node"], came["patch"]))
-            await reply.send(pack(self._shape["i_reply"], {"node": came["node"], "vertex": vertex})
-                             for vertex in self._reply(node, came["patch"]))
+    def _answer(self, node, request):
+        return [{"node": request["node"], "vertex": vertex} for vertex in self._reply(node, request["patch"])]
 
     def _reply(self, node, patch):
         """The vertices of a patch that a cluster holds."""
@@ -105,36 +77,46 @@ class Clusters:
 
     def done(self, nodes) -> bool:
         """Whether these clusters have all that they requested."""
-        return all(len(self.sinks[node].items) == VERTICES * len(self.requests[node]) for node in nodes)
+        return all(len(self.ports.sinks[f"o_reply__{node}"].items) == VERTICES * len(self.requests[node])
+                   for node in nodes)
 
     def check(self) -> None:
         """Each request has come once, each reply once and whole, and those of any two clusters in order."""
         for node, requests in enumerate(self.requests):
             expected, got = defaultdict(list), defaultdict(list)
-            for to, patch in requests:
-                expected[to] += [patch]
-            replies = [unpack(self._shape["o_reply"], item) for item in self.sinks[node].items]
+            for request in requests:
+                expected[request["node"]] += [request["patch"]]
+            replies = self.ports.came(f"o_reply__{node}")
             for first in range(0, len(replies), VERTICES):
                 vertices = replies[first:first + VERTICES]
                 home, patch = vertices[0]["surface"], vertices[0]["patch"]
                 assert vertices == self._reply(home, patch), f"cluster {node} got a reply that is not whole"
                 got[home].append(patch)
             assert got == expected, f"cluster {node} did not get what it requested, in order"
-            for to, requested in enumerate(self.requested):
-                assert [patch for source, patch in requested if source == node] == expected[to]
-            assert not int(getattr(self.dut, f"fault__{node}").value)
+            for to in range(self.nodes):
+                assert [request["patch"] for request in self.ports.came(f"o_request__{to}")
+                        if request["node"] == node] == expected[to]
+            assert self.ports[f"fault__{node}"] == NetworkFault.NONE.value
+
+
+def _config():
+    return PRESETS["tiny"].replace(options()["config"])
+
+
+async def prepared(dut):
+    """The clusters after a reset, and the cycles in which all must be over."""
+    cycles = 2000 + 20 * options()["requests"] * _config().noc.nodes
+    await start(dut, cycles=2 * cycles)
+    return Clusters(dut), cycles
 
 
 @cocotb.test()
 async def all_are_answered(dut):
     """Both networks are full, all clusters accept slowly, and yet all requests are answered; also after a reset."""
-    clusters = Clusters(dut)
-    cycles = clusters.timeout
-    await start(dut, cycles=2 * cycles)
+    clusters, cycles = await prepared(dut)
     clusters.go()
     await ClockCycles(dut.clk, 300)
-    clusters.stop()
-    await reset(dut)
+    await clusters.ports.reset()
     clusters.go()
     took = 0
     while not clusters.done(range(clusters.nodes)):
@@ -142,16 +124,14 @@ async def all_are_answered(dut):
         took += 50
         assert took < cycles, f"{took} cycles, and some clusters wait"
     clusters.check()
-    stalls = int(dut.stalls.value)
+    stalls = clusters.ports["stalls"]
     assert stalls > took * clusters.nodes / 8, f"the network is not full: {stalls} stalls in {took} cycles"
 
 
 @cocotb.test()
 async def a_stalled_cluster_blocks_no_other(dut):
     """A cluster that takes no reply answers all the same, and all others get what they have requested."""
-    clusters = Clusters(dut)
-    cycles = clusters.timeout
-    await start(dut, cycles=2 * cycles)
+    clusters, cycles = await prepared(dut)
     clusters.stopped = {0}
     clusters.go()
     for _ in range(cycles // 50):
