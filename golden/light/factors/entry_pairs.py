@@ -16,13 +16,13 @@ def entry_pairs(indices: np.ndarray, indptr: np.ndarray) -> tuple[np.ndarray, np
 
     Returns
     -------
-    E int32; P int64 positions; and E int64, numbers 0 to P - 1.
+    E int32; P int64 positions; and E int32, numbers 0 to P - 1.
     """
     count = len(indptr) - 1
     row = np.repeat(np.arange(count, dtype=np.int32), np.diff(indptr))
     upper = np.flatnonzero(row < indices)
-    pair = np.zeros(len(indices), dtype=np.int64)
+    pair = np.zeros(len(indices), dtype=np.int32)
     pair[upper] = np.arange(len(upper))
     # Transposed, the numbers of entries above the diagonal stand at their mirrors.
-    mirrored = sparse.csr_array((pair, indices, indptr), shape=(count, count)).T.tocsr().data
-    return row, upper, np.where(row < indices, pair, mirrored)
+    pair += sparse.csr_array((pair, indices, indptr), shape=(count, count)).T.tocsr().data
+    return row, upper, pair

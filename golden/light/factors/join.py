@@ -65,35 +65,45 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
     error
         Of the `FactorRows`.
     """
+    def joined(name):
+        return np.concatenate([getattr(block, name) for block in blocks])
+
     width = len(area)
-    column, hits, factor, wrong, rays, sky, back, sky_error, hidden = (
-        np.concatenate([getattr(block, name) for block in blocks])
-        for name in ("column", "hits", "factor", "error", "rays", "sky", "back", "sky_error", "hidden_error"))
-    start = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(block.start) for block in blocks]))])
-    indices, indptr, place = _both_directions(column, start, width)
+    rays, sky, back = (joined(name) for name in ("rays", "sky", "back"))
+    indices, indptr, place = _both_directions(
+        joined("column"), np.cumsum(np.concatenate([[0], *(np.diff(block.start) for block in blocks)])), width)
     row, upper, pair = entry_pairs(indices, indptr)
     low, high = row[upper], indices[upper]
-    forth, reverse = (np.where(places, places - 1, len(column)) for places in
-                      (place[upper] & (1 << _BITS) - 1, place[upper] >> _BITS))
-    del place
     # What is no entry stands last.
-    hits, factor, wrong = (np.append(values, last) for values, last in ((hits, 0), (factor, np.nan), (wrong, np.inf)))
-    wrong = np.where(np.isnan(wrong), np.inf, wrong)
+    forth, reverse = ((places - 1).astype(np.int32) for places in (place[upper] & (1 << _BITS) - 1,
+                                                                  place[upper] >> _BITS))
+    del place, upper
+
+    def both(name, last):
+        values = np.append(joined(name), last)
+        return values[forth], values[reverse]
+
+    count = np.add(*both("hits", 0))
     smaller = np.minimum(area[low], area[high])
     exposure = rays[low] / area[low] + rays[high] / area[high]
-    count = hits[forth] + hits[reverse]
     exchange = np.minimum(count / exposure, error * smaller)
     deviation = np.minimum(np.sqrt(count + 0.5) / exposure, error / 2 * smaller)
-    own, others = wrong[forth] * area[low], wrong[reverse] * area[high]
+    del count, exposure, smaller
+    own, others = (np.where(np.isnan(values), np.inf, values) for values in both("error", np.inf))
+    own, others = own * area[low], others * area[high]
+    least = np.minimum(own, others)
+    measured = np.isfinite(least)
+    deviation[measured] = least[measured]
     surer = own < others
-    measured = np.isfinite(np.minimum(own, others))
-    exchange[measured] = np.where(surer, factor[forth] * area[low], factor[reverse] * area[high])[measured]
-    deviation[measured] = np.minimum(own, others)[measured]
+    del own, others, least
+    own, others = both("factor", np.nan)
+    exchange[measured] = np.where(surer, own * area[low], others * area[high])[measured]
+    del own, others, low, high
     middle = (back + 0.5) / (rays + 1)
     F, spread = (sparse.csr_array((values[pair] / area[row], indices, indptr), shape=(width, width))
                  for values in (exchange, deviation))
-    return Estimate(F=F, error=spread, sky=sky, back=back / rays, sky_error=sky_error,
-                    hidden_error=float(hidden.max(initial=0)),
+    return Estimate(F=F, error=spread, sky=sky, back=back / rays, sky_error=joined("sky_error"),
+                    hidden_error=float(joined("hidden_error").max(initial=0)),
                     back_error=np.where(back > 0, np.sqrt(middle * (1 - middle) / (rays + 1)), 0.0))
 
 

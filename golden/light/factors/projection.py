@@ -62,8 +62,8 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
     problem = _Problem(estimate, area)
     exchange, outside = problem.solve()
     count = len(area)
-    F = sparse.csr_array((exchange[problem.pair] / area[problem.row], estimate.F.indices.copy(),
-                          estimate.F.indptr.copy()), shape=(count, count))
+    F = sparse.csr_array((exchange[problem.pair] / area[problem.row], estimate.F.indices, estimate.F.indptr),
+                         shape=(count, count))
     return F, outside[:count] / area, outside[count:] / area
 
 
@@ -79,7 +79,7 @@ class _Problem:
         own = area[self.row[first]]
         smaller = np.minimum(area[self._low], area[self._high])
         spread = np.maximum(estimate.error.data[first] * own, _CLOSED_FORMS * smaller)
-        rows = np.arange(count)
+        rows = np.arange(count, dtype=np.int32)
         self._value = np.concatenate([F.data[first] * own, estimate.sky * area, estimate.back * area])
         sky_error = np.where(estimate.sky > 0, estimate.sky_error, 0.0)
         self._spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])

@@ -114,9 +114,11 @@ class ViewFactors:
     @cached_property
     def reciprocity(self) -> float:
         """Sum of |A_i F_ij - A_j F_ji| over the sum of A_i F_ij; 0 if F has no entries."""
-        exchange = sparse.csr_array(self.F.multiply(self.area[:, None]))
-        total = exchange.sum()
-        return float(abs(exchange - exchange.T).sum() / total) if total else 0.0
+        F = self.F
+        exchange = sparse.csr_array((F.data * np.repeat(self.area, np.diff(F.indptr)), F.indices, F.indptr),
+                                    shape=F.shape)
+        total = exchange.data.sum()
+        return float(np.abs((exchange - exchange.T).data).sum() / total) if total else 0.0
 
     @cached_property
     def largest_error(self) -> float | None:

@@ -14,8 +14,10 @@ from golden.light.sampling import mix
 __all__ = ["VisibleShares", "visible_shares"]
 
 # Pairs whose radii sum to more than this share of their distance, and whose factor is above this, are joined by
-# directions; for others the kernel is even enough that points on both serve.
+# directions, unless the kernel is even: a gap of this share of the smaller radius separates them, and so many trial
+# segments between points on both count as this share of equal ones. For all others points on both serve.
 _NEAR, _NEAR_FACTOR = 0.7, 2e-3
+_GAP, _TRIALS, _EVEN = 0.3, 64, 0.4
 
 # Segments per block, which bounds memory.
 _BLOCK = 1 << 18
@@ -98,6 +100,9 @@ class _Sampling:
         self._uses = mix(seed, first, second)
         distance = np.linalg.norm(sides.centre[first] - sides.centre[second], axis=1)
         near = (sides.radius[first] + sides.radius[second] > _NEAR * distance) & (factor > _NEAR_FACTOR)
+        rows = np.flatnonzero(near)
+        apart = rows[self._gaps(rows) > _GAP]
+        near[apart] = self._evenness(apart) < _EVEN
         # Of the directions from the first patch a share of about the factor meets the second.
         self._tries = np.where(near, 1 / factor, 0.0)
         shape = len(first), REPLICATES
@@ -126,6 +131,27 @@ class _Sampling:
     def estimate(self):
         """Shares and their standard errors."""
         return replicate_shares(self._all, self._seen, self._squares)
+
+    def _gaps(self, rows):
+        """The larger height of either patch of pairs over the other one's plane, in the smaller radius."""
+        sides, first, second = self._sides, self._first[rows], self._second[rows]
+        over, under = (np.einsum("pki,pi->pk", sides.vertices[other] - sides.centre[own, None], sides.normal[own])
+                       for own, other in ((first, second), (second, first)))
+        return np.maximum(over.min(axis=1), under.min(axis=1)) / np.minimum(sides.radius[first], sides.radius[second])
+
+    def _evenness(self, rows):
+        """The equal segments, over all, that count as much as the trial segments of the pairs ``rows``."""
+        evenness = np.zeros(len(rows))
+        for start in range(0, len(rows), _BLOCK // _TRIALS):
+            pair = np.repeat(rows[start:start + _BLOCK // _TRIALS], _TRIALS)
+            number = np.arange(len(pair)) % _TRIALS
+            first, second = self._first[pair], self._second[pair]
+            weight = segments_by_points(self._sides, first, second, mix(self._uses[pair], 1), number)[2]
+            weight = weight.reshape(-1, _TRIALS)
+            squares = _TRIALS * np.einsum("pt,pt->p", weight, weight)
+            evenness[start:start + len(weight)] = np.divide(
+                weight.sum(axis=1)**2, squares, out=np.zeros(len(weight)), where=squares > 0)
+        return evenness
 
     def _cast(self, pair, number):
         """Add the segments ``number`` of pairs."""

@@ -3,6 +3,8 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11
+from golden.light.factors import visibility
+from golden.light.factors.draws import segments_by_direction
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.sides import Sides
 from golden.light.factors.visibility import visible_shares
@@ -72,3 +74,14 @@ def test_a_pair_does_not_depend_on_the_others():
     assert both.error[1] == alone.error[0]
     assert both.segments[1] == alone.segments[0]
     assert both.share[0] != both.share[1]
+
+
+@pytest.mark.parametrize(("second", "by_directions"), [
+    (rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0)), False), (rectangle((0, 0, 0.1), (0, 1, 0), (1, 0, 0)), True),
+    (rectangle((0, 0, 0), (0, 1, 0), (0, 0, 1)), True), (rectangle((0, 0, 0.1), (0, 1, 0), (0, 0, 1)), True)])
+def test_near_pairs_of_an_uneven_kernel_are_joined_by_directions(second, by_directions, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(visibility, "segments_by_direction", lambda sides, first, *others: drawn.append(
+        len(first)) or segments_by_direction(sides, first, *others))
+    shares(scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), second], BLACK)), 0, 1, limit=1e-2)
+    assert (sum(drawn) > 0) == by_directions
