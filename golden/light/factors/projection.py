@@ -61,8 +61,8 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
                          f"not shape {area.shape!r}")
     problem = _Problem(estimate, area)
     exchange, outside = problem.solve()
-    count = len(area)
-    F = sparse.csr_array((exchange[problem.pair] / area[problem.row], estimate.F.indices, estimate.F.indptr),
+    count, indices, indptr = len(area), estimate.F.indices, estimate.F.indptr
+    F = sparse.csr_array((exchange[problem.pair] / np.repeat(area, np.diff(indptr)), indices, indptr),
                          shape=(count, count))
     return F, outside[:count] / area, outside[count:] / area
 
@@ -74,18 +74,21 @@ class _Problem:
         count, F = len(area), estimate.F
         self._area = area
         self._pattern = F.indices, F.indptr
-        self.row, first, self.pair = entry_pairs(F.indices, F.indptr)
-        self._low, self._high = self.row[first], F.indices[first]
-        own = area[self.row[first]]
+        row, first, self.pair = entry_pairs(F.indices, F.indptr)
+        self._low, self._high = row[first], F.indices[first]
+        del row
+        own = area[self._low]
         smaller = np.minimum(area[self._low], area[self._high])
         spread = np.maximum(estimate.error.data[first] * own, _CLOSED_FORMS * smaller)
         rows = np.arange(count, dtype=np.int32)
         self._value = np.concatenate([F.data[first] * own, estimate.sky * area, estimate.back * area])
         sky_error = np.where(estimate.sky > 0, estimate.sky_error, 0.0)
-        self._spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])
+        spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])
         self._rows = np.concatenate([self._low, rows, rows])
-        reach = self._spread * np.repeat([_REACH, _OUTSIDE_REACH], [len(first), 2 * count])
-        self._least, self._most = np.maximum(self._value - reach, 0), self._value + reach
+        reach = np.repeat([_REACH, _OUTSIDE_REACH], [len(first), 2 * count])
+        reach *= spread
+        self._reach = reach
+        self._variance = np.square(spread, out=spread)
 
     def solve(self):
         """Exchange areas of the pairs, and areas times the shares outside, sky before back."""
@@ -118,21 +121,34 @@ class _Problem:
     def _at(self, multiplier):
         """The unknowns that the multipliers give, the dual function, and what the rows' sums miss (minus its slope)."""
         pull = self._pull(multiplier)
-        value = np.clip(self._value + self._spread**2 * pull, self._least, self._most)
-        moved = np.divide(value - self._value, self._spread, out=np.zeros(len(value)), where=self._spread > 0)
+        value = self._moved(pull)
+        np.maximum(value, np.maximum(self._value - self._reach, 0), out=value)
+        np.minimum(value, self._value + self._reach, out=value)
+        merit = value @ pull
+        change = np.subtract(value, self._value, out=pull)
+        change *= change
+        merit -= np.divide(change, self._variance, out=change, where=self._variance > 0).sum() / 2
         slack = self._slack**2 * multiplier
         rest = self._area - self._sums(value) - slack
-        return value, value @ pull - moved @ moved / 2 + slack @ multiplier / 2 - self._area @ multiplier, rest
+        return value, merit + slack @ multiplier / 2 - self._area @ multiplier, rest
 
     def _newton_step(self, multiplier, rest):
-        moves = self._value + self._spread**2 * self._pull(multiplier)
-        variance = np.where((moves > self._least) & (moves < self._most), self._spread**2, 0.0)
+        moves = self._moved(self._pull(multiplier))
+        free = (moves > np.maximum(self._value - self._reach, 0)) & (moves < self._value + self._reach)
+        del moves
+        variance = np.where(free, self._variance, 0.0)
         diagonal = self._sums(variance) + self._slack**2
         count, scale = len(rest), 1 / np.sqrt(diagonal)
         matrix = sparse.csr_array((variance[self.pair], *self._pattern), shape=(count, count))
         operator = LinearOperator((count, count), dtype=np.float64, matvec=lambda x: (
             scale * (matrix @ (scale * x.ravel())) + x.ravel()))
         return scale * cg(operator, scale * rest, rtol=1e-8, maxiter=_ITERATIONS)[0]
+
+    def _moved(self, pull):
+        """The unknowns without their bounds."""
+        moved = self._variance * pull
+        moved += self._value
+        return moved
 
     def _pull(self, multiplier):
         """The sum of the multipliers of each unknown's rows."""
