@@ -12,7 +12,7 @@ from golden.light.closed_forms import c_11, c_14, c_41
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin.shapes import FACES, box, cap, loft
 
-__all__ = ["HIDDEN", "OPEN", "Case", "box_in_box", "plate_between_plates", "visible_factor"]
+__all__ = ["BARRIER", "HIDDEN", "OPEN", "Case", "box_in_box", "plate_between_plates", "visible_factor"]
 
 # Half the length of a street, in its widths: what an endless street has beyond is below 1e-6 of a facet's radiation.
 _ENDLESS = 500.0
@@ -48,17 +48,17 @@ class Case:
         return float(max(found))
 
     def deviations(self, found: ViewFactors) -> np.ndarray:
-        """How many standard errors each measured share, before the projection, is off; exact ones are left out."""
+        """Of each known factor of two facets how many standard errors its measurement, before the projection, is off.
+
+        Exact ones are left out, and of a pair the second direction: both are one measurement.
+        """
         deviations = {}
         for starts, ends, truth in self.known:
-            if ends is None:
+            if ends is None or len(starts) * len(ends) > 1:
                 continue
-            weight = found.area[starts] / found.area[starts].sum()
-            share = weight @ found.unprojected[starts][:, ends].sum(axis=1)
-            spread = np.sqrt(weight**2 @ found.error[starts][:, ends].power(2).sum(axis=1))
-            # Of a pair both directions are one measurement.
-            if spread:
-                deviations.setdefault(frozenset((*starts, *ends)), (share - truth) / spread)
+            pair = starts[0], ends[0]
+            if found.error[pair]:
+                deviations.setdefault(frozenset(pair), (found.unprojected[pair] - truth) / found.error[pair])
         return np.array(list(deviations.values()))
 
 
@@ -189,6 +189,7 @@ OPEN: tuple[Callable[[], Case], ...] = (
     *(partial(_opposed, x, y) for x, y in ((1, 1), (2, 2), (0.3, 5), (10, 10))),
     *(partial(_adjoining, w, h) for w, h in ((1, 1), (0.2, 3), (5, 0.1))),
     partial(_discs, 1, 1), partial(_discs, 0.5, 2), _bends, _cube, partial(_canyon, 0))
+BARRIER = partial(_canyon, 0.25)
 HIDDEN: tuple[Callable[[], Case], ...] = (
-    *(partial(plate_between_plates, width) for width in (0.3, 0.5, 0.8)), partial(_canyon, 0.25),
+    *(partial(plate_between_plates, width) for width in (0.3, 0.5, 0.8)), BARRIER,
     partial(box_in_box, 0.3), partial(box_in_box, 0.6), partial(_cylinder_in_box, 0.3))

@@ -23,7 +23,7 @@ from golden.output import whole_file
 from golden.peak_memory import peak_memory
 from golden.scene.open import open_scene
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
-from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, plate_between_plates
+from radiosity.benchmarks.view_factor_cases import BARRIER, HIDDEN, OPEN, Case, box_in_box, plate_between_plates
 from radiosity.benchmarks.view_factor_methods import method_rows
 from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
 from radiosity.chart import Line, write_chart
@@ -34,8 +34,9 @@ SCENE_ERROR, CITY_ERROR, CLOSED_ERRORS = 1e-2, 1e-3, (2e-2, 1e-3)
 MIB = 1 << 20
 
 
-# The multiples of the standard error within which shares are counted.
+# The multiples of the standard error within which factors are counted, and of plates that hide a part the widths.
 WITHIN = (1, 2, 3)
+COVERED_WIDTHS = tuple(k / 10 for k in range(1, 10))
 
 
 def largest_error(case: Case, found: ViewFactors) -> float:
@@ -54,33 +55,38 @@ def open_rows() -> list[list]:
     return rows
 
 
-def hidden_rows(seeds: int) -> tuple[list[list], dict[str, np.ndarray]]:
-    """Of each case with occlusion its errors by requested error, and its deviations in standard errors.
-
-    A row has the largest and the median error of the seeds, and the share of the seeds within the requested one.
-    """
-    rows, deviations = [], {}
+def hidden_rows(seeds: int) -> list[list]:
+    """Of each case with occlusion by requested error: median and largest error, and the share of seeds within it."""
+    rows = []
     for make in HIDDEN:
-        case, off = make(), []
+        case = make()
         for error in HIDDEN_ERRORS:
-            results = [view_factors(case.facets, error=error, seed=seed) for seed in range(seeds)]
-            found = np.array([largest_error(case, result) for result in results])
+            found = np.array([largest_error(case, view_factors(case.facets, error=error, seed=seed))
+                              for seed in range(seeds)])
             rows.append([case.name, len(case.facets), f"{error:g}", small(np.median(found)), small(max(found)),
                          f"{np.mean(found <= error):.0%}"])
-            off += [case.deviations(result) for result in results]
-        deviations[case.name] = np.concatenate(off)
         console().note(case.name)
-    return rows, {name: values for name, values in deviations.items() if len(values)}
+    return rows
 
 
-def coverage_rows(deviations: dict[str, np.ndarray]) -> list[list]:
-    """Of each case, and of all together, the share of deviations within some standard errors."""
-    everything = {**deviations, "all": np.concatenate(list(deviations.values()))}
-    return [[name, len(values), *(f"{np.mean(np.abs(values) <= within):.0%}" for within in WITHIN)]
+def measured_deviations(seeds: int) -> dict[tuple[str, float], np.ndarray]:
+    """By name and requested error the deviations of known factors of pairs that see a part of each other."""
+    plates = [plate_between_plates(width) for width in COVERED_WIDTHS]
+    cases = [(f"plates of {len(plates)} widths between unit squares", plates, error) for error in HIDDEN_ERRORS]
+    barrier = BARRIER()
+    return {(name, error): np.concatenate([
+        case.deviations(view_factors(case.facets, error=error, seed=seed)) for case in some for seed in range(seeds)])
+        for name, some, error in [*cases, (barrier.name, [barrier], HIDDEN_ERRORS[0])]}
+
+
+def coverage_rows(deviations: dict[tuple[str, float], np.ndarray]) -> list[list]:
+    """The shares of deviations within some standard errors, of each and of all together."""
+    everything = {**deviations, ("all", ""): np.concatenate(list(deviations.values()))}
+    return [[*name, len(values), *(f"{np.mean(np.abs(values) <= within):.0%}" for within in WITHIN)]
             for name, values in everything.items()]
 
 
-def write_coverage(path: Path, deviations: dict[str, np.ndarray]) -> None:
+def write_coverage(path: Path, deviations: dict[tuple[str, float], np.ndarray]) -> None:
     """A chart of the share of deviations within each multiple of the standard error, beside the normal distribution."""
     x = np.linspace(0, 4, 201)
     measured = np.abs(np.concatenate(list(deviations.values())))
@@ -88,7 +94,7 @@ def write_coverage(path: Path, deviations: dict[str, np.ndarray]) -> None:
              Line(name="measured", x=x, y=(measured <= x[:, None]).mean(axis=1))]
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as part:
-        write_chart(part, lines, title=f"{len(measured)} shares that are known", x_name="standard errors",
+        write_chart(part, lines, title=f"{len(measured)} factors that are known", x_name="standard errors",
                     y_name="share within", y_top=1.05)
 
 
@@ -156,7 +162,7 @@ def small(value: float) -> str:
 def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city: bool, output: Path) -> None:
     """Compare view factors with known ones and with other programs; SCENES default to lobby and room1627."""
     known = open_rows()
-    hidden, deviations = hidden_rows(seeds)
+    hidden, deviations = hidden_rows(seeds), measured_deviations(seeds)
     closed = box_in_box(0.6, 2).facets
     write_coverage(output.with_name(f"{output.stem}-coverage.svg"), deviations)
     lines = ["# View factors", "", f"{provenance('numpy', 'scipy')}; method grid.", "", "## Closed forms", "",
@@ -165,7 +171,7 @@ def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city
              "## Facets that hide each other", "", f"Over {seeds} seeds.", "",
              *table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden), "",
              "## Coverage of the estimated errors", "", f"Over {seeds} seeds, within so many standard errors.", "",
-             *table(["facets", "shares", *map(str, WITHIN)], coverage_rows(deviations)), "",
+             *table(["facets", "requested", "factors", *map(str, WITHIN)], coverage_rows(deviations)), "",
              "## Methods of closure", "", f"Cube in a cube, {len(closed)} facets, requested error "
              f"{CLOSED_ERRORS[0]:g}, compared with {CLOSED_ERRORS[1]:g}.", "",
              *table(["method", "closure", "below 0", "exact factors move by", "RMS error"],

@@ -162,6 +162,8 @@ BAD = {
     "sky view factors over a folder": ({"svf.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "svf.inp.1"),
     "error of zero": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "0"), "--error"),
     "error above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "2"), "--error: Error must be"),
+    "sky patches of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--sky-patches", "tregenza"),
+                                         "--sky-patches excludes --rays"),
     "error of the sky above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--sky-error", "2"),
                                    "--sky-error: Sky error must be"),
     "negative seed of view factors": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "-1"),

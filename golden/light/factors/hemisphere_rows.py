@@ -113,4 +113,5 @@ class HemisphereRows:
         outside = [np.where(share > CLOSED, np.sqrt(share * (1 - share) * rays + 0.5) / rays, 0.0)
                    for share in (sky, back)]
         return Estimate(F=entries(exchange / area[row]), error=entries(error), sky=sky, back=back,
-                        sky_error=outside[0], back_error=outside[1], hidden_error=0.0), entries(forth)
+                        sky_error=outside[0], back_error=outside[1], unseen_error=np.zeros(len(area)),
+                        hidden_error=0.0), entries(forth)

@@ -29,6 +29,8 @@ class Estimate:
         N float64: shares of the rays that leave the scene, and that meet the black back of a one-sided patch.
     sky_error, back_error
         N float64: their standard errors; of the back 0 where no ray did.
+    unseen_error
+        N float64: standard errors of the share of a row that is no entry.
     hidden_error
         The largest standard error of a factor that is no entry.
     """
@@ -39,14 +41,15 @@ class Estimate:
     back: np.ndarray
     sky_error: np.ndarray
     back_error: np.ndarray
+    unseen_error: np.ndarray
     hidden_error: float
 
     @property
     def closed_sky_error(self) -> np.ndarray:
         """Standard errors of the sky's shares in closed rows, N float64: all else in a row measures them once more."""
-        others = self.error.power(2).sum(axis=1) + self.back_error**2
+        others = self.error.power(2).sum(axis=1) + self.back_error**2 + self.unseen_error**2
         own = self.sky_error**2
-        return np.sqrt(np.divide(own * others, own + others, out=np.zeros(len(own)), where=others > 0))
+        return np.sqrt(own * others / (own + others))
 
 
 def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estimate:
@@ -103,6 +106,8 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
     F, spread = (sparse.csr_array((values[pair] / area[row], indices, indptr), shape=(width, width))
                  for values in (exchange, deviation))
     return Estimate(F=F, error=spread, sky=sky, back=back / rays, sky_error=joined("sky_error"),
+                    # Wilson's of what no ray met, as in `golden.light.factors.replicate_shares`.
+                    unseen_error=2 / (rays + 4),
                     hidden_error=float(joined("hidden_error").max(initial=0)),
                     back_error=np.where(back > 0, np.sqrt(middle * (1 - middle) / (rays + 1)), 0.0))
 

@@ -63,10 +63,10 @@ def test_the_largest_difference_counts():
     assert case.largest_error(np.array([[0, 0.4], [0.4, 0]]), None, area) == pytest.approx(0.1)
 
 
-def test_deviations_of_single_and_joint_shares():
+def test_deviations_are_those_of_single_pairs_that_are_not_exact():
     matrix = sparse.csr_array(np.array([[0, 0.3, 0.3], [0.3, 0, 0.1], [0.3, 0.1, 0]]))
     error = sparse.csr_array((np.array([0.03, 0.04, 0.03, 0, 0.04, 0]), matrix.indices, matrix.indptr), shape=(3, 3))
     found = three_sides(F=matrix, unprojected=matrix, error=error, area=np.ones(3))
     case = Case(name="three", facets=np.zeros((3, 4, 3)), known=[
-        ([0], [1, 2], 0.5), ([0], [1], 0.36), ([1], [0], 0.36), ([1], [2], 0.2), ([1], None, 0.1)])
-    np.testing.assert_allclose(case.deviations(found), [2, -2])
+        ([0], [1, 2], 0.5), ([0], [1], 0.36), ([1], [0], 0.36), ([1], [2], 0.2), ([2], [0], 0.2), ([1], None, 0.1)])
+    np.testing.assert_allclose(case.deviations(found), [-2, 2.5])

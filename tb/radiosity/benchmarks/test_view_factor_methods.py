@@ -14,7 +14,7 @@ def duct(factor):
     error = sparse.csr_array((F > 0) * 0.1 / area[:, None])
     zeros = np.zeros(3)
     return Estimate(F=sparse.csr_array(F), error=error, sky=zeros, back=zeros, sky_error=zeros, back_error=zeros,
-                    hidden_error=0.0), area
+                    unseen_error=zeros, hidden_error=0.0), area
 
 
 @pytest.mark.parametrize("name", [name for name in METHODS if name != "none"])

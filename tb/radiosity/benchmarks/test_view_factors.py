@@ -16,6 +16,7 @@ from radiosity.cli import main as radiosity
 def test_tables(tmp_path, monkeypatch):
     monkeypatch.setattr(view_factors, "in_own_process", lambda function, *arguments: function(*arguments))
     monkeypatch.setattr(view_factors, "OPEN", view_factors.OPEN[:1])
+    monkeypatch.setattr(view_factors, "COVERED_WIDTHS", (0.4,))
     monkeypatch.setattr(view_factors, "HIDDEN", (partial(plate_between_plates, 0.4),))
     monkeypatch.setattr(view_factors, "method_rows", lambda facets, **given: [["none", 0.5, 0, 0.0, 0.1]])
     monkeypatch.setattr(view_factor_programs, "PROGRAMS", {
@@ -31,8 +32,8 @@ def test_tables(tmp_path, monkeypatch):
     assert [list(row.values())[2:] for row in closed] == [["< 1e-9"] * 3]
     assert [row["requested"] for row in hidden] == [0.01, 0.001]
     assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
-    assert [row["shares"] for row in coverage] == [4, 4]
-    assert coverage[0]["2"] in ("50%", "75%", "100%")
+    assert [row["factors"] for row in coverage] == [2, 2, 4, 8]
+    assert coverage[0]["2"] in ("0%", "50%", "100%")
     assert methods == [{"method": "none", "closure": 0.5, "below 0": 0, "exact factors move by": "< 1e-9",
                         "RMS error": 0.1}]
     assert "measured" in (tmp_path / "x-coverage.svg").read_text()

@@ -79,3 +79,10 @@ def test_shares_outside():
     assert result.back_error[0] > 0
     assert result.back_error[2] == 0
     assert result.hidden_error == 0.003
+    np.testing.assert_allclose(result.unseen_error, 2 / (RAYS + 4))
+
+
+def test_all_else_in_a_row_measures_the_sky_once_more():
+    result = joined(block([[(1, 60, 0.25, 0.003)], [], []], sky=300, back=0))
+    others = np.array([0.003, 0.0015, 0])**2 + (2 / (RAYS + 4))**2
+    np.testing.assert_allclose(result.closed_sky_error, 1 / np.sqrt(1 / 0.03**2 + 1 / others))

@@ -13,8 +13,8 @@ def estimate(F, error, *, sky=None, sky_error=None):
     row, column = np.nonzero(pattern)
     F, error = (sparse.csr_array((values[row, column], (row, column)), shape=pattern.shape)
                 for values in (F, np.broadcast_to(error, pattern.shape)))
-    return Estimate(F=F, error=error, sky=zeros if sky is None else sky, back=zeros, back_error=zeros, hidden_error=0.0,
-                    sky_error=zeros if sky_error is None else sky_error)
+    return Estimate(F=F, error=error, sky=zeros if sky is None else sky, back=zeros, back_error=zeros,
+                    unseen_error=zeros, hidden_error=0.0, sky_error=zeros if sky_error is None else sky_error)
 
 
 @pytest.fixture(scope="module")
