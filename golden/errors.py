@@ -2,13 +2,20 @@
 
 from numbers import Integral
 
-__all__ = ["InputError", "check_int"]
+__all__ = ["InputError", "InputWarning", "check_int"]
 
 
 class InputError(Exception):
     """The user's input cannot be used: one line that names the fault and its position.
 
     The command line prints it as ``error: ...`` and exits with code 2; nothing is written.
+    """
+
+
+class InputWarning(UserWarning):
+    """The user's input was not used as a whole: one line that names what is left out, or what becomes inexact.
+
+    The command line prints it as ``warning: ...``; with ``--strict`` it is an `InputError`.
     """
 
 

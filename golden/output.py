@@ -1,13 +1,13 @@
 """Files that are written atomically."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from golden.errors import InputError
 
-__all__ = ["check_outputs", "whole_file"]
+__all__ = ["check_inputs_stay", "check_outputs", "whole_file"]
 
 
 def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
@@ -31,6 +31,21 @@ def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
             part.unlink()
         except OSError as error:
             raise InputError(f"output {str(path)!r}: cannot be written ({error.strerror})") from error
+
+
+def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> None:
+    """No output is the file of an input, by another name or a link either; inputs that are no files are skipped.
+
+    Raises
+    ------
+    InputError
+        One is.
+    """
+    for output in outputs:
+        for source in inputs:
+            with suppress(OSError, ValueError):  # one of them does not exist
+                if output is not None and os.path.samefile(source, output):
+                    raise InputError(f"output {str(output)!r}: it is the input")
 
 
 @contextmanager

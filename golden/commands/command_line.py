@@ -68,7 +68,8 @@ class Task(_Shared, click.Command):
         if console().quiet and console().verbose:
             raise click.UsageError("--quiet and --verbose exclude each other.", ctx)
         try:
-            return super().invoke(ctx)
+            with console().input_warnings():
+                return super().invoke(ctx)
         except ModuleNotFoundError as error:
             missing = _missing(error, self._extra)
             if missing is None:

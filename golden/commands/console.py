@@ -2,8 +2,12 @@
 
 import json
 import sys
+import warnings
+from contextlib import contextmanager
 
 import click
+
+from golden.errors import InputError, InputWarning
 
 __all__ = ["Console", "console"]
 
@@ -15,12 +19,12 @@ class Console:
 
     Members
     -------
-    quiet, verbose, as_json
+    quiet, verbose, as_json, strict
         Whether the option was given.
     """
 
     def __init__(self):
-        self.quiet = self.verbose = self.as_json = False
+        self.quiet = self.verbose = self.as_json = self.strict = False
 
     @property
     def progress(self) -> bool:
@@ -42,6 +46,26 @@ class Console:
     def warn(self, text: str) -> None:
         """Print a warning of one line."""
         click.echo("warning: " + " ".join(text.split()), err=True)
+
+    @contextmanager
+    def input_warnings(self):
+        """Print each different warning on the input once; raise the first as an `InputError` if ``strict``."""
+        shown = set()
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", InputWarning)
+            others = warnings.showwarning
+
+            def show(message, category, *where, **more):
+                if not issubclass(category, InputWarning):
+                    others(message, category, *where, **more)
+                elif self.strict:
+                    raise InputError(str(message))
+                elif str(message) not in shown:
+                    shown.add(str(message))
+                    self.warn(str(message))
+
+            warnings.showwarning = show
+            yield
 
 
 def console() -> Console:

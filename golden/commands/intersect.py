@@ -24,11 +24,12 @@ def intersect(scene, rays, output, method):
     """
     from golden.cast import methods
     from golden.cast.ray_file import read_rays, write_hits
-    from golden.output import check_outputs
+    from golden.output import check_inputs_stay, check_outputs
     from golden.plural import counted
     from golden.scene.open import open_scene
 
     check_outputs(output, suffixes=(".npz",))
+    check_inputs_stay(scene, rays, outputs=(output,))
     cast, any_hit = read_rays(rays)
     caster = methods.ray_caster(open_scene(scene), method, progress=console().progress)
     hits = caster.any_hit(cast) if any_hit else caster.nearest(cast)

@@ -7,6 +7,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
+from golden.commands.console import console
 
 __all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "CellSize",
            "Positive", "Triple", "WholePair"]
@@ -31,7 +32,14 @@ class _SceneName(click.ParamType):
                 CompletionItem(incomplete, type="file")]
 
 
-SCENE = click.argument("scene", type=_SceneName())
+def SCENE(function):  # noqa: N802 - a decorator beside those of other parameters
+    """The argument of a scene, and the option that refuses scenes which are not used as a whole."""
+    def remember(ctx, param, value):
+        console().strict = value
+
+    strict = click.option("--strict", is_flag=True, expose_value=False, callback=remember,
+                          help="Fail where the scene holds something that is not used, instead of a warning.")
+    return click.argument("scene", type=_SceneName())(strict(function))
 
 
 class WholePair(click.ParamType):

@@ -32,12 +32,13 @@ def list_scenes():
               help=f"Write to this file; its name ends in {', '.join(EXPORT_SUFFIXES)}.")
 def export(scene, output):
     """Write SCENE to a file that other programs read."""
-    from golden.output import check_outputs
+    from golden.output import check_inputs_stay, check_outputs
     from golden.plural import counted
     from golden.scene.export import export_scene
     from golden.scene.open import open_scene
 
     check_outputs(output, suffixes=EXPORT_SUFFIXES)
+    check_inputs_stay(scene, outputs=(output,))
     opened = open_scene(scene)
     export_scene(opened, output)
     counts = {"patches": len(opened), "materials": len(opened.materials)}

@@ -149,6 +149,8 @@ def _obj(scene: Scene, path: Path) -> None:
     names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
              enumerate(scene.materials)]
     library = path.with_suffix(".mtl")
+    if library.exists() and not path.exists():
+        raise InputError(f"output {str(path)!r}: its library {library.name!r} exists and belongs to another file")
     lines = [f"mtllib {library.name}"] + [f"v {_numbers(point)}" for point in points]
     for number, name in enumerate(names):
         chosen = np.flatnonzero(scene.material == number)
@@ -193,7 +195,7 @@ def export_scene(scene: Scene, path) -> None:
     Raises
     ------
     InputError
-        The suffix is unknown, or the file cannot be written.
+        The suffix is unknown, the file cannot be written, or the .mtl beside an .obj would replace another file's.
     """
     path = Path(path)
     writers = dict(zip(FORMATS, (_glb, _obj, _ply, _stl), strict=True))

@@ -14,11 +14,12 @@ import trimesh
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, bounded_material, colour_materials
 from golden.scene.camera import Camera
-from golden.scene.gltf_tree import check_tree
+from golden.scene.gltf_tree import MOST_FACES, check_tree
+from golden.scene.gltf_unused import check_required, unused_of
 from golden.scene.material import Material
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import mean_colour
-from golden.scene.parser import load_with_trimesh, unreadable
+from golden.scene.parser import check_regular, load_with_trimesh, unreadable
 from golden.scene.scene import PointLight
 
 __all__ = ["EXACT", "gltf_material", "read_gltf", "split_glb"]
@@ -207,7 +208,7 @@ def _materials(geometry, sources: list[dict], faces: np.ndarray) -> tuple[list[M
 def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
     """All meshes of a scene in world coordinates, with the materials that ``sources`` state."""
     points, corners, indices, materials = [], [], [], {}
-    offset = 0
+    offset = total = 0
     order = {node: position for position, node in enumerate(scene.graph.transforms.node_data)}
     for node in sorted(scene.graph.nodes_geometry, key=order.__getitem__):
         matrix, key = scene.graph[node]
@@ -215,6 +216,9 @@ def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
         if not isinstance(geometry, trimesh.Trimesh):
             continue
         faces = np.asarray(geometry.faces, dtype=np.int64)
+        total += len(faces)
+        if total > MOST_FACES:
+            raise InputError(f"its nodes instance more than {MOST_FACES} triangles")
         if len(faces) and faces.max() >= len(geometry.vertices):
             raise InputError(f"mesh {key!r} has a face with a corner at vertex {faces.max() + 1}, "
                              f"but {len(geometry.vertices)} vertices")
@@ -246,6 +250,11 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
         The file is malformed, of another version, or compressed; the message lacks the path.
     OSError
         The file, or a buffer or texture that it names, cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Names what is not used.
     """
     data = path.read_bytes()
     is_binary = path.suffix.lower() == ".glb"
@@ -261,7 +270,14 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     compressed = COMPRESSED.intersection(tree.get("extensionsUsed", ()))
     if compressed:
         raise InputError(f"its geometry is compressed with {compressed.pop()}, which cannot be read")
+    check_required(tree)
+    for part in (*tree.get("buffers", ()), *tree.get("images", ())):
+        if "uri" in part and not part["uri"].startswith("data:"):
+            check_regular(path.parent / part["uri"])
+    unused = unused_of(tree)
     view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
     scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))
-    return _mesh(scene, sources), view
+    mesh = _mesh(scene, sources)
+    unused.warn()
+    return mesh, view

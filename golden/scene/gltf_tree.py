@@ -1,15 +1,24 @@
-"""Checks of the JSON part of a glTF file: every member that the reader uses has the type that glTF 2.0 demands."""
+"""Checks of the JSON part of a glTF file: every member that the reader uses has the type that glTF 2.0 demands.
+
+A small file may claim more than any memory holds: what it claims is bounded here, before anything is allocated.
+"""
 
 from collections.abc import Callable
 from numbers import Real
 
 from golden.errors import InputError
 
-__all__ = ["check_tree"]
+__all__ = ["MOST_FACES", "check_tree"]
 
 Check = Callable[[object, str], None]
 
 LARGEST = 1e30
+
+MOST_FACES = 1 << 24
+"""Most triangles of all meshes, and of all their instances."""
+
+MOST_ZEROS = 1 << 22
+"""Most entries of accessors without a buffer view, which are zeros."""
 
 
 def check_tree(tree: dict) -> None:
@@ -18,7 +27,8 @@ def check_tree(tree: dict) -> None:
     Raises
     ------
     InputError
-        Names the first member that is not, for example ``nodes[2].children``.
+        Names the first member that is not, for example ``nodes[2].children``. Also if a node has two parents, or the
+        file claims more than `MOST_FACES` or `MOST_ZEROS`.
     """
     _TREE(tree, "")
     nodes, cameras = (len(tree.get(name, ())) for name in ("nodes", "cameras"))
@@ -36,6 +46,38 @@ def check_tree(tree: dict) -> None:
         light = node.get("extensions", {}).get("KHR_lights_punctual", {})
         if "light" in light:
             _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
+    _check_parents(tree.get("nodes", ()))
+    _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()))
+
+
+def _check_parents(nodes):
+    """Nodes with two parents each would be as many as two to the power of their depth."""
+    parents: dict[int, int] = {}
+    for number, node in enumerate(nodes):
+        for child in node.get("children", ()):
+            if parents.setdefault(child, number) != number:
+                raise InputError(f"nodes[{child}] is a child of both nodes[{parents[child]}] and nodes[{number}]")
+        if len(set(node.get("children", ()))) < len(node.get("children", ())):
+            raise InputError(f"nodes[{number}].children names a node twice")
+
+
+def _check_sizes(accessors, meshes):
+    counts = [accessor["count"] for accessor in accessors]
+    zeros = sum(accessor["count"] for accessor in accessors if "bufferView" not in accessor)
+    if zeros > MOST_ZEROS:
+        raise InputError(f"its accessors claim {zeros} entries without a buffer, at most {MOST_ZEROS} are read")
+    corners = 0
+    for number, mesh in enumerate(meshes):
+        for rank, primitive in enumerate(mesh["primitives"]):
+            path = f"meshes[{number}].primitives[{rank}]"
+            attributes = primitive.get("attributes", {})
+            named = {name: primitive[name] for name in ("indices",) if name in primitive}
+            for name, index in (named | attributes).items():
+                _check_index(index, f"{path}.{name}", len(counts))
+            source = primitive.get("indices", attributes.get("POSITION"))
+            corners += 0 if source is None else counts[source]
+    if corners > 3 * MOST_FACES:
+        raise InputError(f"its meshes have {corners} corners, at most {3 * MOST_FACES} are read")
 
 
 def _refuse(path, requirement, value):
@@ -60,6 +102,11 @@ def _number(value, path):
 def _whole(value, path):
     if isinstance(value, bool) or not isinstance(value, int):
         _refuse(path, "a whole number", value)
+
+
+def _count(value, path):
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        _refuse(path, "a whole number of at least 0", value)
 
 
 def _text(value, path):
@@ -89,6 +136,14 @@ def _object(required: tuple[str, ...] = (), **members: Check) -> Check:
     return check
 
 
+def _indices(value, path):
+    """Attributes have names that the file chooses."""
+    if not isinstance(value, dict):
+        _refuse(path, "an object", value)
+    for name, index in value.items():
+        _whole(index, f"{path}.{name}")
+
+
 def _extras(value, path):
     """Extras may hold anything; only our own member is read."""
     if isinstance(value, dict):
@@ -109,7 +164,10 @@ _LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number
 _NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_list(_number, 3),
                 translation=_list(_number, 3), children=_list(_whole), camera=_whole,
                 extensions=_object(KHR_lights_punctual=_object(light=_whole)))
+_MESH = _object(("primitives",), primitives=_list(_object(attributes=_indices, indices=_whole, material=_whole)))
 _TREE = _object(
+    accessors=_list(_object(("count",), count=_count)), meshes=_list(_MESH),
     scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
     cameras=_list(_object(perspective=_object(("yfov",), yfov=_number))), materials=_list(_MATERIAL),
-    extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text))
+    extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text), extensionsRequired=_list(_text),
+    buffers=_list(_object(uri=_text)), images=_list(_object(uri=_text)))

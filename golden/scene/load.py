@@ -6,16 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.facets import facet_scene
 from golden.scene.gltf import read_gltf
 from golden.scene.mesh import Mesh, mesh_scene
 from golden.scene.nff import read_nff
 from golden.scene.obj import read_obj
-from golden.scene.parser import load_with_trimesh, unreadable
+from golden.scene.parser import check_regular, load_with_trimesh, unreadable
 from golden.scene.ply import read_ply
 from golden.scene.scene import Scene
+from golden.scene.unused import Unused
 from golden.scene.vs3 import read_vs3
 
 __all__ = ["SUFFIXES", "load_scene"]
@@ -36,6 +37,10 @@ def _read_stl(path: Path) -> Mesh:
         if b"\0" in data:
             raise unreadable("STL", f"it is {len(data)} bytes long and should be {expected}")
         data = data.decode("latin-1").encode("utf-8")
+    elif data[84:] and np.frombuffer(data, np.uint8, offset=84).reshape(-1, 50)[:, 48:].any():
+        unused = Unused()
+        unused.add("attributes of facets")
+        unused.warn()
     scene = load_with_trimesh(data, "stl")
     corners = [np.asarray(part.vertices, dtype=np.float64)[part.faces].reshape(-1, 3)
                for part in scene.geometry.values()]
@@ -87,6 +92,11 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
     InputError
         One line with the path, the fault and its position: no such file, a directory, an unknown suffix, bad content,
         or anything that `mesh_scene`, `facet_scene` or `read_vs3` refuses.
+
+    Warns
+    -----
+    InputWarning
+        One line with the path and all that the file holds and the scene does not use.
     """
     path = Path(path)
     if up is not None and (np.shape(up) != (3,) or not np.all(np.isfinite(up)) or not np.any(up)):
@@ -95,15 +105,20 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
         raise InputError(f"{path}: it is a directory, not a scene file")
     if not path.exists():
         raise InputError(f"{path}: no such file")
+    check_regular(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: Suffix must be one of {' '.join(SUFFIXES)}, not {path.suffix!r}")
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("ignore")
-            return _read(path, None if up is None else tuple(float(value) for value in up), facets)
+            warnings.simplefilter("always", InputWarning)
+            scene = _read(path, None if up is None else tuple(float(value) for value in up), facets)
     except InputError as error:
         if str(error).startswith(str(path)):
             raise
         raise InputError(f"{path}: {error}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
+    for warning in caught:
+        warnings.warn(f"{path}: {warning.message}", InputWarning, stacklevel=2)
+    return scene

@@ -1,10 +1,11 @@
 """Polygons of files, and the scene that they become."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.adjacency import corner_numbers, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
@@ -55,6 +56,13 @@ def check_mesh(mesh: Mesh, where: str) -> None:
     InputError
         It has not; faces and vertices are counted from 1.
     """
+    _check_corners(mesh, where)
+    flat = _flat(mesh)
+    if len(flat):
+        raise InputError(f"{where}: {_faces(flat)} no area")
+
+
+def _check_corners(mesh: Mesh, where: str) -> None:
     if not len(mesh.counts):
         raise InputError(f"{where}: it has no faces")
     short = np.flatnonzero(mesh.counts < 3)
@@ -63,21 +71,29 @@ def check_mesh(mesh: Mesh, where: str) -> None:
     starts = np.cumsum(mesh.counts) - mesh.counts
     wrong = np.flatnonzero((mesh.corners < 0) | (mesh.corners >= len(mesh.points)))
     if len(wrong):
-        face = np.searchsorted(starts, wrong[0], "right")
-        raise InputError(f"{where}: face {face} has a corner at vertex {mesh.corners[wrong[0]] + 1}, "
-                         f"but there are {len(mesh.points)} vertices")
+        face, corner = np.searchsorted(starts, wrong[0], "right"), int(mesh.corners[wrong[0]])
+        which = f"vertex {corner + 1}" if corner >= 0 else f"a negative number, {corner}"
+        raise InputError(f"{where}: face {face} has a corner at {which}, but there are {len(mesh.points)} vertices")
     bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
     if len(bad):
         raise InputError(f"{where}: vertex {bad[0] + 1} is not finite: {_numbers(mesh.points[bad[0]])}")
+
+
+def _flat(mesh: Mesh) -> np.ndarray:
+    """The faces without area."""
+    starts = np.cumsum(mesh.counts) - mesh.counts
     local = mesh.points[mesh.corners] - np.repeat(mesh.points[mesh.corners[starts]], mesh.counts, axis=0)
     following = np.arange(1, len(local) + 1)
     following[starts + mesh.counts - 1] = starts
     areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(local, local[following]), starts, axis=0), axis=1)
     extent = np.maximum.reduceat(np.abs(local).max(axis=1), starts)
-    flat = np.flatnonzero(~(areas > NO_AREA * extent * extent))
-    if len(flat):
-        others = f" and {len(flat) - 1} more" if len(flat) > 1 else ""
-        raise InputError(f"{where}: face {flat[0] + 1}{others} {'have' if others else 'has'} no area")
+    return np.flatnonzero(~(areas > NO_AREA * extent * extent))
+
+
+def _faces(flat: np.ndarray) -> str:
+    others = f" and {len(flat) - 1} more" if len(flat) > 1 else ""
+    return f"face {flat[0] + 1}{others} {'have' if others else 'has'}"
+
 
 
 def _numbers(values) -> str:
@@ -85,15 +101,22 @@ def _numbers(values) -> str:
 
 
 def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Patches (planar, convex) and the face of each, in the order of the faces."""
+    """Patches (planar, convex) and the face of each, in the order of the faces; none of faces without area."""
     starts = np.cumsum(mesh.counts) - mesh.counts
+    flat = _flat(mesh)
+    if len(flat) == len(mesh.counts):
+        raise InputError(f"{where}: {_faces(flat)} no area")
+    if len(flat):
+        warnings.warn(f"not used: {_faces(flat)} no area", InputWarning, stacklevel=2)
+    counts = mesh.counts.copy()
+    counts[flat] = 0
     patches, faces = [], []
     for count, picks in ((3, (0, 1, 2, 2)), (4, (0, 1, 2, 3))):
-        chosen = np.flatnonzero(mesh.counts == count)
+        chosen = np.flatnonzero(counts == count)
         patches.append(mesh.points[mesh.corners[starts[chosen, None] + picks]])
         faces.append(chosen)
     repeats = (patches[1] == np.roll(patches[1], 1, axis=1)).all(axis=2).any(axis=1)
-    by_hand = np.concatenate((faces[1][repeats], np.flatnonzero(mesh.counts > 4)))
+    by_hand = np.concatenate((faces[1][repeats], np.flatnonzero(counts > 4)))
     patches[1], parents = split_nonplanar(patches[1][~repeats])
     faces[1] = faces[1][~repeats][parents]
     for face in by_hand.tolist():
@@ -142,10 +165,15 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Raises
     ------
     InputError
-        No faces, faces with less than three corners or without area, corners at vertices that do not exist, vertices
+        No faces with an area, faces with less than three corners, corners at vertices that do not exist, vertices
         that are not finite, polygons that cross themselves. Faces and vertices are counted from 1.
+
+    Warns
+    -----
+    InputWarning
+        Faces without area are left out.
     """
-    check_mesh(mesh, where)
+    _check_corners(mesh, where)
     patches, face = _cut(mesh, where)
     material = mesh.material[face]
     patches, material, one_sided = _without_duplicates(patches, material, one_sided=mesh.one_sided[material])

@@ -8,11 +8,16 @@ from PIL import Image
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, bounded_material, from_srgb
 from golden.scene.material import Material
+from golden.scene.parser import check_regular
+from golden.scene.unused import Unused
 
 __all__ = ["mean_colour", "read_mtl"]
 
 MIRROR_SHININESS = 500.0
 """Least Ns (0 to 1000) at which a highlight counts as a mirror reflection, for any ``illum``."""
+
+SKIPPED = ("Ka", "sharpness")
+"""Values without a physical meaning."""
 
 COUNTS = {"Kd": 3, "Ks": 3, "Ke": 3, "Tf": 3, "Ns": 1, "Ni": 1, "d": 1, "Tr": 1, "illum": 1}
 
@@ -49,13 +54,15 @@ def _values(words: list[str], count: int, where: str) -> np.ndarray:
     return np.array(values[:count])
 
 
-def _material(name: str, stated: dict) -> Material:
+def _material(name: str, stated: dict, unused: Unused) -> Material:
     """The material of the values that a library states."""
     illum = int(stated["illum"][0]) if "illum" in stated else 2
     opacity = 1.0
     if "d" in stated or "Tr" in stated:
         opacity = float(np.clip(stated["d"][0] if "d" in stated else 1 - stated["Tr"][0], 0, 1))
     shines = illum >= 3 or ("Ns" in stated and stated["Ns"][0] >= MIRROR_SHININESS)
+    unused.add("'Ks' of a highlight", not shines and bool(stated.get("Ks", np.zeros(3)).any()))
+    unused.add("'Tf' of an opaque material", opacity == 1 and not (stated.get("Tf", np.ones(3)) == 1).all())
     index = UNSPECIFIED.refraction_index
     if "Ni" in stated:
         index = stated["Ni"][0]
@@ -82,13 +89,19 @@ def read_mtl(text: str, *, where: str, folder=None) -> dict[str, Material]:
     where
         Path of the file, for messages.
     folder
-        Directory of the pictures; without it they are ignored.
+        Directory of the pictures; without it they are not used.
 
     Raises
     ------
     InputError
         A value is not a finite number, or a picture cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Names what is not used.
     """
+    unused = Unused()
     found: dict[str, dict] = {}
     stated = None
     for number, line in enumerate(text.splitlines(), start=1):
@@ -105,11 +118,15 @@ def read_mtl(text: str, *, where: str, folder=None) -> dict[str, Material]:
             stated[key] = _values(rest, COUNTS[key], here)
         elif key == "map_Kd" and folder is not None and rest:
             stated["map_Kd"] = _picture(folder, line.split(None, 1)[1].strip(), here)
+        elif key not in SKIPPED:
+            unused.add(f"{key!r}")
     for stated in found.values():
         if "map_Kd" in stated:
             kd = stated.get("Kd", np.ones(3))
             stated["Kd"] = stated["map_Kd"] * (kd if kd.any() else 1)
-    return {name: _material(name, stated) for name, stated in found.items()}
+    materials = {name: _material(name, stated, unused) for name, stated in found.items()}
+    unused.warn(where)
+    return materials
 
 
 def _picture(folder, name: str, where: str) -> np.ndarray:
@@ -119,6 +136,7 @@ def _picture(folder, name: str, where: str) -> np.ndarray:
     if name.startswith("-") and not path.exists():
         path = folder / name.split()[-1]
     try:
+        check_regular(path)
         with Image.open(path) as image:
             return mean_colour(image)
     except (OSError, ValueError, Image.DecompressionBombError, InputError) as error:

@@ -4,17 +4,22 @@ Polygons are read whole: loaders of triangles cut a polygon into a fan, and the 
 outside of it.
 """
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import read_mtl
+from golden.scene.parser import check_regular
+from golden.scene.unused import Unused
 
 __all__ = ["read_obj"]
 
+# Creases decide about smoothness (`golden.scene.mesh.mesh_scene`), not the normals of a file; groups are names.
+SKIPPED = ("vt", "vn", "g", "o", "s")
 
 class _Obj:
     """The state of the reader between lines."""
@@ -26,6 +31,8 @@ class _Obj:
         self.corners: list[int] = []
         self.material: list[int] = []
         self.library: dict = {}
+        self.lost = False
+        self.unused = Unused()
         self.numbers: dict[str | None, int] = {}
         self.current: str | None = None
         self.where = str(path)
@@ -45,6 +52,7 @@ class _Obj:
         if not all(abs(value) < np.inf for value in point):
             raise self.error(f"vertex {len(self.points) + 1} is not finite: {' '.join(words)}")
         self.points.append(point)
+        self.unused.add("colours of vertices", len(words) >= 6)
 
     def face(self, words: list[str]) -> None:
         """Reads a face."""
@@ -65,6 +73,8 @@ class _Obj:
 
     def use(self, name: str) -> None:
         """Sets the material of the faces that follow."""
+        if name not in self.library and self.lost:
+            self.library[name] = UNSPECIFIED
         if name not in self.library:
             raise self.error(f"material {name!r} is in no material library of the file")
         self.current = name
@@ -78,7 +88,13 @@ class _Obj:
         for name in names:
             path = self.path.parent / name.replace("\\", "/")
             try:
+                check_regular(path)
                 text = path.read_text(encoding="utf-8", errors="replace")
+            except FileNotFoundError:
+                self.lost = True
+                warnings.warn(f"there is no material library {name!r}: its materials become grey", InputWarning,
+                              stacklevel=2)
+                continue
             except (OSError, ValueError) as error:  # a ValueError for a name with a zero byte
                 reason = getattr(error, "strerror", None) or error
                 raise self.error(f"material library {name!r} cannot be read ({reason})") from error
@@ -92,15 +108,21 @@ def read_obj(path: Path) -> Mesh:
     """The mesh of an OBJ file.
 
     Vertices, faces (also with negative numbers), ``mtllib`` and ``usemtl`` are read; texture coordinates, normals,
-    groups, lines, points and free-form surfaces are skipped. Faces are two-sided: OBJ does not define sides.
+    groups, lines, points and free-form surfaces are skipped. Faces are two-sided: OBJ does not define sides. The
+    materials of a library that does not exist are `UNSPECIFIED`.
 
     Raises
     ------
     InputError
         With path and line: a vertex or corner that is no number, a vertex that is not finite, a face at a vertex that
-        is not defined before it, or a material or library that does not exist.
+        is not defined before it, or a material that does not exist.
     OSError
         The file cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Names what is skipped, but for normals, texture coordinates and groups; a library that does not exist.
     """
     obj = _Obj(path)
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -122,6 +144,9 @@ def read_obj(path: Path) -> Mesh:
             obj.use(" ".join(words[1:]))
         elif words[0] == "mtllib":
             obj.libraries(line)
+        elif words[0] not in SKIPPED:
+            obj.unused.add(f"{words[0]!r}")
+    obj.unused.warn()
     materials = tuple(UNSPECIFIED if name is None else obj.library[name] for name in obj.numbers)
     return Mesh(points=np.array(obj.points, dtype=np.float64).reshape(-1, 3),
                 counts=np.array(obj.counts, dtype=np.int64), corners=np.array(obj.corners, dtype=np.int64),

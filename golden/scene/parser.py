@@ -1,12 +1,25 @@
 """Third-party parsers of files: their errors become the user's."""
 
 import io
+from pathlib import Path
 
 import trimesh
 
 from golden.errors import InputError
 
-__all__ = ["load_with_trimesh", "unreadable"]
+__all__ = ["check_regular", "load_with_trimesh", "unreadable"]
+
+
+def check_regular(path: Path) -> None:
+    """A path is not a pipe or a device, which a reader might wait for or read for ever; it need not exist.
+
+    Raises
+    ------
+    InputError
+        It is one.
+    """
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: it is not a regular file")
 
 
 def unreadable(kind: str, reason: object) -> InputError:

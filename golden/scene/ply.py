@@ -11,6 +11,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb
 from golden.scene.mesh import Mesh
+from golden.scene.unused import Unused
 
 __all__ = ["read_ply"]
 
@@ -20,6 +21,12 @@ TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2"
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNERS = ("vertex_indices", "vertex_index")
 COLOURS = ("red", "green", "blue")
+NORMAL = ("nx", "ny", "nz")
+LONGEST_WORD = 64
+"""Most characters of a number in text that are read."""
+
+Kind = tuple[str, int]
+"""A type of numbers, and how many of them follow one another."""
 
 
 @dataclass
@@ -74,7 +81,10 @@ class _Text:
     """Rows of numbers in text: every value is a word; ``position`` is the number of the next one."""
 
     def __init__(self, data: bytes):
-        self._words = np.array(data.split())
+        words = data.split()
+        # An array of words takes the longest one's memory for each.
+        self._words = np.array(words if max(map(len, words), default=0) <= LONGEST_WORD
+                               else [word[:LONGEST_WORD] for word in words])
         self.position = 0
 
     @property
@@ -82,22 +92,24 @@ class _Text:
         """Upper bound of the values to come."""
         return len(self._words) - self.position
 
-    def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
-        """``count`` rows of values of the given types; EOFError if there are fewer."""
-        end = self.position + count * len(kinds)
+    def rows(self, kinds: list[Kind], count: int) -> list[np.ndarray]:
+        """``count`` rows of values of the given types, a column each; EOFError if there are fewer."""
+        ends = np.cumsum([length for _, length in kinds])
+        end = self.position + count * int(ends[-1])
         if end > len(self._words):
             raise EOFError
-        table = self._words[self.position:end].reshape(count, len(kinds))
+        table = self._words[self.position:end].reshape(count, int(ends[-1]))
         self.position = end
         with np.errstate(invalid="ignore"):  # a word that is no integer becomes an invalid vertex number
-            return [table[:, column].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
-                    for column, kind in enumerate(kinds)]
+            return [table[:, stop - length:stop].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
+                    for (kind, length), stop in zip(kinds, ends.tolist(), strict=True)]
 
-    def peek(self, kind: str, skip: list[str]) -> int:
+    def peek(self, kind: str, skip: list[Kind]) -> int:
         """The value after the next ones, which are of the types ``skip``."""
-        if self.position + len(skip) >= len(self._words):
+        position = self.position + sum(length for _, length in skip)
+        if position >= len(self._words):
             raise EOFError
-        return int(self._words[self.position + len(skip)])
+        return int(self._words[position])
 
 
 class _Binary:
@@ -107,15 +119,15 @@ class _Binary:
         self._data, self._order, self.position = data, order, 0
 
     def _dtype(self, kinds):
-        return np.dtype([(f"f{column}", self._order + kind) for column, kind in enumerate(kinds)])
+        return np.dtype([(f"f{column}", self._order + kind, (length,)) for column, (kind, length) in enumerate(kinds)])
 
     @property
     def left(self) -> int:
         """Upper bound of the values to come."""
         return len(self._data) - self.position
 
-    def rows(self, kinds: list[str], count: int) -> list[np.ndarray]:
-        """``count`` rows of values of the given types; EOFError if there are fewer."""
+    def rows(self, kinds: list[Kind], count: int) -> list[np.ndarray]:
+        """``count`` rows of values of the given types, a column each; EOFError if there are fewer."""
         dtype = self._dtype(kinds)
         end = self.position + count * dtype.itemsize
         if end > len(self._data):
@@ -124,7 +136,7 @@ class _Binary:
         self.position = end
         return [table[name] for name in dtype.names]
 
-    def peek(self, kind: str, skip: list[str]) -> int:
+    def peek(self, kind: str, skip: list[Kind]) -> int:
         """The value after the next ones, which are of the types ``skip``."""
         offset = self.position + self._dtype(skip).itemsize
         item = np.dtype(self._order + kind)
@@ -139,17 +151,18 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
     Returns
     -------
     tuple
-        The number of rows, the lengths of their lists, and a column of values per number of a row.
+        The number of rows, the lengths of their lists, and for each number or list of a row its values, rows x length.
     """
-    kinds, lengths = [], []
+    kinds: list[Kind] = []
+    lengths = []
     for _, kind, length_kind in element.properties:
         if length_kind:
             lengths.append((len(kinds), rows.peek(length_kind, kinds)))
             if not 0 <= lengths[-1][1] <= rows.left:
                 raise EOFError
-            kinds += [length_kind] + [kind] * lengths[-1][1]
+            kinds += [(length_kind, 1), (kind, lengths[-1][1])]
         else:
-            kinds.append(kind)
+            kinds.append((kind, 1))
     start, step = rows.position, 8
     while True:
         count = min(step, left)
@@ -165,7 +178,7 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
             continue
         same = np.ones(count, dtype=bool)
         for column, length in lengths:
-            same &= table[column] == length
+            same &= table[column][:, 0] == length
         good = count if same.all() else int(same.argmin())
         if good < count or count == left:
             break
@@ -178,20 +191,20 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
 def _read_lists(rows, element: _Element) -> None:
     """Fills the columns of an element."""
     parts: dict[str, list] = {name: [] for name, _, _ in element.properties}
-    left = element.count
+    # Rows without properties are empty, however many the file claims.
+    left = element.count if element.properties else 0
+    if left > rows.left:
+        raise EOFError
     while left:
         count, lengths, table = _run(rows, element, left)
         left -= count
         column, lengths = 0, iter(lengths)
         for name, _, length_kind in element.properties:
             if length_kind:
-                length = next(lengths)
-                values = (np.stack(table[column + 1:column + 1 + length], axis=1) if length
-                          else np.empty((count, 0), dtype=np.int64))
-                parts[name].append((np.full(count, length), values.reshape(-1)))
-                column += 1 + length
+                parts[name].append((np.full(count, next(lengths)), table[column + 1].reshape(-1)))
+                column += 2
             else:
-                parts[name].append(table[column])
+                parts[name].append(table[column][:, 0])
                 column += 1
     for name, _, length_kind in element.properties:
         if length_kind:
@@ -213,6 +226,17 @@ def _colours(element: _Element) -> np.ndarray | None:
     return from_srgb(np.clip(colours / np.iinfo(kind).max, 0, 1))
 
 
+def _warn_of_unused(elements: list[_Element], *, used: dict[str, tuple[str, ...]]) -> None:
+    unused = Unused()
+    for element in elements:
+        if element.count and element.name not in used:
+            unused.add(f"element {element.name}")
+        elif element.count:
+            for name, _, _ in element.properties:
+                unused.add(f"{element.name} property {name}", name not in used[element.name])
+    unused.warn()
+
+
 def read_ply(path: Path) -> Mesh:
     """The mesh of a PLY file, text or binary.
 
@@ -225,6 +249,11 @@ def read_ply(path: Path) -> Mesh:
         The file is no PLY file, ends too early, has no faces or no vertices, or a value is not a number.
     OSError
         The file cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Names elements and properties that are not used, but for normals.
     """
     data, where = path.read_bytes(), str(path)
     order, elements, body = _header(data, where)
@@ -246,9 +275,12 @@ def read_ply(path: Path) -> Mesh:
     counts, corners = lists[0].astype(np.int64), lists[1].astype(np.int64)
     points = np.stack([vertex.columns[name] for name in "xyz"], axis=1).astype(np.float64)
     colours = _colours(face)
-    if colours is None and (at_vertices := _colours(vertex)) is not None and counts.all():
+    at_vertices = colours is None and vertex.has_numbers(COLOURS)
+    _warn_of_unused(elements, used={"face": (*CORNERS, *(COLOURS if colours is not None else ())),
+                                    "vertex": ("x", "y", "z", *NORMAL, *(COLOURS if at_vertices else ()))})
+    if at_vertices and counts.all():
         # `mesh_scene` refuses corners at vertices that do not exist.
-        at_corners = at_vertices[np.clip(corners, 0, len(points) - 1)]
+        at_corners = _colours(vertex)[np.clip(corners, 0, len(points) - 1)]
         colours = np.add.reduceat(at_corners, np.cumsum(counts) - counts, axis=0) / counts[:, None]
     if colours is None:
         materials, material = (UNSPECIFIED,), np.zeros(len(counts), dtype=np.int64)

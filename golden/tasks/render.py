@@ -9,7 +9,7 @@ from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
-from golden.output import check_outputs, whole_file
+from golden.output import check_inputs_stay, check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
 from golden.scene.view import default_camera
@@ -132,6 +132,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     InputError
         See `golden.light.two_pass.render`.
     """
+    check_inputs_stay(scene, outputs=(*files.images, *files.heatmaps, files.stats))
     opened = view.scene(scene)
     camera = view.camera(opened)
     with caster(opened) as cast:

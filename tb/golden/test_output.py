@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from golden.errors import InputError
-from golden.output import check_outputs, whole_file
+from golden.output import check_inputs_stay, check_outputs, whole_file
 
 
 def test_check_outputs_leaves_no_trace(tmp_path):
@@ -22,6 +22,17 @@ def test_check_outputs_refuses(tmp_path, name, message):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=message):
         check_outputs(tmp_path / name, suffixes=(".png",))
+
+
+@pytest.mark.parametrize("name", ["a.obj", "./folder/../a.obj", "link.obj", "hard.obj"])
+def test_an_output_is_no_input(tmp_path, name):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "a.obj").write_text("v 0 0 0")
+    (tmp_path / "link.obj").symlink_to("a.obj")
+    (tmp_path / "hard.obj").hardlink_to(tmp_path / "a.obj")
+    with pytest.raises(InputError, match=r"it is the input$"):
+        check_inputs_stay("cornell", tmp_path / "a.obj", outputs=(None, tmp_path / name))
+    check_inputs_stay(tmp_path / "a.obj", outputs=(tmp_path / "b.obj", tmp_path / "folder"))
 
 
 def test_whole_file_replaces_only_when_the_block_ends_well(tmp_path):

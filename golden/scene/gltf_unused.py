@@ -1,0 +1,65 @@
+"""What a glTF file holds and its scene does not use."""
+
+from golden.errors import InputError
+from golden.scene.unused import Unused
+
+__all__ = ["check_required", "unused_of"]
+
+TRIANGLES = (4, 5)
+"""Modes of primitives that are read: triangles and their strips."""
+
+LIGHTS = ("point",)
+"""Types of lights that are read."""
+
+USED = {"KHR_lights_punctual": ("lights", "light"), "KHR_materials_transmission": ("transmissionFactor",),
+        "KHR_materials_ior": ("ior",), "KHR_materials_volume": ("thicknessFactor",),
+        "KHR_materials_emissive_strength": ("emissiveStrength",)}
+"""Extensions that are read, and those of their members."""
+
+TEXTURES = ("normalTexture", "occlusionTexture")
+
+
+def check_required(tree: dict) -> None:
+    """The extensions that a file requires are read.
+
+    Raises
+    ------
+    InputError
+        One is not.
+    """
+    for name in tree.get("extensionsRequired", ()):
+        if name not in USED:
+            raise InputError(f"it requires the extension {name}, which is not read")
+
+
+def unused_of(tree: dict) -> Unused:
+    """What `golden.scene.gltf.read_gltf` skips of a checked file: it does not name normals and tangents."""
+    unused = Unused()
+    for member in "animations", "skins":
+        unused.add(member, len(tree.get(member, ())))
+    unused.add("scenes beside the first", max(0, len(tree.get("scenes", ())) - 1))
+    unused.add("cameras beside the first", max(0, len(tree.get("cameras", ())) - 1))
+    for name in tree.get("extensionsUsed", ()):
+        unused.add(f"extension {name}", name not in USED)
+    for mesh in tree.get("meshes", ()):
+        for primitive in mesh["primitives"]:
+            unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
+            unused.add("morph targets", bool(primitive.get("targets")))
+    for light in tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", ()):
+        unused.add(f"{light.get('type')} light", light.get("type") not in LIGHTS)
+        unused.add("range of a light", "range" in light)
+    for material in tree.get("materials", ()):
+        _add_material(unused, material)
+    return unused
+
+
+def _add_material(unused: Unused, material: dict) -> None:
+    pbr = material.get("pbrMetallicRoughness", {})
+    for name in TEXTURES:
+        unused.add(name, name in material)
+    unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
+    unused.add("alphaMode MASK", material.get("alphaMode") == "MASK")
+    unused.add("alpha of a texture", material.get("alphaMode") == "BLEND" and "baseColorTexture" in pbr)
+    for name, extension in material.get("extensions", {}).items():
+        for member in extension if name in USED else ():
+            unused.add(f"{name}.{member}", member not in USED[name])

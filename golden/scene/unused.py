@@ -1,0 +1,25 @@
+"""What a file holds and its scene does not use."""
+
+import warnings
+
+from golden.errors import InputWarning
+
+__all__ = ["Unused"]
+
+
+class Unused:
+    """Kinds of content that a reader skips, with their counts, named in one warning."""
+
+    def __init__(self):
+        self._counts: dict[str, int] = {}
+
+    def add(self, what: str, count: int = 1) -> None:
+        """Counts content of a kind; nothing if ``count`` is 0."""
+        if count:
+            self._counts[what] = self._counts.get(what, 0) + count
+
+    def warn(self, where: str = "") -> None:
+        """Names all that was counted in one `InputWarning`, after ``where``; nothing if there is none."""
+        if self._counts:
+            kinds = ", ".join(what if count == 1 else f"{what} ({count})" for what, count in self._counts.items())
+            warnings.warn(f"{where}{': ' if where else ''}not used: {kinds}", InputWarning, stacklevel=2)
