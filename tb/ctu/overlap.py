@@ -18,12 +18,10 @@ from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.ray_traversal import RayTraversal
 from radiosity.benchmarks.report import provenance
 from radiosity.benchmarks.traversal import INTERSECTION, MEMORY, SCENES
-from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
+from tb.ctu.traversal_bench import FINAL, ClusterPart, Intersection, Surroundings
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
-from tb.lib.payload import unpack
 from tb.lib.runner import BUILD, options, simulate
-from tb.lib.stream import Monitor
 
 CELL, RUN_AHEADS = 0.125, (0, 2)
 CHANGES = {"ctu.shell_bits": 6, "ctu.subshell_bits": 10, "icu.rays": 4096, "icu.side_bits": 6, "icu.generation_bits": 2}
@@ -41,27 +39,26 @@ async def cast(dut):
     record = traversal_record(given["scene"], cell=CELL, config=config)
     one = record.sectors[0]
     part = ClusterPart(record.shelling, record.record, one.sector, config)
-    around = Surroundings(dut, part, port=SettlePort(dut))
+    around = Surroundings(dut, RayTraversal(config=config), part)
     tests = Intersection(around, delay=lambda random: MEMORY + INTERSECTION, seed=1)
-    over, depth = Monitor(dut, "o_over"), config.ctu.run_ahead
-    over.payload = None
+    depth = config.ctu.run_ahead
     stages = [stage for stage in part.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
     await around.begin()
     first = round(get_sim_time("ns") / PERIOD)
     begins = []
     for number, (_, shell, window) in enumerate(stages):
-        await around.until(lambda number=number: around.over + depth >= number)
+        await around.ports.until(lambda number=number: around.over + depth >= number)
         begins.append(round(get_sim_time("ns") / PERIOD))
-        await around.request.send(part.requests(number, shell, window))
-    await around.request.send([part.final()])
-    await around.until(lambda: around.final)
+        await around.ports.send("i", part.requests(number, shell, window))
+    await around.ports.send("i", [FINAL])
+    await around.ports.until(lambda: around.final)
     await ClockCycles(dut.clk, 3)
     assert tests.idle, "the frustum is over while patches are tested"
     assert not len(tests.hits().differences(record.hits)), "rays hit something else"
-    counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
-    Path("counts.json").write_text(json.dumps({"counters": counters, "stages": [
+    over = around.ports.sinks["o_over"].cycles
+    Path("counts.json").write_text(json.dumps({"counters": around.ports["counters"], "stages": [
         {"subshell": int(subshell), "shell": int(shell), "begins": begin - first, "ends": end - first}
-        for (subshell, shell, _), begin, end in zip(stages, begins, over.cycles, strict=True)]}))
+        for (subshell, shell, _), begin, end in zip(stages, begins, over, strict=True)]}))
 
 
 def measure(scene: str, depth: int) -> dict:

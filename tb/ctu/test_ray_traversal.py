@@ -14,19 +14,17 @@ from golden.ctu.sector import Sector
 from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
-from tb.ctu.traversal_bench import STAGES, ClusterPart, Intersection, SettlePort, Surroundings
+from tb.ctu.traversal_bench import FINAL, STAGES, ClusterPart, Intersection, SettlePort, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters")
-STREAMS = ("i_frustum", "i_near", "i", "o_over", "o", "o_tile", "i_word")
 # So many slots that each grid ray has one of its own in these scenes.
 BARRIER = {"ctu.run_ahead": 0, "ctu.subshell_bits": 11, "ctu.ray_slots": 1024, "ctu.grid_row_bits": 6,
            "ctu.grid_column_bits": 8, "ctu.shell_bits": 3, "icu.rays": 1024, "icu.side_bits": 6,
@@ -74,16 +72,16 @@ async def play(around, played):
         around.port.words = around.part.words(one.codes)
         await around.swept()
         before = len(around.cells)
-        await around.request.send(around.part.requests(number, one.stage.shell, one.stage.window))
-        await around.until(lambda number=number: around.over == number + 1)
+        await around.ports.send("i", around.part.requests(number, one.stage.shell, one.stage.window))
+        await around.ports.until(lambda number=number: around.over == number + 1)
         came = around.cells[before:]
         assert {stage for _, stage in came} <= {number % STAGES}
         got, expected = Counter(cell for cell, _ in came), Counter(one.stage.cells.tolist())
         assert got == expected, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - expected} came, "
                                f"{expected - got} did not")
     assert not around.final
-    await around.request.send([around.part.final()])
-    await around.until(lambda: around.final)
+    await around.ports.send("i", [FINAL])
+    await around.ports.until(lambda: around.final)
 
 
 @cocotb.test()
@@ -97,9 +95,10 @@ async def cells_of_golden(dut):
     for number, (part, played) in enumerate(parts(given["record"], config)):
         assert sum(rays.rows * rays.columns for rays in part.rays.values()) <= config.ctu.ray_slots
         source, sink = stalls[number % len(stalls)]
-        around = Surroundings(dut, part, source=source, sink=sink, stalls=0.2, seed=number, port=port)
+        around = Surroundings(dut, RayTraversal(config=config), part, i=source, o=sink, misses=0.2, seed=number,
+                              port=port)
         await ClockCycles(dut.clk, 3)
-        assert_known(dut, STREAMS)
+        assert_known(dut, [*around.ports.sources, *around.ports.sinks, "o_tile", "i_word"])
         await play(around, played)
         around.stop()
 
@@ -111,16 +110,15 @@ async def reset_in_flight(dut):
     config = config_of(options()["changes"])
     (part, played), *_ = parts(options()["record"], config)
     for cut in (50, 150):
-        around = Surroundings(dut, part)
+        around = Surroundings(dut, RayTraversal(config=config), part)
         around.port.words = part.words(played[0].codes)
         await around.begin()
         one = played[1].stage
-        task = cocotb.start_soon(around.request.send(part.requests(0, one.shell, one.window)))
+        around.ports.begin("i", part.requests(0, one.shell, one.window))
         await ClockCycles(dut.clk, cut)
-        task.cancel()
         around.stop()
         await reset(dut)
-    around = Surroundings(dut, part)
+    around = Surroundings(dut, RayTraversal(config=config), part)
     await play(around, played)
 
 
@@ -133,10 +131,10 @@ async def cast(around, tests, stages, depth):
     """All stages, as many of them in flight as the run-ahead depth allows."""
     await around.begin()
     for number, (_, shell, window) in enumerate(stages):
-        await around.until(lambda number=number: around.over + depth >= number)
-        await around.request.send(around.part.requests(number, shell, window))
-    await around.request.send([around.part.final()])
-    await around.until(lambda: around.final)
+        await around.ports.until(lambda number=number: around.over + depth >= number)
+        await around.ports.send("i", around.part.requests(number, shell, window))
+    await around.ports.send("i", [FINAL])
+    await around.ports.until(lambda: around.final)
     assert tests.idle, "the frustum is over while patches are tested"
 
 
@@ -152,8 +150,8 @@ async def free_running(dut):
         one = record.sectors[seed % len(record.sectors)]
         part = ClusterPart(record.shelling, record.record, one.sector, config)
         stalls = list(STALLS)
-        around = Surroundings(dut, part, source=stalls[seed % 4], sink=stalls[seed // 4 % 4], seed=seed,
-                              port=port)
+        around = Surroundings(dut, RayTraversal(config=config), part, i=stalls[seed % 4], o=stalls[seed // 4 % 4],
+                              seed=seed, port=port)
         tests = Intersection(around, delay=list(DELAYS.values())[seed % len(DELAYS)], seed=seed)
         stages = [stage for stage in part.cluster.schedule(one.subshells, tests.tests.window) if stage[1] > 1]
         await cast(around, tests, stages, config.ctu.run_ahead)
@@ -163,7 +161,7 @@ async def free_running(dut):
         mine = one.sector.mask(record.record).ravel()
         different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))
         assert not len(different), f"run {seed}: {len(different)} rays hit something else"
-        counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
+        counters = around.ports["counters"]
         cocotb.log.info("run %d: %d cells, %s", seed, len(around.cells), counters)
         ahead, overlaps, deferrals = ahead + around.ahead, overlaps + counters["overlaps"], deferrals + counters[
             "deferrals"]
@@ -181,16 +179,16 @@ async def a_step_per_cycle(dut):
     await start(dut, cycles=given["cycles"])
     config = config_of(given["changes"])
     (part, played), *_ = parts(given["record"], config)
-    around = Surroundings(dut, part)
+    around = Surroundings(dut, RayTraversal(config=config), part)
     around.port.words = part.words(played[0].codes * 0)
     await around.begin()
     for number, (shell, rays) in enumerate(stage for stage in part.sent(played) if len(stage[1])):
-        await around.until(lambda number=number: around.over + config.ctu.run_ahead >= number)
-        await around.request.send(part.requests(number, shell, None, rays))
-    await around.request.send([part.final()])
-    await around.until(lambda: around.final)
+        await around.ports.until(lambda number=number: around.over + config.ctu.run_ahead >= number)
+        await around.ports.send("i", part.requests(number, shell, None, rays))
+    await around.ports.send("i", [FINAL])
+    await around.ports.until(lambda: around.final)
     await ClockCycles(dut.clk, 3)
-    counters = unpack(RayTraversal(config=config).counters.shape(), int(dut.counters.value))
+    counters = around.ports["counters"]
     busy = counters["steps"] / counters["cycles"]
     cocotb.log.info("busy %.3f, %.3f rays per cycle: %s", busy, counters["rays"] / counters["cycles"], counters)
     assert counters["rays"] == sum(one.stage.grid_rays for one in played)

@@ -3,7 +3,7 @@
 import cocotb
 import numpy as np
 import pytest
-from cocotb.triggers import ClockCycles, RisingEdge
+from cocotb.triggers import ClockCycles
 
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.subshell_generator import ListError
@@ -12,9 +12,8 @@ from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surrou
 from tb.icu.frustum_load import table_writes
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
-from tb.lib.payload import pack, unpack
+from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, options, simulate
-from tb.lib.stream import Monitor, Source
 
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "error")
@@ -26,75 +25,6 @@ SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.g
 FIRST = 3
 
 
-def give_numbers(part, config, *, count):
-    """The frustum, with so many subshells."""
-    part.frustum = pack(TraversalUnit(config=config).i_frustum.payload.shape(), {
-        "traversal": unpack(part.formats.traversal_frustum, part.frustum), "last_shell": part.traversal.last_shell,
-        "subshells": {"first": FIRST if count else 0, "count": count, "patches": len(part.shelling.geometry)}})
-
-
-class NoList:
-    """Where there are no lists."""
-
-    def __init__(self):
-        self.requested = []
-
-    async def begin(self):
-        """There is nothing to give."""
-
-    def stop(self):
-        """Nothing is in flight."""
-
-
-class Host:
-    """Who has the subshell list and the patches."""
-
-    def __init__(self, dut, part, subshells, config):
-        self._dut, self._part = dut, part
-        shapes = {name: getattr(TraversalUnit(config=config), name).payload.shape()
-                  for name in ("i_entry", "i_vertex", "i_slack")}
-        geometry = part.shelling.geometry
-        listed = list(zip(subshells.patches.tolist(), subshells.shell.tolist(), strict=True))
-        self._entries = [pack(shapes["i_entry"], {"patch": patch, "shell": shell}) for patch, shell in listed]
-        self._beats = [[pack(shapes["i_vertex"], {"patch": patch, "surface": int(geometry.surface[patch]),
-                                                  "vertex": vertex}) for vertex in geometry.vertices[patch].tolist()]
-                       for patch in range(len(geometry))]
-        self._slack = [pack(shapes["i_slack"], one) for one in table_writes(part.record, config)]
-        self.requested = []
-        self._sources = {name: Source(dut, name) for name in ("i_entry", "i_vertex", "i_slack")}
-        for name in ("o_entry", "o_patch"):
-            getattr(dut, f"{name}__ready").value = 1
-        self._monitors = [Monitor(dut, "o_entry", seen=self._entry), Monitor(dut, "o_patch", seen=self._patch)]
-        self._waiting = {"i_entry": [], "i_vertex": []}
-        self._tasks = [cocotb.start_soon(self._serve(name)) for name in self._waiting]
-
-    def _entry(self, address):
-        self._waiting["i_entry"].append(self._entries[address - FIRST])
-
-    def _patch(self, patch):
-        self.requested.append(patch)
-        self._waiting["i_vertex"] += self._beats[patch]
-
-    async def _serve(self, name):
-        edge, waiting = RisingEdge(self._dut.clk), self._waiting[name]
-        while True:
-            if waiting:
-                await self._sources[name].send([waiting.pop(0)])
-            else:
-                await edge
-
-    async def begin(self):
-        """The table of the windows."""
-        await self._sources["i_slack"].send(self._slack)
-
-    def stop(self):
-        """Answer nothing more."""
-        for one in (*self._tasks, *self._monitors):
-            (one.cancel if one in self._tasks else one.stop)()
-        for source in self._sources.values():
-            source.valid.value = 0
-
-
 def given_record(config):
     """The record that the options name."""
     scene, cell, clusters, screen = options()["record"]
@@ -102,40 +32,68 @@ def given_record(config):
 
 
 class Cast:
-    """A cluster's frustum: everything that stands around the unit."""
+    """A cluster's frustum: everything that stands around the unit.
 
-    def __init__(self, dut, record, one, config, *, seed, port):
-        self._record, self._one, self._config, self._dut = record, one, config, dut
-        part = ClusterPart(record.shelling, record.record, one.sector, config)
-        self.around = Surroundings(dut, part, sink="random", stalls=0.2, seed=seed, sends_requests=False, port=port)
-        give_numbers(part, config, count=len(one.subshells.patches))
-        self.host = Host(dut, part, one.subshells, config) if config.ctu.subshells else NoList()
+    Parameters
+    ----------
+    listed
+        Subshells that the frustum has, if not those of the list.
+    """
+
+    def __init__(self, dut, record, one, config, *, seed, port, listed=None):
+        self._record, self._one, self._config = record, one, config
+        self.part = part = ClusterPart(record.shelling, record.record, one.sector, config)
+        count = len(one.subshells.patches)
+        part.frustum = {"traversal": part.frustum, "last_shell": part.traversal.last_shell, "subshells": {
+            "first": FIRST if count else 0, "count": count if listed is None else listed,
+            "patches": len(part.shelling.geometry)}}
+        self.around = Surroundings(dut, TraversalUnit(config=config), part, o="random", misses=0.2, seed=seed,
+                                   port=port)
+        self.ports = self.around.ports
+        if config.ctu.subshells:
+            self.ports.respond(Responder("o_entry", "i_entry", self._entry),
+                               Responder("o_patch", "i_vertex", self._beats))
         self.tests = Intersection(self.around, delay=lambda random: random.integers(1, 200), seed=seed)
+
+    def _entry(self, address):
+        subshells = self._one.subshells
+        return [{"patch": subshells.patches[address - FIRST], "shell": subshells.shell[address - FIRST]}]
+
+    def _beats(self, patch):
+        geometry = self.part.shelling.geometry
+        return [{"patch": patch, "surface": geometry.surface[patch], "vertex": vertex}
+                for vertex in geometry.vertices[patch].tolist()]
+
+    @property
+    def requested(self):
+        """Patches of the list, in the order of their requests."""
+        return self.ports.came("o_patch") if self._config.ctu.subshells else []
 
     async def begin(self):
         """Tables, frustum, near cells."""
-        await self.host.begin()
+        if self._config.ctu.subshells:
+            await self.ports.send("i_slack", table_writes(self.part.record, self._config))
         await self.around.begin()
 
     async def check(self):
         """To the end: golden's cells and more, and golden's hits; the counters."""
         around, one = self.around, self._one
-        await around.until(lambda: around.final)
+        await self.ports.until(lambda: around.final)
         assert self.tests.idle, "the frustum is over while patches are tested"
-        assert self.host.requested == one.subshells.patches.tolist()
+        assert self.requested == one.subshells.patches.tolist()
         expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
         missing = expected - {cell for cell, _ in around.cells}
         assert not missing, f"cells {sorted(missing)[:5]} of golden's are missing"
         mine = one.sector.mask(self._record.record).ravel()
         different = np.intersect1d(self.tests.hits().differences(self._record.hits), np.flatnonzero(mine))
         assert not len(different), f"{len(different)} rays hit something else"
-        counters = unpack(TraversalUnit(config=self._config).counters.shape(), int(self._dut.counters.value))
+        counters = self.ports["counters"]
         cocotb.log.info("%d cells of golden's, %d came: %s", len(expected), len(around.cells), counters)
         return counters
 
     def stop(self):
         """Nothing more."""
-        for block in (self.around, self.host, self.tests):
+        for block in (self.around, self.tests):
             block.stop()
 
 
@@ -164,14 +122,10 @@ async def without_lists(dut):
     record = given_record(config)
     one = record.sectors[0]
     for count, error in (0, ListError.NONE), (1, ListError.LENGTH), (0, ListError.NONE):
-        cast = Cast(dut, record, one, config, seed=count, port=port)
-        frustum = TraversalUnit(config=config).i_frustum.payload.shape()
-        values = unpack(frustum, cast.around.part.frustum)
-        values["subshells"]["count"] = count
-        cast.around.part.frustum = pack(frustum, values)
+        cast = Cast(dut, record, one, config, seed=count, port=port, listed=count)
         await cast.begin()
         await cast.check()
-        assert int(dut.error.value) == error.value
+        assert cast.ports["error"] == error.value
         cast.stop()
 
 
@@ -195,7 +149,7 @@ async def reset_in_flight(dut):
     cast = Cast(dut, record, one, config, seed=9, port=port)
     await ClockCycles(dut.clk, 100)
     assert not cast.around.cells, "nothing may come before a frustum begins"
-    assert not cast.host.requested
+    assert not cast.requested
     await cast.begin()
     await cast.check()
     cast.stop()

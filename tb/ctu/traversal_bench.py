@@ -17,14 +17,15 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.stage_count import NEAR_STAGE
 from tb.ctu.grid_load import GridAddresses, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
-from tb.lib.payload import pack, unpack
-from tb.lib.stall_patterns import STALLS
-from tb.lib.stream import Monitor, Sink, Source
+from tb.lib.payload import pack
+from tb.lib.ports import Ports
 
-__all__ = ["ClusterPart", "Intersection", "SettlePort", "Surroundings"]
+__all__ = ["FINAL", "STAGES", "ClusterPart", "Intersection", "SettlePort", "Surroundings"]
 
 # Stages are numbered modulo this.
 STAGES = 16
+# The request behind the last stage.
+FINAL = {"final": 1}
 # Cycles from a tile's last word to its squares, and more.
 SWEEP = 60
 
@@ -44,15 +45,15 @@ class ClusterPart:
         self.traversal = traversal = self.cluster.traversal
         self.rays = {shell: traversal.rays(shell) for shell in range(2, traversal.last_shell + 1)}
         self.addresses = GridAddresses(self.rays.values())
-        self.formats = formats = CtuFormats(config)
-        self.tables = [pack(formats.grid_table_write, one) for one in unit_writes(traversal, config)]
-        self.frustum = pack(formats.traversal_frustum, {
+        self._word = CtuFormats(config).settle_word
+        self.tables = unit_writes(traversal, config)
+        self.frustum = {
             "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),
-            "grid_origin": shelling.table.position(record.origin).tolist(), "cells": shelling.table.shape.tolist()})
+            "grid_origin": shelling.table.position(record.origin).tolist(), "cells": shelling.table.shape.tolist()}
         near = traversal.open(1, None).tolist()
-        self.near = [pack(formats.near_cell, {"cell": cell, "is_cell": 1, "last": k == len(near) - 1})
-                     for k, cell in enumerate(near)] or [pack(formats.near_cell, {"last": 1})]
-        self.tiles_across = frustum_payload(record, sector, config)["tiles_across"]
+        self.near = [{"cell": cell, "is_cell": 1, "last": k == len(near) - 1}
+                     for k, cell in enumerate(near)] or [{"last": 1}]
+        self.tiles_across = self.frustum["frustum"]["tiles_across"]
 
     def numbers_of(self, shell, window):
         """Numbers of the grid rays of a stage."""
@@ -76,14 +77,9 @@ class ClusterPart:
     def requests(self, stage, shell, window, chosen=None):
         """The requests of a stage, its number counted from 0 on; the last of them closes it."""
         numbers = self.numbers_of(shell, window) if chosen is None else chosen
-        shape = self.formats.grid_request
         groups = grouped(self.addresses.request(self.rays[shell], int(number)) for number in numbers)
-        return [*(pack(shape, {**one, "stage": stage % STAGES}) for one in groups),
-                pack(shape, {"stage": stage % STAGES, "shell": shell, "last": 1})]
-
-    def final(self):
-        """The request behind the last stage."""
-        return pack(self.formats.grid_request, {"final": 1})
+        return [*({**one, "stage": stage % STAGES} for one in groups),
+                {"stage": stage % STAGES, "shell": shell, "last": 1}]
 
     def words(self, codes):
         """Settle codes of the section's rows and columns as words, tile by tile."""
@@ -93,7 +89,7 @@ class ClusterPart:
         whole = np.zeros((-(-rows // side) * side, self.tiles_across * side), dtype=np.int64)
         whole[:rows, :columns] = codes
         tiles = whole.reshape(len(whole) // side, side, -1, side).transpose(0, 2, 1, 3).reshape(-1, side * side)
-        return [pack(self.formats.settle_word, tile) for tile in tiles.tolist()]
+        return [pack(self._word, tile) for tile in tiles.tolist()]
 
 
 class SettlePort:
@@ -147,90 +143,84 @@ class SettlePort:
 
 
 class Surroundings:
-    """Streams of a `RayTraversal`, and a settle map that a test writes.
+    """Streams of a `RayTraversal` or of a `TraversalUnit`, and a settle map that a test writes.
 
     Parameters
     ----------
+    dut, component
+        In the simulator, and its signature.
     part
         The cluster's.
-    stalls
+    misses
         Share of the cycles in which the settle map does not answer.
-    sends_requests
-        The test sends the requests for grid rays and receives which stages are over; otherwise the front end does.
     port
         The settle map's of the frustum before; without it one that is this frustum's alone.
+    stalls, seed
+        See `Ports`.
 
     Members
     -------
+    ports
+        All streams but the settle map's.
     cells
         What has come: cell and stage, the near cells' first; ``final`` once it is over.
-    over
-        Stages that are over.
     ahead
         Cells of stages behind the oldest one that is not over.
+    heard
+        Called with each cell.
     """
 
-    def __init__(self, dut, part, *, source="none", sink="none", stalls=0.0, seed=0, sends_requests=True, port=None):
-        self.dut, self.part, self._edge = dut, part, RisingEdge(dut.clk)
-        self.cells, self.final, self.over, self.ahead = [], False, 0, 0
-        self.port = port or SettlePort(dut)
-        self.port.stalls = stalls
-        self._tasks = [] if port else [self.port]
-        self._shape = part.formats.met_cell
-        self.request = Source(dut, "i", stalls=STALLS[source](seed)) if sends_requests else None
-        self.near, self.frustum, self.table = (Source(dut, name) for name in ("i_near", "i_frustum", "i_table"))
-        self.out = Sink(dut, "o", stalls=STALLS[sink](seed + 1), seen=self._came)
-        self._over = Monitor(dut, "o_over", seen=self._ended) if sends_requests else None
-        if sends_requests:
-            # Of a payload without bits Verilog makes a port that is not driven.
-            self._over.payload = None
-        self.dut.settled.value = 1
-        self.heard = None
+    def __init__(self, dut, component, part, *, misses=0.0, seed=0, port=None, **stalls):
+        self.part, self.heard = part, None
+        self.cells, self.final, self.ahead = [], False, 0
+        self.port, self._own_port = port or SettlePort(dut), port is None
+        self.port.stalls = misses
+        self.ports = Ports(dut, component, stalls=stalls, seed=seed, others=("o_tile", "i_word"))
+        self.ports["settled"] = 1
+        self.ports.run(self._follow())
+
+    @property
+    def over(self):
+        """Stages that are over."""
+        return len(self.ports.sinks["o_over"].items)
 
     def stop(self):
         """Nothing more."""
-        for one in (*self._tasks, self.out, self._over):
-            if one is not None:
-                one.stop()
-        for one in (self.request, self.near, self.frustum, self.table):
-            if one is not None:
-                one.valid.value = 0
+        self.ports.stop()
+        if self._own_port:
+            self.port.stop()
 
-    def _came(self, item):
-        cell = unpack(self._shape, item)
-        if cell["final"]:
-            assert not self.final, "a frustum is over once"
-            self.final = True
-            return
-        assert not self.final, "a cell came when the frustum was over"
-        self.cells.append((cell["cell"], cell["stage"]))
-        self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= self.part.config.ctu.run_ahead
-        if self.heard is not None:
-            self.heard(cell["cell"], cell["stage"])
-
-    def _ended(self, _):
-        self.over += 1
+    async def _follow(self):
+        """In the cycle in which a cell comes."""
+        seen, run_ahead = 0, self.part.config.ctu.run_ahead
+        while True:
+            await self.ports.edge
+            for cell in self.ports.came("o", seen):
+                assert not self.final, "a cell came when the frustum was over"
+                if cell["final"]:
+                    self.final = True
+                    continue
+                self.cells.append((cell["cell"], cell["stage"]))
+                if "o_over" in self.ports.sinks:
+                    self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= run_ahead
+                if self.heard is not None:
+                    self.heard(cell["cell"])
+            seen = len(self.ports.sinks["o"].items)
 
     async def begin(self):
         """Tables, frustum, near cells."""
-        await self.table.send(self.part.tables)
-        await self.frustum.send([self.part.frustum])
-        await self.near.send(self.part.near)
+        await self.ports.send("i_table", self.part.tables)
+        await self.ports.send("i_frustum", [self.part.frustum])
+        await self.ports.send("i_near", self.part.near)
         # The last of them has been seen.
-        await ClockCycles(self.dut.clk, 2)
+        await ClockCycles(self.ports.dut.clk, 2)
 
     async def swept(self):
         """Until all squares are of the codes that are there now."""
         for more in (2, 3):
             until = self.port.sweeps + more - 1
-            while self.port.sweeps < until:
-                await self._edge
-        await ClockCycles(self.dut.clk, SWEEP)
-
-    async def until(self, condition):
-        """Wait; the watchdog bounds it."""
-        while not condition():
-            await self._edge
+            await self.ports.until(lambda until=until: self.port.sweeps >= until)
+        await ClockCycles(self.ports.dut.clk, SWEEP)
 
 
 class Intersection:
@@ -263,19 +253,18 @@ class Intersection:
         self._around.port.words = self._part.words(
             codes[sector.first_row:sector.end_row, sector.first_column:sector.end_column])
 
-    def _hear(self, cell, stage):
+    def _hear(self, cell):
         self._waiting.append([int(self._delay(self._random)), cell])
         self._settle()
 
     def _settle(self):
         """Whether no cell leads to anything any more."""
-        self._around.dut.settled.value = not self._waiting
+        self._around.ports["settled"] = not self._waiting
 
     async def _run(self):
-        edge = RisingEdge(self._around.dut.clk)
         while True:
             self._settle()
-            await edge
+            await self._around.ports.edge
             for one in self._waiting:
                 one[0] -= 1
             due = [cell for left, cell in self._waiting if left <= 0]

@@ -2,7 +2,7 @@
 
 import random
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 import cocotb
 from amaranth.hdl import Shape
@@ -36,6 +36,8 @@ class Ports:
         By input stream the least cycles from an item to the next one.
     seed
         Of the patterns and of responders; default: the run's.
+    others
+        Streams that the bench drives itself.
 
     Members
     -------
@@ -46,12 +48,13 @@ class Ports:
     """
 
     def __init__(self, dut, component, *, stalls: dict[str, str | Iterator[bool]] | None = None,
-                 intervals: dict[str, int] | None = None, seed: int | None = None):
+                 intervals: dict[str, int] | None = None, seed: int | None = None, others: Collection[str] = ()):
         self.dut, self.edge, self._signature = dut, RisingEdge(dut.clk), component.signature
         self._stalls, self._intervals = stalls or {}, intervals or {}
         self._seed = options()["seed"] if seed is None else seed
         self._shapes = ports_of(component.signature)
-        self._streams = streams_of(component.signature)
+        self._streams = {way: [name for name in names if name not in others]
+                         for way, names in streams_of(component.signature).items()}
         self.payloads = {name: payload_shape(component.signature, name)
                           for names in self._streams.values() for name in names}
         self._responders = ()
