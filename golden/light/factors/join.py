@@ -122,4 +122,5 @@ def _both_directions(column, start, width):
     reverse = sparse.csr_array((place << _BITS, column, start), shape=(width, width)).T.tocsr()
     both = forth + reverse
     both.sort_indices()
-    return both.indices, both.indptr, both.data
+    # The sum's arrays are parts of longer ones.
+    return both.indices.copy(), both.indptr, both.data

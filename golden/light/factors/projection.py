@@ -73,7 +73,6 @@ class _Problem:
     def __init__(self, estimate, area):
         count, F = len(area), estimate.F
         self._area = area
-        self._pattern = F.indices, F.indptr
         row, first, self.pair = entry_pairs(F.indices, F.indptr)
         self._low, self._high = row[first], F.indices[first]
         del row
@@ -83,12 +82,8 @@ class _Problem:
         rows = np.arange(count, dtype=np.int32)
         self._value = np.concatenate([F.data[first] * own, estimate.sky * area, estimate.back * area])
         sky_error = np.where(estimate.sky > 0, estimate.sky_error, 0.0)
-        spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])
+        self._spread = np.concatenate([spread, sky_error * area, estimate.back_error * area])
         self._rows = np.concatenate([self._low, rows, rows])
-        reach = np.repeat([_REACH, _OUTSIDE_REACH], [len(first), 2 * count])
-        reach *= spread
-        self._reach = reach
-        self._variance = np.square(spread, out=spread)
 
     def solve(self):
         """Exchange areas of the pairs, and areas times the shares outside, sky before back."""
@@ -122,33 +117,52 @@ class _Problem:
         """The unknowns that the multipliers give, the dual function, and what the rows' sums miss (minus its slope)."""
         pull = self._pull(multiplier)
         value = self._moved(pull)
-        np.maximum(value, np.maximum(self._value - self._reach, 0), out=value)
-        np.minimum(value, self._value + self._reach, out=value)
+        np.maximum(value, self._bound(-1), out=value)
+        np.minimum(value, self._bound(1), out=value)
         merit = value @ pull
         change = np.subtract(value, self._value, out=pull)
-        change *= change
-        merit -= np.divide(change, self._variance, out=change, where=self._variance > 0).sum() / 2
+        np.divide(change, self._spread, out=change, where=self._spread > 0)
+        merit -= change @ change / 2
+        del change, pull
         slack = self._slack**2 * multiplier
         rest = self._area - self._sums(value) - slack
         return value, merit + slack @ multiplier / 2 - self._area @ multiplier, rest
 
     def _newton_step(self, multiplier, rest):
         moves = self._moved(self._pull(multiplier))
-        free = (moves > np.maximum(self._value - self._reach, 0)) & (moves < self._value + self._reach)
+        free = moves > self._bound(-1)
+        free &= moves < self._bound(1)
         del moves
-        variance = np.where(free, self._variance, 0.0)
+        variance = np.square(self._spread)
+        variance *= free
         diagonal = self._sums(variance) + self._slack**2
         count, scale = len(rest), 1 / np.sqrt(diagonal)
-        matrix = sparse.csr_array((variance[self.pair], *self._pattern), shape=(count, count))
-        operator = LinearOperator((count, count), dtype=np.float64, matvec=lambda x: (
-            scale * (matrix @ (scale * x.ravel())) + x.ravel()))
+        # Pairs in their order are the entries above the diagonal of a symmetric matrix.
+        start = np.searchsorted(self._low, np.arange(count + 1)).astype(np.int32)
+        above = sparse.csr_array((variance[:len(self._high)], self._high, start), shape=(count, count))
+        below = above.T
+
+        def product(x):
+            x = scale * x.ravel()
+            return scale * (above @ x + below @ x)
+
+        operator = LinearOperator((count, count), dtype=np.float64, matvec=lambda x: product(x) + x.ravel())
         return scale * cg(operator, scale * rest, rtol=1e-8, maxiter=_ITERATIONS)[0]
 
     def _moved(self, pull):
         """The unknowns without their bounds."""
-        moved = self._variance * pull
+        moved = self._spread * pull
+        moved *= self._spread
         moved += self._value
         return moved
+
+    def _bound(self, sign):
+        """The least or the largest values of the unknowns."""
+        bound = self._spread * sign
+        bound[:len(self._high)] *= _REACH
+        bound[len(self._high):] *= _OUTSIDE_REACH
+        bound += self._value
+        return np.maximum(bound, 0, out=bound)
 
     def _pull(self, multiplier):
         """The sum of the multipliers of each unknown's rows."""
