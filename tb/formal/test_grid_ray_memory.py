@@ -112,11 +112,12 @@ def fault(breaks, right, wrong, *, nightly=False, **options):
 
 # A deferred request leaves in cycle 31 at the earliest.
 test_grid_ray_memory = declare(
-    make, cycles=22, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(), Claim(slots=1, cycles=33, nightly=True)],
+    make, cycles=20, engine="abc bmc3", covers_nightly=True,
+    claims=[Claim(), Claim(only="order", cycles=22), Claim(slots=1, cycles=33, nightly=True)],
     controls={
         "a ray leaves while another one of its slot is absent": fault(
-            "alone", '(access.kind == _Kind.REQUEST) & ~state["away"])', "access.kind == _Kind.REQUEST)"),
+            "alone", '(access.kind == _Kind.REQUEST) & ~state["away"])', "access.kind == _Kind.REQUEST)",
+            nightly=True),
         "a ray leaves twice": fault(
             "again", 'other, served = access.version != state["version"],', 'other, served = access.version != 0,',
             nightly=True),
