@@ -71,6 +71,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	  $(BIN)/radiosity bench $$name || exit 1; \
 	done
 	$(BIN)/radiosity bench machines --calibrate
+	$(BIN)/radiosity bench scaling
 	$(BIN)/radiosity bench engine --clusters 1 --clusters 4
 	$(BIN)/radiosity bench throughput --preset small
 

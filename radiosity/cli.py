@@ -17,6 +17,7 @@ from hw.commands.report import report
 from hw.commands.verilog import verilog
 from radiosity.commands.bench import bench
 from radiosity.commands.demo import demo
+from radiosity.commands.machine import machine
 from radiosity.commands.pictures import pictures
 from radiosity.machine_method import MachineMethod
 
@@ -33,5 +34,5 @@ def main():
 
 for _command in (render_command(*METHODS), formfactors_command(*METHODS), exchange_command, cast_command(*METHODS),
                  schedule_command, intersect, list_scenes, export, show_config, export_stimulus, verilog, report,
-                 figures, registers, board, bench, demo, pictures):
+                 figures, registers, board, bench, machine, demo, pictures):
     main.add_command(_command)

@@ -2,7 +2,9 @@
 
 from golden.config import Config
 from golden.machines.job_timing import JobTiming
+from golden.machines.joint_cast import JointTiming
 from golden.machines.load_cycles import LoadTiming
+from golden.noc.packing import VERTICES, reply_flits, request_flits
 from hw.control.completion_writer import CompletionWriter
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_dispatch import JobDispatch
@@ -10,17 +12,20 @@ from hw.control.section_results import SectionResults
 from hw.icu.patch_sums import SETTLED, PatchSums
 from hw.memsys.beat_writer import DEPTH, GROUP_BITS, BeatWriter
 from hw.memsys.image_layout import PATCH_WORDS
+from hw.memsys.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.patch_extents import PatchExtents
+from hw.memsys.patch_type_memory import PatchTypeMemory
 from hw.memsys.preload_dma import PreloadDma
 from hw.memsys.read_engine import ReadEngine
 from hw.memsys.record_extent import RecordExtent
 from hw.memsys.result_packer import ResultPacker
+from hw.memsys.vertex_merge import VertexMerge
 from hw.memsys.word_reader import WordReader
 from hw.memsys.write_engine import WriteEngine
 from hw.memsys.write_merge import WriteMerge
 
-__all__ = ["job_timing", "load_timing"]
+__all__ = ["job_timing", "joint_timing", "load_timing"]
 
 # Of docstrings that have no attribute: `JobDispatch`'s cycles of a section without near cells, `ReadOut`'s latency,
 # `ResultWriter`'s cycles from the last answer to its `o_done`.
@@ -31,6 +36,8 @@ _RESTART, _KNOWN = 2, 1
 # States of `PreloadDma` before the records of a region and before patches are requested, and of `ImageHeader` for the
 # check of a region.
 _CHOOSE, _CHECK = 2, 2
+# `NetworkInterface`: from a request, or a vertex, to the link, and from the link of a vertex to the vertex.
+_TO_LINK, _FROM_LINK = 1, 2
 
 
 def job_timing(config: Config, *, latency: int) -> JobTiming:
@@ -62,3 +69,17 @@ def load_timing(config: Config, *, latency: int) -> LoadTiming:
         trip=_CHOOSE + RecordExtent(config=config).latency + reader, check=_CHECK,
         extents=_CHOOSE + patches.latency + reader, patch_words=PATCH_WORDS, group=1 << patches.index_bits,
         burst=config.memory.burst_beats * config.memory.data_bits // 8, end=PreloadDma(config=config).latency)
+
+
+def joint_timing(config: Config) -> JointTiming:
+    """The timing of the path to patches of other clusters."""
+    geometry, merge = LocalPatchGeometry(config=config).latency, VertexMerge(config=config, count=2).latency
+    # What an own patch takes from the look-up of its cluster on: all of its vertices are there before the first leaves.
+    own = geometry + VERTICES + merge
+    served = PatchTypeMemory(config=config).latency + geometry + _TO_LINK
+    vertices = [(0, 0, 0)] * VERTICES
+    return JointTiming(
+        request=_TO_LINK, serve=max(1, served - own), reply=_FROM_LINK + merge,
+        request_flits=len(request_flits(config, source=0, destination=0, patch=0)),
+        reply_flits=len(reply_flits(config, source=0, destination=0, patch=0, surface=0, vertices=vertices)),
+        outstanding=config.noc.requests)

@@ -12,24 +12,16 @@ from golden.compiled import compiled
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
 
-__all__ = [
-    "ClusterCast",
-    "StageItems",
-    "add_stage",
-    "begin_cast",
-    "clock",
-    "end_cast",
-    "free",
-    "next_stage",
-    "tested",
-]
+__all__ = ["ClusterCast", "StageItems", "add_stage", "apply_event", "arrive", "begin_cast", "clock", "end_cast", "free",
+           "last_end", "next_begin", "next_stage", "request_remote", "tested"]
 
 _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
 # Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
 # cycles in which traversal has stalled, by which that clock is late.
 (_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
  _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
- _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _LAST) = range(29)
+ _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _REMOTE_FOUND,
+ _REMOTE_SENT, _REMOTE_READ, _LAST) = range(35)
 # States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
 _IDLE, _BUSY, _BLOCKED = range(3)
 _NEVER = -1
@@ -51,14 +43,16 @@ class StageItems(NamedTuple):
         C + 1 int64: the first entry of each cell's list; a cell that is open already has none.
     is_new
         E bool: an entry is a patch that has not been found before.
-    tests
-        P int64: cycles of the walk of each patch that is found, in the order of discovery.
+    tests, owner
+        P int64: of each patch that is found, in the order of discovery, cycles of its walk; and the cluster that holds
+        it, -1 if this one does.
     """
 
     time: np.ndarray
     entries: np.ndarray
     is_new: np.ndarray
     tests: np.ndarray
+    owner: np.ndarray
 
 
 class ClusterCast(NamedTuple):
@@ -76,6 +70,9 @@ class ClusterCast(NamedTuple):
         P int64: of each patch that has entered setup, in order, the cycle in which its last ray ends.
     closes
         S int64: of each stage of requests, when its last grid ray ends, on traversal's own clock.
+    ready, remote
+        P int64: patches in the order in which they can be read, and those that other clusters hold, in the order of
+        discovery.
     """
 
     heap: EventHeap
@@ -83,9 +80,12 @@ class ClusterCast(NamedTuple):
     limits: np.ndarray
     ends: np.ndarray
     closes: np.ndarray
+    ready: np.ndarray
+    remote: np.ndarray
 
 
-def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, run_ahead: int) -> ClusterCast:
+def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, run_ahead: int,
+               number: int = 0) -> ClusterCast:
     """A cast at cycle 0, whose first item will be a near cell.
 
     Parameters
@@ -96,17 +96,28 @@ def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, 
         Patches of the scene, and the last shell.
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
+    number
+        The subject of its events.
     """
-    numbers = np.zeros(29, dtype=np.int64)
+    numbers = np.zeros(35, dtype=np.int64)
     numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
+    numbers[_SELF] = number
     limits = [getattr(timing, name) for name in _LIMITS]
     return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, run_ahead], dtype=np.int64),
-                       np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64))
+                       np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64),
+                       np.zeros(patches, dtype=np.int64), np.zeros(patches, dtype=np.int64))
 
 
+@compiled
 def clock(cast: ClusterCast, time: int) -> int:
     """A time on traversal's own clock, which stops while traversal stalls."""
-    return time - int(cast.numbers[_SHIFT])
+    return time - cast.numbers[_SHIFT]
+
+
+@compiled
+def last_end(cast: ClusterCast) -> int:
+    """When the last item so far ended."""
+    return cast.numbers[_LAST]
 
 
 def tested(cast: ClusterCast, time: int) -> int:
@@ -129,13 +140,10 @@ def next_stage(cast: ClusterCast, items: StageItems, generator: int) -> int:
     generator
         Cycles from its permission to that request.
     """
-    numbers, limits = cast.numbers, cast.limits
     while True:
-        if numbers[_STARTED] - numbers[_OVER] <= limits[_RUN_AHEAD] and numbers[_STALLED] == _NEVER:
-            begin = max(numbers[_FRONT] + numbers[_SHIFT], numbers[_PERMITTED] + generator)
-            following = next_time(cast.heap)
-            if following == _NEVER or following > begin:
-                return begin
+        begin, following = next_begin(cast, generator), next_time(cast.heap)
+        if begin != _NEVER and (following == _NEVER or following > begin):
+            return begin
         _advance(cast, items)
 
 
@@ -170,8 +178,14 @@ def end_cast(cast: ClusterCast, items: StageItems) -> int:
 @compiled
 def _advance(cast, items):
     """One event."""
-    heap, numbers, limits = cast.heap, cast.numbers, cast.limits
-    time, kind, _ = pop(heap)
+    time, kind, _ = pop(cast.heap)
+    apply_event(cast, items, time, kind)
+
+
+@compiled
+def apply_event(cast: ClusterCast, items: StageItems, time: int, kind: int) -> None:
+    """An event that was scheduled happens."""
+    numbers, limits = cast.numbers, cast.limits
     if kind == _CELL:
         numbers[_CELL_PENDING] = 0
         if numbers[_CELLS_LEFT] - numbers[_CELLS_TAKEN] == limits[_CELLS]:
@@ -207,6 +221,40 @@ def _advance(cast, items):
 
 
 @compiled
+def request_remote(cast: ClusterCast, items: StageItems, time: int, most: int) -> int:
+    """Take the next patch to request from another cluster; -1 if there is none, or ``most`` have not been read yet."""
+    numbers = cast.numbers
+    number = numbers[_REMOTE_SENT]
+    if number == numbers[_REMOTE_FOUND] or number - numbers[_REMOTE_READ] == most:
+        return _NEVER
+    numbers[_REMOTE_SENT] += 1
+    _wake_filter(cast, time)
+    return cast.remote[number]
+
+
+@compiled
+def arrive(cast: ClusterCast, items: StageItems, time: int, patch: int) -> None:
+    """A patch of another cluster has arrived."""
+    _make_ready(cast, patch)
+    _read(cast, items, time)
+
+
+@compiled
+def next_begin(cast: ClusterCast, permission: int) -> int:
+    """When the next stage may begin, as far as is known; -1 if something has to happen before.
+
+    Parameters
+    ----------
+    permission
+        Cycles from the permission of the stage to its first request.
+    """
+    numbers = cast.numbers
+    if numbers[_STARTED] - numbers[_OVER] > cast.limits[_RUN_AHEAD] or numbers[_STALLED] != _NEVER:
+        return _NEVER
+    return max(numbers[_FRONT] + numbers[_SHIFT], numbers[_PERMITTED] + permission)
+
+
+@compiled
 def _closed(numbers):
     """When the last request that is known is accepted."""
     return numbers[_FRONT] + numbers[_SHIFT]
@@ -234,7 +282,7 @@ def _schedule_cell(cast, items, now):
     if numbers[_CELL_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CELLS_LEFT] == len(items.time):
         return
     numbers[_CELL_PENDING] = 1
-    push(cast.heap, max(now, items.time[numbers[_CELLS_LEFT]] + numbers[_SHIFT]), _CELL, 0)
+    push(cast.heap, max(now, items.time[numbers[_CELLS_LEFT]] + numbers[_SHIFT]), _CELL, cast.numbers[_SELF])
 
 
 @compiled
@@ -244,7 +292,7 @@ def _schedule_close(cast, now):
     if numbers[_CLOSE_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CLOSED] == numbers[_STARTED]:
         return
     numbers[_CLOSE_PENDING] = 1
-    push(cast.heap, max(now, cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]), _CLOSE, 0)
+    push(cast.heap, max(now, cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]), _CLOSE, cast.numbers[_SELF])
 
 
 @compiled
@@ -279,43 +327,75 @@ def _list(cast, items, time):
         numbers[_ENTRIES_LEFT] += 1
         _filter(cast, items, time)
     numbers[_LISTING] = _BUSY
-    push(cast.heap, time + 1, _LIST, 0)
+    push(cast.heap, time + 1, _LIST, cast.numbers[_SELF])
 
 
 @compiled
 def _filter(cast, items, time):
     """The patch filter takes an entry in each cycle; a patch that is found needs a free entry behind it."""
-    numbers, limits = cast.numbers, cast.limits
+    numbers = cast.numbers
     entry = numbers[_ENTRIES_TAKEN]
     if numbers[_FILTERING] or entry == numbers[_ENTRIES_LEFT]:
         return
-    if items.is_new[entry]:
-        if numbers[_FOUND] - numbers[_READ] == limits[_REQUESTS]:
-            return
-        numbers[_FOUND] += 1
+    if items.is_new[entry] and not _find(cast, items):
+        return
     numbers[_ENTRIES_TAKEN] += 1
     numbers[_FILTERING] = 1
-    push(cast.heap, time + 1, _FILTER, 0)
+    push(cast.heap, time + 1, _FILTER, cast.numbers[_SELF])
     if numbers[_LISTING] == _BLOCKED:
         numbers[_LISTING] = _BUSY
-        push(cast.heap, time, _LIST, 0)
+        push(cast.heap, time, _LIST, cast.numbers[_SELF])
     _read(cast, items, time)
+
+
+@compiled
+def _find(cast, items):
+    """A patch is found, and requested where it is, if the queue of requests there is not full: whether it is."""
+    numbers, most, patch = cast.numbers, cast.limits[_REQUESTS], cast.numbers[_FOUND]
+    is_own = items.owner[patch] < 0
+    if (numbers[_OWN] if is_own else numbers[_REMOTE_FOUND] - numbers[_REMOTE_SENT]) == most:
+        return False
+    numbers[_FOUND] += 1
+    if is_own:
+        numbers[_OWN] += 1
+        _make_ready(cast, patch)
+    else:
+        cast.remote[numbers[_REMOTE_FOUND]] = patch
+        numbers[_REMOTE_FOUND] += 1
+    return True
+
+
+@compiled
+def _make_ready(cast, patch):
+    """A patch can be read."""
+    cast.ready[cast.numbers[_AVAILABLE]] = patch
+    cast.numbers[_AVAILABLE] += 1
 
 
 @compiled
 def _read(cast, items, time):
     """The vertices of the next patch are read, one in each cycle."""
     numbers, limits = cast.numbers, cast.limits
-    if (numbers[_READING] or numbers[_READ] == numbers[_FOUND]
+    if (numbers[_READING] or numbers[_READ] == numbers[_AVAILABLE]
             or numbers[_OFFERED] - numbers[_ENTERED] == limits[_WAITING]):
         return
+    if items.owner[cast.ready[numbers[_READ]]] < 0:
+        numbers[_OWN] -= 1
+    else:
+        numbers[_REMOTE_READ] += 1
     numbers[_READ] += 1
     numbers[_READING] = 1
-    push(cast.heap, time + limits[_VERTICES], _GEOMETRY, 0)
-    # The patch filter may have waited for the entry.
+    push(cast.heap, time + limits[_VERTICES], _GEOMETRY, cast.numbers[_SELF])
+    _wake_filter(cast, time)
+
+
+@compiled
+def _wake_filter(cast, time):
+    """The patch filter may have waited for a free entry behind it."""
+    numbers = cast.numbers
     if not numbers[_FILTERING] and numbers[_ENTRIES_TAKEN] < numbers[_ENTRIES_LEFT]:
         numbers[_FILTERING] = 1
-        push(cast.heap, time, _FILTER, 0)
+        push(cast.heap, time, _FILTER, numbers[_SELF])
 
 
 @compiled
@@ -323,18 +403,18 @@ def _enter(cast, items, time):
     """Patches that wait enter setup while slots are free."""
     numbers, limits = cast.numbers, cast.limits
     while numbers[_ENTERED] < numbers[_OFFERED] and numbers[_SLOTS] < limits[_ALL_SLOTS]:
-        patch = numbers[_ENTERED]
+        patch, place = cast.ready[numbers[_ENTERED]], numbers[_ENTERED]
         # The vertices of a patch that has not waited have entered while they were read.
-        waited = numbers[_OFFERED] - patch > 1 or numbers[_OFFER_TIME] < time
+        waited = numbers[_OFFERED] - place > 1 or numbers[_OFFER_TIME] < time
         last_vertex = time + limits[_VERTICES] if waited else time
         numbers[_ENTERED] += 1
         numbers[_SLOTS] += 1
         numbers[_READY] = max(last_vertex + limits[_SETUP], numbers[_READY] + limits[_VERTICES])
         numbers[_WALKED] = max(numbers[_READY], numbers[_WALKED]) + items.tests[patch]
         last_ray = numbers[_WALKED] + limits[_WALK]
-        push(cast.heap, last_ray, _FREE, 0)
-        cast.ends[patch] = last_ray + limits[_PIPELINE]
-        push(cast.heap, cast.ends[patch], _DONE, 0)
+        push(cast.heap, last_ray, _FREE, cast.numbers[_SELF])
+        cast.ends[place] = last_ray + limits[_PIPELINE]
+        push(cast.heap, cast.ends[place], _DONE, cast.numbers[_SELF])
 
 
 @compiled

@@ -86,6 +86,7 @@ class TraceSource:
     def __init__(self, trace: SectionTrace, timing: ClusterTiming):
         self._trace, self._timing = trace, timing
         self._time = np.empty(len(trace.offset), dtype=np.int64)
+        self._owner = np.full(len(trace.tests), -1)
 
     @property
     def patches(self) -> int:
@@ -107,7 +108,8 @@ class TraceSource:
         latency = self._timing.memory + (self._timing.traversal if stage else 0)
         self._time[first:end] = clock(cast, begin) + latency + trace.offset[first:end]
         entries = trace.entries[:end + 1]
-        return StageItems(self._time[:end], entries, trace.is_new[:entries[-1]], trace.tests), int(trace.cycles[stage])
+        return StageItems(self._time[:end], entries, trace.is_new[:entries[-1]], trace.tests, self._owner), int(
+            trace.cycles[stage])
 
 
 def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:

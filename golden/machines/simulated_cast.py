@@ -20,7 +20,7 @@ from golden.machines.cluster_cast import StageItems, clock, tested
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.section_trace import CastTimes, SectionTrace, run_stages
 from golden.schedule.cycle_model import BLOCK
-from golden.schedule.square_scan import GROUP, survival_words
+from golden.schedule.square_scan import row_groups, survival_words
 
 __all__ = ["SimulatedCast", "cast_section"]
 
@@ -135,7 +135,8 @@ class _Stages:
         if explored is not None:
             self._append_lists(cells, explored)
             self._append_tests(explored)
-        return StageItems(self._time, self._entries, self._new, self._walks), cycles
+        owner = np.full(len(self._walks), -1)
+        return StageItems(self._time, self._entries, self._new, self._walks, owner), cycles
 
     def _seen(self, cast, now):
         """Stored inverse distances as the sweep has read them: on average half of a sweep ago."""
@@ -178,7 +179,7 @@ class _Stages:
         live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
             traversal.threshold(shell, config))
         words, lookups = survival_words(rays, live, self._section, record, config)
-        rows = rays.rows * max(timing.row, -(-rays.columns // GROUP)) + timing.piece + (
+        rows = int(np.maximum(timing.row, row_groups(rays, self._section, record).of_rows).sum()) + timing.piece + (
             timing.search * rays.columns.bit_length())
         if stage is None:
             return max(rows, lookups, *words)

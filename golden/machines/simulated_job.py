@@ -97,7 +97,7 @@ def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timi
         if one is not None:
             section = one.section
             made.append(casts.cast(request.records[one.frustum], section))
-            rays.append((section.end_column - section.first_column) * (section.end_row - section.first_row))
+            rays.append(section.rays)
             near.append(-(-int(descriptor["near_count"]) // 2))
             note(len(made))
     rays, bits = np.array(rays), config.memory.data_bits

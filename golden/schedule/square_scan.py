@@ -3,28 +3,73 @@
 The counts are those of `hw.ctu.survival`; golden itself decides survival by `golden.ctu.survival`.
 """
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from golden.config import Config
 from golden.ctu.grid_rays import GridRays
-from golden.ctu.sector import Sector
+from golden.ctu.sector import Sector, sector_rays
 from golden.ctu.survival import summed
 from golden.frustum import FrustumRecord
 from golden.icu.section_clip import SectionWindow, section_clip
 from golden.icu.window import Window
 
-__all__ = ["FEW", "GROUP", "SIDE", "scanned_words", "survival_words"]
+__all__ = ["FEW", "GROUP", "SIDE", "RowGroups", "row_groups", "scanned_words", "survival_words"]
 
 # Neighbours in a row that are looked up together, at most; so few that each is looked up alone; squares of a word along
 # each axis.
 GROUP, FEW, SIDE = 8, 2, 4
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RowGroups:
+    """The grid rays of a shell that a section requests, row by row in groups of neighbours.
+
+    Parameters
+    ----------
+    row, first, last, size
+        G int64: row of each group, its first and last column, and its rays. Columns continue behind the last one at 0.
+    columns
+        Columns of the shell.
+    """
+
+    row: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    size: np.ndarray
+    columns: int
+
+    @property
+    def of_rows(self) -> np.ndarray:
+        """Groups of each row that has any."""
+        return np.unique(self.row, return_counts=True)[1]
+
+    def rays(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of all rays of some groups."""
+        group = which.repeat(self.size[which])
+        number = np.arange(len(group)) - np.repeat(np.cumsum(self.size[which]) - self.size[which], self.size[which])
+        return self.row[group], (self.first[group] + number) % self.columns
+
+
+def row_groups(rays: GridRays, section: Sector, record: FrustumRecord) -> RowGroups:
+    """The groups of a section's grid rays; a row begins with the ray behind the first gap, or with column 0."""
+    requested = sector_rays(rays, section, record)
+    count = requested.sum(axis=1)
+    begins = requested & ~np.roll(requested, 1, axis=1)
+    start = np.where(count < rays.columns, begins.argmax(axis=1), 0)
+    groups = -(-count // GROUP)
+    row = np.arange(rays.rows).repeat(groups)
+    offset = GROUP * (np.arange(len(row)) - np.repeat(np.cumsum(groups) - groups, groups))
+    size = np.minimum(GROUP, count[row] - offset)
+    first = start[row] + offset
+    return RowGroups(row=row, first=first % rays.columns, last=(first + size - 1) % rays.columns, size=size,
+                     columns=rays.columns)
+
+
 def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: FrustumRecord,
                    config: Config) -> tuple[list[int], int]:
-    """Words that the survival test of all grid rays of a shell reads, of each level from the tiles on; and windows.
+    """Words that the survival test of a section's grid rays of a shell reads, by level from the tiles on; and windows.
 
     Neighbours are looked up together, from the highest level down. A group that a level finds dead ends there; each ray
     of one that all levels find live is looked up among the tiles.
@@ -36,7 +81,7 @@ def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: Fr
     live
         Live squares of the section (`SettlePyramid.live`).
     section
-        The section of the frustum ``record``: all of it, so that all grid rays are requested.
+        The section of the frustum ``record``.
 
     Returns
     -------
@@ -45,27 +90,26 @@ def survival_words(rays: GridRays, live: np.ndarray, section: Sector, record: Fr
     levels = [live]
     for _ in range(1, config.ctu.pyramid_levels):
         levels.append(_coarser(levels[-1]))
-    tile, words = 1 << config.icu.tile_bits, [0] * len(levels)
-    first = np.arange(0, rays.columns, GROUP)
-    last = np.minimum(first + GROUP, rays.columns) - 1
-    left, right = rays.first_column[:, first], rays.first_column[:, last] + rays.column_count[:, last]
+    tile, words, groups = 1 << config.icu.tile_bits, [0] * len(levels), row_groups(rays, section, record)
+    row, first, last = groups.row, groups.first, groups.last
+    left, right = rays.first_column[row, first], rays.first_column[row, last] + rays.column_count[row, last]
     columns = right - left
     if not record.is_screen:
-        columns = np.where(rays.column_count[:, first] == record.columns, record.columns, columns % record.columns)
-    groups = _windows(rays, left, columns, section, record)
-    few = np.broadcast_to(last - first < FEW, left.shape).ravel()
+        columns = np.where(rays.column_count[row, first] == record.columns, record.columns, columns % record.columns)
+    windows = _windows(rays, row, left, columns, section, record)
+    few = groups.size <= FEW
     alive = np.flatnonzero(~few)
     lookups = len(alive)
     for level in reversed(range(len(levels))):
-        read, is_live = scanned_words(_only(groups, alive), levels[level], tile * SIDE**level)
+        read, is_live = scanned_words(_only(windows, alive), levels[level], tile * SIDE**level)
         words[level] += int(read.sum())
         alive = alive[is_live]
     alone = few.copy()
     alone[alive] = True
-    number = np.flatnonzero(alone.reshape(left.shape).repeat(GROUP, axis=1)[:, :rays.columns])
-    windows = _windows(rays, rays.first_column, rays.column_count, section, record)
-    words[0] += int(scanned_words(_only(windows, number), live, tile)[0].sum())
-    return words, lookups + len(number)
+    row, column = groups.rays(np.flatnonzero(alone))
+    windows = _windows(rays, row, rays.first_column[row, column], rays.column_count[row, column], section, record)
+    words[0] += int(scanned_words(windows, live, tile)[0].sum())
+    return words, lookups + len(row)
 
 
 def scanned_words(window: SectionWindow, live: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
@@ -107,9 +151,8 @@ def scanned_words(window: SectionWindow, live: np.ndarray, side: int) -> tuple[n
     return words, alive
 
 
-def _windows(rays, first, columns, section, record):
-    return section_clip(Window(*(np.broadcast_to(value, first.shape).ravel() for value in (
-        first, columns, rays.first_row[:, None], rays.row_count[:, None]))), section, record)
+def _windows(rays, row, first, columns, section, record):
+    return section_clip(Window(first, columns, rays.first_row[row], rays.row_count[row]), section, record)
 
 
 def _only(window, which):

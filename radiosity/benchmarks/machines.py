@@ -1,9 +1,9 @@
 """Simulated machines: the cycles of one cluster, beside those of the hardware.
 
 ``radiosity bench machines`` simulates one hemisphere from each scene's ceiling on a cluster that holds all patches, and
-writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv and job-cycles.csv
-have of the hardware, and compares. Where latencies come from, `radiosity.cluster_timing` and `radiosity.job_timing`
-say.
+writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv, job-cycles.csv and
+cut-cycles.csv have of the hardware, and compares. Where latencies come from, `radiosity.cluster_timing` and
+`radiosity.job_timing` say.
 """
 
 import csv
@@ -24,6 +24,7 @@ from golden.schedule.ceiling_points import ceiling_points
 from hw.history import ROOT
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT, SCENES
+from radiosity.benchmarks.machine_cuts import recorded_cuts, simulated_cuts
 from radiosity.benchmarks.machine_jobs import recorded_jobs, simulate
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.cluster_timing import cluster_timing
@@ -33,6 +34,7 @@ __all__ = ["SceneCasts", "errors_of", "machine_config", "recorded_cycles"]
 _RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
 _RAYS = 256, 64
 _HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
+_CUT_HEAD = ["scene", "clusters", "cycles", "simulated", "error"]
 _JOB_HEAD = ["scene", "clusters", "rays", "cell", "frusta", "hits", "cycles", "simulated", "load", "simulated load",
              "cast", "simulated cast", "error"]
 
@@ -128,6 +130,7 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
         errors["all"] = [*chain.from_iterable(errors.values())]
         lines += ["", *table(["scene", "rows", "mean error", "largest error"],
                              [[f"`{name}`", *_errors(each)] for name, each in errors.items() if each]), ""]
+        lines += _cuts({row: cycles for row, cycles in recorded_cuts().items() if not scenes or row[0] in scenes})
         lines += _jobs(tuple(one for one in recorded_jobs() if not scenes or one.spec.scene in scenes))
     write_report(output, lines)
 
@@ -135,6 +138,19 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
 def _errors(each):
     """How many, the mean, and the largest one."""
     return [len(each), f"{100 * np.abs(each).mean():.1f} %", f"{100 * max(each, key=abs):+.1f} %"]
+
+
+def _cuts(recorded):
+    """Tables of frusta that clusters share."""
+    rows, errors = [], []
+    for scene, clusters, cycles, simulated in simulated_cuts(recorded):
+        errors.append(simulated / cycles - 1)
+        rows.append([f"`{scene}`", clusters, f"{cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
+        console().note(f"{scene}, one frustum, {clusters} clusters: {simulated} cycles")
+    if not rows:
+        return []
+    return [*table(_CUT_HEAD, rows), "",
+            *table(["shared frusta", "mean error", "largest error"], [_errors(errors)]), ""]
 
 
 def _jobs(jobs):

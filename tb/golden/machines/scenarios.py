@@ -5,13 +5,20 @@ import sys
 
 import numpy as np
 
+from golden.config import PRESETS
 from golden.machines.event_heap import event_heap, pop, push
+from golden.machines.job_queue import JobSections, run_queue
+from golden.machines.job_timing import JobTiming
+from golden.machines.joint_cast import joint_cast
+from golden.machines.section_trace import SectionTrace
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from radiosity.cluster_timing import cluster_timing
+from radiosity.job_timing import joint_timing
 from tb.golden.machines.packet_runs import run_packets
 from tb.noc.packets import packets
 
-__all__ = ["SCENARIOS"]
+__all__ = ["SCENARIOS", "drawn_trace", "joint_runs"]
 
 
 def _heap():
@@ -33,7 +40,45 @@ def _network():
     return run_packets(routing, given, buffer_flits=4, arbitration="age")
 
 
-SCENARIOS = {"heap": _heap, "network": _network}
+def _job():
+    """Times of a job on three clusters."""
+    rng = np.random.default_rng(3)
+    cycles = rng.integers(50, 900, 12)
+    sections = JobSections(near=rng.integers(0, 9, 12), wants=cycles // 2, cycles=cycles, rays=cycles // 3,
+                           hits=cycles // 4, sums=rng.integers(0, 60, 12))
+    times = run_queue(sections, JobTiming(first=2, dispatch=28, slot=2, restart=2, read_out=9, sums=16, answer=23,
+                                          report=10, beats=16, buffers=2), clusters=3, load=100)
+    return np.stack([times.cluster, times.begins, times.ends, times.done])
+
+
+def drawn_trace(rng, *, stages, cells, patches, least):
+    """A trace of a section that meets so many cells in each stage, and finds ``patches`` patches from ``least`` on."""
+    lists = rng.integers(0, 4, stages * cells)
+    is_new = np.zeros(lists.sum(), dtype=bool)
+    is_new[rng.permutation(len(is_new))[:patches]] = True
+    return SectionTrace(
+        cycles=np.full(stages, 3 * cells), searches=rng.integers(0, 9, stages),
+        first_cell=np.arange(0, stages * cells + 1, cells), offset=np.tile(np.arange(1, 3 * cells, 3), stages),
+        entries=np.append(0, lists.cumsum()), is_new=is_new, patch=least + rng.permutation(patches),
+        tests=rng.integers(1, 30, patches))
+
+
+def joint_runs(run, *, columns, rows, slots=8, run_ahead=1):
+    """Begins and ends of sections that clusters cast together."""
+    rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
+    traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number) for number in range(clusters)]
+    times = run(traces, rng.integers(0, clusters, 30 + 10 * clusters), cluster_timing(PRESETS["paper"]),
+                joint_timing(PRESETS["paper"]), routing=route(Topology("mesh", columns, rows), noc.virtual_channels),
+                buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
+                slots=slots, run_ahead=run_ahead)
+    return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]]) for one in times])
+
+
+def _joint():
+    return joint_runs(joint_cast, columns=2, rows=2)
+
+
+SCENARIOS = {"heap": _heap, "network": _network, "job": _job, "joint": _joint}
 
 if __name__ == "__main__":
     json.dump({name: np.asarray(run()).tolist() for name, run in SCENARIOS.items()}, sys.stdout)

@@ -8,7 +8,7 @@ import simpy
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.section_trace import CastTimes, SectionTrace
 
-__all__ = ["simpy_cast"]
+__all__ = ["SimpyCluster", "simpy_cast"]
 
 # Behind all events of the same time.
 _LATE = 2
@@ -17,31 +17,57 @@ _LATE = 2
 def simpy_cast(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
     """The times of `golden.machines.section_trace.replay`."""
     env = simpy.Environment()
-    cluster = _Cluster(env, trace, timing, slots, run_ahead)
+    cluster = SimpyCluster(env, trace, timing, slots, run_ahead)
     env.run()
-    return CastTimes(begins=np.array(cluster.begins), ends=np.array(cluster.ends), free=cluster.free(),
-                     cycles=cluster.last + timing.over + timing.end)
+    return cluster.times()
 
 
-class _Cluster:
-    """Servers that wait for any change of the state."""
+class SimpyCluster:
+    """Servers that wait for any change of the state.
 
-    def __init__(self, env, trace, timing, slots, run_ahead):
+    Parameters
+    ----------
+    env
+        SimPy's environment, whose time is in cycles.
+    trace, timing, slots, run_ahead
+        See `simpy_cast`.
+    owner
+        P int, the cluster that holds each patch, in the order of discovery; -1 if this one does. Default: all.
+    ask
+        Called with each patch that is requested from another cluster; `arrive` answers.
+    most
+        Patches of others that are requested and not read, at most.
+    """
+
+    def __init__(self, env, trace, timing, slots, run_ahead, *, owner=None, ask=None, most=1):
+        self._owner, self._ask, self._most = [-1] * len(trace.tests) if owner is None else owner, ask, most
         self._env, self._trace, self._timing, self._all_slots, self._run_ahead = env, trace, timing, slots, run_ahead
         self._change = env.event()
         self.begins, self.ends, self.last = [], [0] * len(trace.tests), 0
         # Traversal's clock is late by the shift. Cells that are known, with their times on it.
         self._shift, self._stalled, self._known, self._sent = 0, False, [], 0
         self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
-        self._cells, self._listing, self._entries, self._requests, self._waiting = deque(), False, deque(), deque(), []
+        self._cells, self._listing, self._entries, self._waiting = deque(), False, deque(), []
+        # Patches that can be read, own ones among them; those that are not requested yet, and those that are.
+        self._ready, self._own, self._queued, self._outstanding = deque(), 0, deque(), 0
         self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
         # Traversal's clock when it has accepted all known requests. Before the slots: whether the patch filter has an
         # entry, patches that have entered setup, since when there are no cells and patches, and the first such time at
         # the end.
         self._accepted, self._filtering, self._entered, self._quiet, self._free = timing.begin, False, 0, None, None
-        for process in (self._front, self._traversal, self._close, self._list, self._filter, self._geometry,
-                        self._setup, self._walk):
+        for process in (self._front, self._traversal, self._close, self._list, self._filter, self._request,
+                        self._geometry, self._setup, self._walk):
             env.process(process())
+
+    def times(self):
+        """The times of the cast when all has happened."""
+        return CastTimes(begins=np.array(self.begins), ends=np.array(self.ends), free=self.free(),
+                         cycles=self.last + self._timing.over + self._timing.end)
+
+    def arrive(self, patch):
+        """A patch of another cluster has arrived."""
+        self._ready.append(patch)
+        self._changed()
 
     def _changed(self):
         """Something has changed: all servers look again."""
@@ -158,12 +184,15 @@ class _Cluster:
     def _filter(self):
         """An entry in each cycle; a patch that is found needs an entry behind it."""
         def can_pass():
-            return self._entries and (not self._trace.is_new[self._entries[0]]
-                                      or len(self._requests) < self._timing.requests)
+            if not self._entries or not self._trace.is_new[self._entries[0]]:
+                return bool(self._entries)
+            return (self._own if self._owner[self._found] < 0 else len(self._queued)) < self._timing.requests
         while True:
             yield from self._until(can_pass)
             if self._trace.is_new[self._entries.popleft()]:
-                self._requests.append(self._found)
+                is_own = self._owner[self._found] < 0
+                self._own += is_own
+                (self._ready if is_own else self._queued).append(self._found)
                 self._found += 1
             self._filtering = True
             self._changed()
@@ -171,11 +200,23 @@ class _Cluster:
             self._filtering = False
             self._changed()
 
+    def _request(self):
+        """Requests to other clusters."""
+        while True:
+            yield from self._until(lambda: self._queued and self._outstanding < self._most)
+            self._outstanding += 1
+            self._ask(self._queued.popleft())
+            self._changed()
+
     def _geometry(self):
         """The vertices of a patch, one in each cycle."""
         while True:
-            yield from self._until(lambda: self._requests and len(self._waiting) < self._timing.waiting)
-            patch = self._requests.popleft()
+            yield from self._until(lambda: self._ready and len(self._waiting) < self._timing.waiting)
+            patch = self._ready.popleft()
+            if self._owner[patch] < 0:
+                self._own -= 1
+            else:
+                self._outstanding -= 1
             self._changed()
             yield self._env.timeout(self._timing.vertices)
             self._waiting.append((patch, self._env.now))
@@ -191,24 +232,24 @@ class _Cluster:
             self._slots += 1
             last_vertex = self._env.now + (timing.vertices if offered < self._env.now else 0)
             ready = max(last_vertex + timing.setup, ready + timing.vertices)
-            self._windows.put((patch, ready))
+            self._windows.put((patch, self._entered - 1, ready))
             self._changed()
 
     def _walk(self):
         """Windows one after the other."""
         while True:
-            patch, ready = yield self._windows.get()
+            patch, place, ready = yield self._windows.get()
             yield self._env.timeout(max(0, ready - self._env.now))
             yield self._env.timeout(int(self._trace.tests[patch]))
-            self._env.process(self._end(patch))
+            self._env.process(self._end(place))
 
-    def _end(self, patch):
+    def _end(self, place):
         """The slot is free with the last ray; the patch has ended a pipeline later."""
         yield self._env.timeout(self._timing.walk)
         self._slots -= 1
         self._changed()
         yield self._env.timeout(self._timing.pipeline)
-        self.ends[patch] = self._env.now
+        self.ends[place] = self._env.now
         self._done += 1
         self._changed()
 

@@ -1,0 +1,341 @@
+"""Joint cast: clusters that cast sections at the same time and request patches from each other over the network.
+
+Each cluster replays the trace of its section (`golden.machines.section_trace`). Requests and replies have a network
+each, simulated flit by flit (`golden.machines.packet_network`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from golden.compiled import compiled
+from golden.errors import InputError, check_int
+from golden.machines.cluster_cast import (
+    ClusterCast,
+    StageItems,
+    add_stage,
+    apply_event,
+    arrive,
+    begin_cast,
+    clock,
+    free,
+    last_end,
+    next_begin,
+    request_remote,
+)
+from golden.machines.cluster_timing import ClusterTiming
+from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
+from golden.machines.packet_network import (
+    DESTINATION,
+    LENGTH,
+    MADE,
+    MESSAGE,
+    SOURCE,
+    TAKEN_NOW,
+    UNARRIVED,
+    PacketNetwork,
+    network_cycle,
+    packet_network,
+    send,
+)
+from golden.machines.section_trace import CastTimes, SectionTrace
+from golden.noc.routing import Routing
+
+__all__ = ["JointTiming", "joint_cast"]
+
+# The kind of event that a patch of another cluster arrives, whose subject is its packet; those of clusters are lower.
+_ARRIVES = 64
+_NEVER = -1
+# Events of a cluster that can wait at the same time.
+_EACH = 512
+# Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, and when the cluster can
+# serve the next request of another one.
+_BEGUN, _STAGES, _SCHEDULED, _SERVED = range(4)
+# Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
+_PATCH, _STAGE, _CELL, _ENTRY = range(4)
+_TIMES = ("request", "serve", "reply", "request_flits", "reply_flits", "outstanding")
+(_REQUEST, _SERVE, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _VERTICES, _NEAR, _TRAVERSED,
+ _GENERATOR) = range(10)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTiming:
+    """Numbers of the path to patches of other clusters, in cycles unless stated otherwise.
+
+    `radiosity.job_timing.joint_timing` takes them from the components of a configuration.
+
+    Parameters
+    ----------
+    request
+        From the cycle in which an own patch would be read to that in which the request for it enters the network.
+    serve
+        From a request that has left the network to its reply, which enters the network.
+    reply
+        From a reply that has left the network to the cycle in which the patch can be read like an own one.
+    request_flits, reply_flits
+        Flits of a request and of a reply.
+    outstanding
+        Patches that a cluster may have requested and not read, at most.
+
+    Raises
+    ------
+    TypeError
+        A number is no int.
+    ValueError
+        A number is below 1.
+    """
+
+    request: int
+    serve: int
+    reply: int
+    request_flits: int
+    reply_flits: int
+    outstanding: int
+
+    def __post_init__(self):
+        for field in fields(self):
+            value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
+            check_int(name, value)
+            if value < 1:
+                raise ValueError(f"{name} must be at least 1, not {value!r}")
+
+
+class _Machine(NamedTuple):
+    """Clusters in flat arrays: elements of cluster k begin at ``first[k]``; networks; packets that are free.
+
+    Cells have one offset more and stages one first cell more for each cluster: its numbers are moved by k.
+    """
+
+    heap: EventHeap
+    late: EventHeap
+    requests: PacketNetwork
+    replies: PacketNetwork
+    limits: np.ndarray
+    latency: np.ndarray
+    first: np.ndarray
+    clusters: np.ndarray
+    numbers: np.ndarray
+    ends: np.ndarray
+    ready: np.ndarray
+    remote: np.ndarray
+    closes: np.ndarray
+    begins: np.ndarray
+    time: np.ndarray
+    offset: np.ndarray
+    entries: np.ndarray
+    is_new: np.ndarray
+    tests: np.ndarray
+    owner: np.ndarray
+    cycles: np.ndarray
+    searches: np.ndarray
+    first_cell: np.ndarray
+    requested: np.ndarray
+    unused: np.ndarray
+    count: np.ndarray
+
+
+def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: ClusterTiming, joint: JointTiming, *,
+               routing: Routing, buffer_flits: int, arbitration: str, router_cycles: int, slots: int,
+               run_ahead: int) -> list[CastTimes]:
+    """The times of sections that clusters cast from the same cycle on.
+
+    Parameters
+    ----------
+    traces
+        The section of each cluster, which is the node of that number.
+    home
+        N int64: the cluster that holds each patch.
+    timing, joint
+        Latencies and capacities.
+    routing, buffer_flits, arbitration, router_cycles
+        Of both networks, see `packet_network`.
+    slots, run_ahead
+        ``icu.slots`` and ``ctu.run_ahead``.
+
+    Raises
+    ------
+    InputError
+        A patch is held by no cluster.
+    """
+    count, home = len(traces), np.asarray(home, dtype=np.int64)
+    if any((home[trace.patch] < 0).any() for trace in traces):
+        raise InputError("machines: Patches of a joint cast must be held by clusters")
+    casts = [begin_cast(timing, patches=len(trace.tests), shells=len(trace.cycles), slots=slots, run_ahead=run_ahead,
+                        number=number) for number, trace in enumerate(traces)]
+    owner = [np.where(home[trace.patch] == number, -1, home[trace.patch]) for number, trace in enumerate(traces)]
+    lengths = np.array([[len(trace.tests), len(trace.cycles), len(trace.offset), len(trace.is_new)]
+                        for trace in traces])
+    first = np.concatenate([np.zeros((1, 4), dtype=np.int64), lengths.cumsum(axis=0)])
+
+    def joined(arrays):
+        return np.concatenate([np.asarray(array, dtype=np.int64) for array in arrays])
+
+    clusters = np.full((count, 4), _NEVER, dtype=np.int64)
+    clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED] = 0, lengths[:, _STAGE], 0
+    rows = count * joint.outstanding
+    networks = [packet_network(routing, packets=rows, buffer_flits=buffer_flits, arbitration=arbitration,
+                               router_cycles=router_cycles) for _ in range(2)]
+    machine = _Machine(
+        heap=event_heap(_EACH * count), late=event_heap(_EACH * count), requests=networks[0], replies=networks[1],
+        limits=casts[0].limits,
+        latency=np.array([*(getattr(joint, name) for name in _TIMES), timing.vertices, timing.memory,
+                          timing.memory + timing.traversal, timing.generator], dtype=np.int64),
+        first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
+        **{name: joined(getattr(cast, name) for cast in casts) for name in ("ends", "ready", "remote", "closes")},
+        begins=np.zeros(first[-1, _STAGE], dtype=np.int64), time=np.zeros(first[-1, _CELL], dtype=np.int64),
+        **{name: joined(getattr(trace, name) for trace in traces) for name in (
+            "offset", "entries", "is_new", "tests", "cycles", "searches", "first_cell")},
+        owner=joined(owner), requested=np.zeros(rows, dtype=np.int64), unused=np.arange(rows)[::-1].copy(),
+        count=np.array([rows], dtype=np.int64))
+    for number in range(count):
+        push(machine.late, timing.begin, 0, number)
+        clusters[number, _SCHEDULED] = timing.begin
+    _run(machine)
+    found = []
+    for number, trace in enumerate(traces):
+        cast, (patch, stage, _, _) = _cast(machine, number), first[number]
+        found.append(CastTimes(
+            begins=machine.begins[stage:stage + len(trace.cycles)], ends=machine.ends[patch:patch + len(trace.tests)],
+            free=free(cast), cycles=int(last_end(cast)) + timing.over + timing.end))
+    return found
+
+
+@compiled
+def _cast(machine, number):
+    """A cluster's part of the state."""
+    first, end = machine.first[number], machine.first[number + 1]
+    patch, after = first[_PATCH], end[_PATCH]
+    return ClusterCast(machine.heap, machine.numbers[number], machine.limits, machine.ends[patch:after],
+                       machine.closes[first[_STAGE]:end[_STAGE]], machine.ready[patch:after],
+                       machine.remote[patch:after])
+
+
+@compiled
+def _items(machine, number):
+    """The items of the stages of a cluster that have begun."""
+    first, end, begun = machine.first[number], machine.first[number + 1], machine.clusters[number, _BEGUN]
+    cell = first[_CELL]
+    known = machine.first_cell[first[_STAGE] + number + begun]
+    return StageItems(machine.time[cell:cell + known], machine.entries[cell + number:cell + number + known + 1],
+                      machine.is_new[first[_ENTRY]:end[_ENTRY]], machine.tests[first[_PATCH]:end[_PATCH]],
+                      machine.owner[first[_PATCH]:end[_PATCH]])
+
+
+@compiled
+def _run(machine):
+    """All events. In a cycle: those of clusters, then the networks, then begins of stages and what follows at once."""
+    heap, late, cycled = machine.heap, machine.late, _NEVER
+    while True:
+        time = next_time(heap)
+        if next_time(late) != _NEVER and (time == _NEVER or next_time(late) < time):
+            time = next_time(late)
+        is_active = machine.requests.counts[UNARRIVED] + machine.replies.counts[UNARRIVED] > 0
+        if is_active and cycled != _NEVER and (time == _NEVER or cycled + 1 < time):
+            time = cycled + 1
+        if time == _NEVER:
+            return
+        while next_time(heap) == time:
+            _, kind, subject = pop(heap)
+            number = subject
+            if kind == _ARRIVES:
+                number = _accept(machine, subject, time)
+            else:
+                apply_event(_cast(machine, number), _items(machine, number), time, kind)
+            _update(machine, number, time)
+        if time > cycled:
+            _cycle(machine, time)
+            cycled = time
+        while next_time(late) == time:
+            _, _, number = pop(late)
+            _begin(machine, number, time)
+
+
+@compiled
+def _begin(machine, number, time):
+    """The next stage of a cluster begins, if nothing has happened since that was scheduled."""
+    state, first = machine.clusters[number], machine.first[number]
+    if state[_SCHEDULED] != time:
+        return
+    state[_SCHEDULED] = _NEVER
+    stage, cast = first[_STAGE] + state[_BEGUN], _cast(machine, number)
+    begin = next_begin(cast, _permission(machine, number))
+    if begin == _NEVER or begin > time:
+        _update(machine, number, time)
+        return
+    latency = machine.latency[_TRAVERSED] if state[_BEGUN] else machine.latency[_NEAR]
+    start = clock(cast, time) + latency
+    for cell in range(machine.first_cell[stage + number], machine.first_cell[stage + number + 1]):
+        machine.time[first[_CELL] + cell] = start + machine.offset[first[_CELL] + cell]
+    is_near = state[_BEGUN] == 0
+    machine.begins[stage] = time
+    state[_BEGUN] += 1
+    add_stage(cast, _items(machine, number), time, machine.cycles[stage], is_near)
+    _update(machine, number, time)
+
+
+@compiled
+def _permission(machine, number):
+    """Cycles from the permission of the next stage of a cluster to its begin."""
+    begun = machine.clusters[number, _BEGUN]
+    if begun == 0:
+        return 0
+    return machine.latency[_GENERATOR] + machine.searches[machine.first[number, _STAGE] + begun]
+
+
+@compiled
+def _update(machine, number, time):
+    """What may follow an event of a cluster: requests to other clusters, and the begin of a stage."""
+    state, cast, latency = machine.clusters[number], _cast(machine, number), machine.latency
+    items = _items(machine, number)
+    while True:
+        patch = request_remote(cast, items, time, latency[_OUTSTANDING])
+        if patch == _NEVER:
+            break
+        machine.count[0] -= 1
+        packet = machine.unused[machine.count[0]]
+        machine.requested[packet] = patch
+        _send(machine.requests, packet, number, items.owner[patch], latency[_REQUEST_FLITS], time + latency[_REQUEST])
+    if state[_BEGUN] < state[_STAGES]:
+        begin = next_begin(cast, _permission(machine, number))
+        if begin != _NEVER:
+            begin = max(begin, time)
+            if state[_SCHEDULED] != begin:
+                state[_SCHEDULED] = begin
+                push(machine.late, begin, 0, number)
+
+
+@compiled
+def _send(network, packet, source, destination, flits, made):
+    given = network.packets[packet]
+    given[SOURCE], given[DESTINATION], given[LENGTH], given[MESSAGE], given[MADE] = source, destination, flits, 0, made
+    send(network, packet)
+
+
+@compiled
+def _cycle(machine, time):
+    """A cycle of both networks: requests that leave theirs are served in turn, replies reach their clusters."""
+    requests, replies, latency = machine.requests, machine.replies, machine.latency
+    if requests.counts[UNARRIVED]:
+        network_cycle(requests, time)
+        for index in range(requests.counts[TAKEN_NOW]):
+            packet = requests.taken[index]
+            server = requests.packets[packet, DESTINATION]
+            begin = max(time + latency[_SERVE], machine.clusters[server, _SERVED])
+            machine.clusters[server, _SERVED] = begin + latency[_VERTICES]
+            _send(replies, packet, server, requests.packets[packet, SOURCE], latency[_REPLY_FLITS], begin)
+    if replies.counts[UNARRIVED]:
+        network_cycle(replies, time)
+        for index in range(replies.counts[TAKEN_NOW]):
+            push(machine.heap, time + latency[_REPLY], _ARRIVES, replies.taken[index])
+
+
+@compiled
+def _accept(machine, packet, time):
+    """A patch arrives: at which cluster."""
+    number = machine.requests.packets[packet, SOURCE]
+    arrive(_cast(machine, number), _items(machine, number), time, machine.requested[packet])
+    machine.unused[machine.count[0]] = packet
+    machine.count[0] += 1
+    return number

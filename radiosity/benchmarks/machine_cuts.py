@@ -1,0 +1,105 @@
+"""Frusta that clusters share, simulated beside those of the hardware that docs/figures/cut-cycles.csv has.
+
+Each cluster casts a section of the frustum and holds a share of the patches. The sections and the shares follow from a
+sparse casting from another point of the ceiling.
+"""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from golden.cast.shelling import Shelling
+from golden.config import PRESETS, Config
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.machines.cast_store import CastStore
+from golden.machines.joint_cast import joint_cast
+from golden.machines.section_trace import CastTimes, SectionTrace
+from golden.noc.routing import route
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.phase import machine_schedule
+from hw.history import ROOT
+from hw.simulator.simulation_config import simulation_config
+from radiosity.benchmarks.engine import POINT
+from radiosity.cluster_timing import cluster_timing
+from radiosity.job_timing import joint_timing
+
+__all__ = ["CELL", "PreparedCut", "cut_config", "prepare_cut", "recorded_cuts", "simulate_cut", "simulated_cuts"]
+
+_RECORDED = ROOT / "docs" / "figures" / "cut-cycles.csv"
+# Cell size, rays, the point of the ceiling that the sparse casting is from, and rays for each of its own.
+CELL, _RAYS, _REFERENCE, _RATIO = 0.0625, (256, 64), 0, 64
+# Of the hardware that was recorded: it had no patch store.
+_PARAMETERS = {"memsys.own_patches": 1024, "memsys.store_patches": 0, "memsys.filter_generation_bits": 4}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreparedCut:
+    """A frustum that clusters share.
+
+    Parameters
+    ----------
+    traces
+        The section of each cluster, cast by a cluster that has all patches.
+    home
+        N int64: the cluster that holds each patch, -1 if none does.
+    """
+
+    traces: tuple[SectionTrace, ...]
+    home: np.ndarray
+
+
+def recorded_cuts() -> dict[tuple[str, int], int]:
+    """Cycles of the hardware by scene and clusters: preset ``paper`` with 1024 patches in each, a mesh."""
+    with _RECORDED.open(newline="") as file:
+        return {(row["scene"], int(row["clusters"])): int(row["cycles"]) for row in csv.DictReader(file)}
+
+
+def cut_config(clusters: int, topology: str = "mesh") -> Config:
+    """The configuration of that hardware, or one with another network."""
+    return simulation_config(PRESETS["paper"].replace(_PARAMETERS), clusters=clusters, topology=topology,
+                             rays=_RAYS[0] * _RAYS[1])
+
+
+def prepare_cut(scene: str, config: Config, *, cell: float = CELL, folder: Path | None = None) -> PreparedCut:
+    """The frustum of a scene, cut for the clusters of a configuration; casts are kept in a folder, if there is one."""
+    opened, hemisphere = open_scene(scene), Hemisphere(*_RAYS)
+    points, down = ceiling_points(opened)
+    geometry = PatchGeometry.of(opened, config.numbers, points)
+    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
+                         for point in (_REFERENCE, POINT))
+    shelling = Shelling(geometry, config, cell=cell, by_code=True)
+    plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
+    store = CastStore(shelling, config, cluster_timing(config), folder=folder)
+    return PreparedCut(traces=tuple(store.cast(record, section).trace for section in plan.partition.sections),
+                       home=plan.sets.residence(len(geometry))[0])
+
+
+def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None) -> list[CastTimes]:
+    """The times of all clusters.
+
+    Parameters
+    ----------
+    prepared, config
+        The frustum, and the configuration.
+    local
+        Cycles in which a memory has a patch read. Default: one for each vertex.
+    """
+    noc, timing = config.noc, cluster_timing(config)
+    return joint_cast(
+        prepared.traces, prepared.home, timing if local is None else replace(timing, vertices=local),
+        joint_timing(config),
+        routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
+        router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
+
+
+def simulated_cuts(rows: dict[tuple[str, int], int]) -> Iterator[tuple[str, int, int, int]]:
+    """Of each row: scene, clusters, cycles of the hardware, and of the slowest simulated cluster."""
+    for (scene, clusters), cycles in rows.items():
+        config = cut_config(clusters)
+        times = simulate_cut(prepare_cut(scene, config), config)
+        yield scene, clusters, cycles, max(each.cycles for each in times)

@@ -1,0 +1,82 @@
+"""The thesis' comparison of networks (tables 6.2 and 6.3), simulated.
+
+``radiosity bench thesis_networks`` simulates one frustum in `lobby` and in `room1627` on 8 and 16 clusters in each of
+the thesis' networks, once with our latencies and once with the thesis' local request of 10 intersection times. It
+writes out/bench/thesis_networks.md: ratios of times beside the thesis', each with a grade. Nothing is set for a scene.
+"""
+
+import click
+
+from golden.commands.console import console
+from radiosity.benchmarks.machine_cuts import cut_config, prepare_cut, simulate_cut
+from radiosity.benchmarks.report import output_option, provenance, table, write_report
+
+__all__ = ["RATIOS", "THESIS", "grade", "ratios_of"]
+
+# Times by scene, clusters and network.
+THESIS = {
+    ("lobby", 8): {"illiac": 7390.2, "torus": 7390.2, "ring": 7444.1},
+    ("lobby", 16): {"illiac": 4425.7, "torus": 4425.7, "hypercube": 4425.7, "ring": 6178.2},
+    ("room1627", 8): {"illiac": 10937.2, "torus": 10937.2, "ring": 11083.6},
+    ("room1627", 16): {"illiac": 16938.0, "torus": 14201.2, "hypercube": 15661.4, "ring": 26163.4}}
+# By name: a network and its clusters, divided by another network and its clusters.
+RATIOS = {
+    "torus, 8 : 16": (("torus", 8), ("torus", 16)), "ring, 8 : 16": (("ring", 8), ("ring", 16)),
+    "ring : torus, 8": (("ring", 8), ("torus", 8)), "ring : torus, 16": (("ring", 16), ("torus", 16)),
+    "Illiac : torus, 16": (("illiac", 16), ("torus", 16)), "hypercube : torus, 16": (("hypercube", 16), ("torus", 16))}
+_CELL, _NETWORKS = 0.5, ("illiac", "torus", "hypercube", "ring")
+# Cycles in which a memory has a patch read: ours, and the thesis'.
+_LOCAL = {"ours": None, "the thesis'": 10}
+# Of a ratio that is reproduced, and of two times that are the same.
+_BAND, _SAME = 0.15, 0.02
+
+
+def ratios_of(times: dict, scene: str) -> dict[str, float]:
+    """The ratios of a scene, from times as in `THESIS`."""
+    return {name: times[scene, above][network] / times[scene, below][other]
+            for name, ((network, above), (other, below)) in RATIOS.items()}
+
+
+def grade(simulated: float, thesis: float) -> str:
+    """What has become of a ratio: within 15 % and not on the other side of 1; on the same side; or neither."""
+    side, expected = (0 if abs(ratio - 1) <= _SAME else 1 if ratio > 1 else -1 for ratio in (simulated, thesis))
+    if abs(simulated / thesis - 1) <= _BAND and side * expected >= 0:
+        return "reproduced"
+    return "same shape" if side == expected else "not reproduced"
+
+
+def _times(scenes):
+    """Simulated cycles by latencies, then as in `THESIS`."""
+    found = {name: {} for name in _LOCAL}
+    for (scene, clusters), networks in THESIS.items():
+        if scene not in scenes:
+            continue
+        prepared = prepare_cut(scene, cut_config(clusters), cell=_CELL)
+        for name, local in _LOCAL.items():
+            found[name][scene, clusters] = {network: max(one.cycles for one in simulate_cut(
+                prepared, cut_config(clusters, network), local=local)) for network in networks}
+            console().note(f"{scene}, {clusters} clusters: {found[name][scene, clusters]}")
+    return found
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@output_option("thesis_networks")
+def main(scenes, output) -> None:
+    """Simulate the thesis' networks; SCENES default to lobby and room1627."""
+    scenes = scenes or tuple({scene: None for scene, _ in THESIS})
+    found = _times(scenes)
+    cycles = [[f"`{scene}`", clusters, name, *(f"{each[one]:,}" if one in each else "" for one in _NETWORKS)]
+              for name, times in found.items() for (scene, clusters), each in times.items()]
+    rows = []
+    for scene in scenes:
+        thesis, simulated = ratios_of(THESIS, scene), {name: ratios_of(times, scene) for name, times in found.items()}
+        for ratio, expected in thesis.items():
+            rows.append([f"`{scene}`", ratio, f"{expected:.2f}", *(
+                text for each in simulated.values() for text in (f"{each[ratio]:.2f}", grade(each[ratio], expected)))])
+    write_report(output, [
+        "# The thesis' networks, simulated", "",
+        f"{provenance('numpy')}; preset paper without a patch store, 1024 patches in each cluster, 256 x 64 rays from "
+        f"point 5 of the ceiling, cell {_CELL:g}, sections and resident sets by a sparse casting from point 0.", "",
+        *table(["scene", "clusters", "latencies", "Illiac", "torus", "hypercube", "ring"], cycles), "",
+        *table(["scene", "ratio of times", "thesis", "our latencies", "grade", "thesis' latencies", "grade"], rows)])

@@ -1,0 +1,67 @@
+"""The engine with any number of clusters is simulated by commands."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import radiosity.cli
+from golden.config import PRESETS
+from radiosity.benchmarks.job_runs import JobSpec
+from radiosity.benchmarks.scaling import divisions, strong_runs, weak_run
+from radiosity.engine_machine import EngineMachine
+
+SMALL = ("cornell", "--frusta", "4", "--rays", "16x16", "--cell", "1")
+SPEC = JobSpec(scene="cornell", rays=(16, 16), frusta=4, cell=1.0)
+
+
+def run(*words):
+    return CliRunner().invoke(radiosity.cli.main, ["machine", "engine", *words])
+
+
+def test_the_command_prints_one_object(tmp_path):
+    report = json.loads(run(*SMALL, "--nodes", "4", "--casts", str(tmp_path), "--json").output)
+    assert {"cycles", "efficiency", "traffic", "memory", "of_a_node"} <= report.keys()
+    assert (report["nodes"], report["groups"], report["sections"], report["is_extrapolated"]) == (4, 4, 4, False)
+    assert report["cycles"] > max(report["bounds"].values())
+    assert report["of_a_node"]["sections"] == {"least": 1, "mean": 1.0, "most": 1}
+    assert report["tests"] == report["of_a_node"]["tests"]["mean"] * 4
+    assert len([*tmp_path.iterdir()]) == 4
+
+
+def test_text_marks_what_is_extrapolated():
+    output = run(*SMALL, "--nodes", "32", "--groups", "4").output
+    assert "(extrapolated)" in output
+    assert "32 clusters in 4 groups, 32 sections" in output
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (("--nodes", "12"), "--nodes: Nodes must be a power of two up to 1024, not 12"),
+    (("--nodes", "2048"), "--nodes: Nodes must be a power of two up to 1024, not 2048"),
+    (("--nodes", "4", "--groups", "8"), "--groups: Groups must be a power of two up to 4, not 8"),
+    (("-P", "memsys.own_patches=16"), "A job must be of one phase whose patches every cluster holds")])
+def test_wrong_machines_are_refused(words, message):
+    done = run(*SMALL, *words)
+    assert done.exit_code
+    assert message in str(done.exception) + done.output
+
+
+def test_more_clusters_take_fewer_cycles_until_something_limits_them():
+    machine = EngineMachine(SPEC, PRESETS["paper"])
+    (one,), four = (strong_runs(machine, nodes, frusta=4) for nodes in (1, 4))
+    assert one.cycles > four[0].cycles
+    assert four[0].cycles > one.bounds["casts"] // 4
+    assert {each.groups for each in four} == {4, 2, 1}
+    assert four == sorted(four, key=lambda run: run.cycles)
+
+
+def test_weak_scaling_has_a_frustum_for_each_cluster():
+    runs = [weak_run(SPEC, PRESETS["paper"], nodes) for nodes in (1, 2)]
+    assert [len(each.prepared.records) for each in runs] == [1, 2]
+    assert runs[1].cycles < 1.3 * runs[0].cycles
+
+
+def test_divisions_have_no_more_groups_than_frusta():
+    assert divisions(4, 64) == [4, 2, 1]
+    assert divisions(256, 64) == [64, 32, 16]
+    assert divisions(4096, 64) == [256]
