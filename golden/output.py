@@ -64,7 +64,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         part.replace(path.resolve())
     except OSError as error:
-        if error.filename != str(part):
+        if error.filename not in (None, str(part)):  # a full disk is reported without a name
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:

@@ -20,4 +20,5 @@ def summary(stats: dict) -> str:
                      f"{counts['steps'] / rays:10.2f}")
     lines += ["", f"{'seconds':24} {sum(stats['seconds'].values()):8.2f}"]
     lines += [f"  {stage:22} {seconds:8.2f}" for stage, seconds in stats["seconds"].items()]
+    lines += [f"not computed: {what}" for what in stats["not_computed"]]
     return "\n".join(lines)

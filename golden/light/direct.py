@@ -3,10 +3,12 @@
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.light.glass import SHEETS, Glass
 from golden.light.sampling import lattice
 from golden.light.solid_angle import direction_to_triangle, solid_angle
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
+from golden.scene.lights import PointLight
 from golden.scene.scene import Scene
 
 __all__ = ["DirectLight"]
@@ -20,17 +22,15 @@ SHORT_OF_LIGHT = 1 - 1e-6
 NEAR, LEAST = 3, 1e-7
 # A light that rises less than this above the horizon of a point, as a sine, counts as in the point's plane.
 HORIZON = 1e-12
-# Most sheets of glass that a shadow ray passes.
-SHEETS = 8
 
 
 class DirectLight:
-    """Irradiance from the area lights (patches whose material emits) and point lights of a scene.
+    """Irradiance from the area lights (patches whose material emits) and the lights without an area of a scene.
 
     Each point casts ``samples`` shadow rays to its area lights. Lights are chosen in proportion to their estimated
     unoccluded irradiance, by one number of a low-discrepancy pair; rescaled, the same number selects the position on
     the light (by solid angle on a near one), so a single light is stratified. Transparent patches attenuate a shadow
-    ray by their transmittance and do not refract it.
+    ray as `Glass` says and do not refract it.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class DirectLight:
         self._centre = scene.centres[self._lights]
         self._radius2 = ((vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
-        self._transmittance = scene.channels("transparent")
+        self._glass = Glass(scene)
 
     def irradiance(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
         """Irradiance over pi at M points, M x 3, in units of radiance: reflectance times it is the reflected radiance.
@@ -73,7 +73,8 @@ class DirectLight:
             if len(self._lights):
                 result[rows] += self._from_areas(points[rows], keys[rows])
             for light in self._scene.lights:
-                result[rows] += self._from_point(points[rows], light)
+                cast = self._from_point if isinstance(light, PointLight) else self._from_afar
+                result[rows] += cast(points[rows], light)
         return result
 
     def _from_areas(self, points, keys):
@@ -144,8 +145,20 @@ class DirectLight:
         cosine = np.einsum("kj,kj->k", points.normal, toward)
         some = np.flatnonzero((cosine > 0) & (distance2 > 0))
         share = cosine[some] / (np.pi * distance2[some] ** 1.5)
+        if light.cone is not None:
+            share *= light.cone.share(toward[some])
+            some, share = some[share > 0], share[share > 0]
         result = np.zeros((len(points), 3))
         result[some] = share[:, None] * light.intensity * self._visibility(points, some, toward[some], 1.0)
+        return result
+
+    def _from_afar(self, points, light):
+        toward = -np.asarray(light.direction) / np.linalg.norm(light.direction)
+        cosine = points.normal @ toward
+        some = np.flatnonzero(cosine > 0)
+        result = np.zeros((len(points), 3))
+        result[some] = cosine[some, None] / np.pi * light.irradiance * self._visibility(
+            points, some, np.tile(toward, (len(some), 1)), np.inf)
         return result
 
     def _visibility(self, points, row, toward, tmax):
@@ -153,14 +166,16 @@ class DirectLight:
         through = np.ones((len(row), 3))
         going = np.arange(len(row))
         rays = Rays(points.position[row], toward, self._scene.surface[points.patch[row]], np.full(len(row), tmax))
-        if not self._transmittance.any():
+        if not self._glass.clear.any():
             blocked = self._caster.any_hit(rays).patch >= 0
             through[blocked] = 0
             return through
         for _ in range(SHEETS + 1):
             hits = self._caster.nearest(rays)
             met = np.flatnonzero(hits.patch >= 0)
-            through[going[met]] *= self._transmittance[hits.patch[met]]
+            patch, direction = hits.patch[met], rays.direction[met]
+            cosine = np.abs(np.einsum("kj,kj->k", direction, self._scene.normals[patch]))
+            through[going[met]] *= self._glass.passed(patch, cosine / np.linalg.norm(direction, axis=1))
             met = met[through[going[met]].max(axis=1) > 0]
             if not len(met):
                 return through

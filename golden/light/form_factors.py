@@ -10,6 +10,7 @@ from scipy.special import roots_jacobi, roots_legendre
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.frustum import Hemisphere, frame
+from golden.light.glass import SHEETS, ClearRays
 from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
 
@@ -50,7 +51,8 @@ def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
 
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
-                    column_of: Callable[[Rays, Hits], np.ndarray], progress: bool = False) -> HemisphereSums:
+                    column_of: Callable[[Rays, Hits], np.ndarray], clear: ClearRays | None = None,
+                    progress: bool = False) -> HemisphereSums:
     """Cast a hemisphere from each of M points and sum the weights of its rays by column.
 
     Parameters
@@ -68,6 +70,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     column_of
         Function from the rays that hit something and their hits to columns below C, or -1. `patch_columns` uses the
         patch; another may distinguish sides or elements of a patch.
+    clear
+        Passes clear patches: the weight that passes belongs to what is behind. Default: all patches end rays.
     progress
         Shows a progress bar after two seconds.
 
@@ -92,16 +96,15 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             low, high = sample[0], sample[-1] + 1
             rays = _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
             hits = cast(sample, ray, rays)
-            met = np.flatnonzero(hits.patch >= 0)
-            sample, weight = sample[met], hemisphere.weights[ray[met]]
-            # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
-            row_sums[low:high] += np.bincount(sample - low, weight, high - low).astype(np.int64)
-            column = column_of(rays[met], _at(hits, met))
-            seen = np.flatnonzero(column >= 0)
-            part = sparse.coo_array((weight[seen], (sample[seen] - low, column[seen])), shape=(high - low, columns))
-            part = part.tocsr().tocoo()
-            parts.append((part.data, part.row + low, part.col))
             bar.update(len(rays))
+            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, clear):
+                # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
+                row_sums[low:high] += np.bincount(owner - low, weight, high - low).astype(np.int64)
+                column = column_of(arrived, met)
+                seen = np.flatnonzero(column >= 0)
+                part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])), shape=(high - low, columns))
+                part = part.tocsr().tocoo()
+                parts.append((part.data, part.row + low, part.col))
     data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True)) if parts else np.zeros((3, 0), int)
     weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
     return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits)
@@ -189,6 +192,24 @@ def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
     """One ray for each pair of a sample and a direction."""
     direction = np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample])
     return Rays(points[sample], direction, source=surfaces[sample])
+
+
+def _ends(sample, weight, rays, hits, clear):
+    """Yields the rays that hit anything, with the weight that ends there; then those that passed, and so on."""
+    passes = 0 if clear is None else SHEETS
+    for left in range(passes, -1, -1):
+        met = np.flatnonzero(hits.patch >= 0)
+        sample, weight, rays, hits = sample[met], weight[met], rays[met], _at(hits, met)
+        if not left:
+            yield sample, weight, rays, hits
+            return
+        passed = clear.passed(rays, hits, weight)
+        yield sample, weight - passed, rays, hits
+        going = np.flatnonzero(passed)
+        if not len(going):
+            return
+        sample, weight = sample[going], passed[going]
+        rays, hits = clear.behind(rays[going], _at(hits, going))
 
 
 def _at(hits, rows):

@@ -1,6 +1,6 @@
 """Pass 1: the indirect light of a scene, by radiosity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -9,6 +9,7 @@ from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
 from golden.light.form_factors import hemisphere_sums
+from golden.light.glass import ClearRays, Glass
 from golden.light.lattice import Lattice
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
@@ -44,6 +45,8 @@ class IndirectLight:
         For each cell of the elements' lattice its sheet in ``refined``, or -1.
     solution
         The radiosity solver's report.
+    has_buried
+        Whether nodes are inside bodies.
     """
 
     elements: Elements
@@ -52,6 +55,7 @@ class IndirectLight:
     refined_irradiance: np.ndarray
     sheet: np.ndarray
     solution: Solution
+    has_buried: bool
 
     @property
     def nodes(self) -> int:
@@ -76,8 +80,9 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
     replaces the element's emission. Form factors are cast at the nodes; an element's row is the mean of its corners'
     rows. The same rows give the irradiance at the nodes from the solution. Adaptive refinement adds nodes where the
-    irradiance changes most, next to bodies on a surface. Specular and transparent shares count as diffuse in this pass.
-    The background illuminates a node through the rays that hit nothing.
+    irradiance changes most, next to bodies on a surface. Specular shares and what clear patches mirror count as diffuse
+    in this pass; what clear patches let pass goes straight on. The background illuminates a node through the rays that
+    hit nothing. Channels that see coloured glass differently have systems of their own.
 
     Parameters
     ----------
@@ -99,49 +104,78 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     Source: Shen 1993, section 2.4.
     """
     elements = Elements(scene, refinement)
-    gather = _Gathering(scene, elements, tally.counting("hemisphere", frusta), hemisphere, progress)
+    glass = Glass(scene)
+    counted = tally.counting("hemisphere", frusta)
+    clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0]) for channels in glass.colours
+             ] if glass.clear.any() else [None]
+    gather = _Gathering(scene, elements, counted, hemisphere, clear, glass.colours, progress)
     with tally.stage("form factors"):
         rows, sky, buried = gather.rows(elements.lattice)
         mean = _mean_of_open(elements.of_corners, buried)
     with tally.stage("direct light of elements"):
         direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), buried, seed)
     with tally.stage("solver"):
-        reflectance = sum(scene.channels(name)[elements.patch] for name in ("diffuse", "specular", "transparent"))
-        system = RadiositySystem(form_factors=(mean @ rows).tocsr(), reflectance=np.minimum(reflectance, 1),
-                                 emission=reflectance * (direct + mean @ sky), area=elements.area,
-                                 centre=elements.centre, normal=elements.normal)
-        solution = SOLVERS[solver](system, progress=progress)
-        irradiance = rows @ solution.display + sky
+        reflectance = _reflectance(scene, glass)[elements.patch]
+        solutions = [SOLVERS[solver](RadiositySystem(
+            form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance, 1),
+            emission=reflectance * (direct + mean @ sky), area=elements.area, centre=elements.centre,
+            normal=elements.normal), progress=progress) for matrix in rows]
+        solution = replace(max(solutions, key=lambda one: one.steps),
+                           radiosity=gather.joined([one.radiosity for one in solutions]),
+                           ambient=gather.joined([one.ambient for one in solutions]),
+                           converged=all(one.converged for one in solutions))
+        irradiance = gather.joined([matrix @ solution.display for matrix in rows]) + sky
     with tally.stage("adaptive refinement"):
         chosen = _contrasting(elements, irradiance, buried)
         refined = elements.refined(chosen, CUTS)
         fine_rows, fine_sky, fine_buried = gather.rows(refined)
-        fine = _fill(refined.neighbours, fine_rows @ solution.display + fine_sky, fine_buried)
+        fine = _fill(refined.neighbours, gather.joined([matrix @ solution.display for matrix in fine_rows]) + fine_sky,
+                     fine_buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, buried),
-                         refined=refined, refined_irradiance=fine, sheet=sheet, solution=solution)
+                         refined=refined, refined_irradiance=fine, sheet=sheet, solution=solution,
+                         has_buried=bool(buried.any()))
 
 
 class _Gathering:
-    """Casts hemispheres at nodes."""
+    """Casts hemispheres at nodes, one for each group of channels."""
 
-    def __init__(self, scene, elements, caster, hemisphere, progress):
+    def __init__(self, scene, elements, caster, hemisphere, clear, groups, progress):
         self._scene, self._elements, self._caster = scene, elements, caster
-        self._hemisphere, self._progress = hemisphere, progress
+        self._hemisphere, self._clear, self._groups, self._progress = hemisphere, clear, groups, progress
 
     def rows(self, lattice):
-        """Form factors from M nodes to C elements, background that each sees, and whether it is inside a body."""
-        sums = hemisphere_sums(self._caster, self._hemisphere, lattice.position, lattice.normal, lattice.source,
-                               columns=len(self._elements), column_of=self._column_of, progress=self._progress)
-        unit = 2.0**-sums.weight_bits
-        rows = sums.weights.astype(np.float64) * unit
-        hit = sums.row_sums * unit
-        return rows, (1 - hit)[:, None] * np.asarray(self._scene.background), hit - rows.sum(axis=1) > BURIED
+        """Form factors from M nodes to C elements by group, background that each sees, whether it is inside a body."""
+        rows, skies, buried = [], [], []
+        for clear in self._clear:
+            sums = hemisphere_sums(self._caster, self._hemisphere, lattice.position, lattice.normal, lattice.source,
+                                   columns=len(self._elements), column_of=self._column_of, clear=clear,
+                                   progress=self._progress)
+            unit = 2.0**-sums.weight_bits
+            rows.append(sums.weights.astype(np.float64) * unit)
+            hit = sums.row_sums * unit
+            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background))
+            buried.append(hit - rows[-1].sum(axis=1) > BURIED)
+        return rows, self.joined(skies), np.logical_and.reduce(buried)
+
+    def joined(self, values):
+        """One array of three channels from those of the groups, each right in its own channels."""
+        result = values[0].copy()
+        for channels, value in zip(self._groups, values, strict=True):
+            result[:, channels] = value[:, channels]
+        return result
 
     def _column_of(self, rays, hits):
         front = np.einsum("rj,rj->r", rays.direction, self._scene.normals[hits.patch]) < 0
         return self._elements.number(hits.patch, hits.u, hits.v, front)
+
+
+def _reflectance(scene, glass):
+    """N x 3: what stays of the light at a patch and leaves it again, over what stays; N x 3 shares without glass."""
+    shares = sum(scene.channels(name) for name in ("diffuse", "specular", "transparent"))
+    stays = 1 - glass.mean_passed
+    return np.where(glass.clear[:, None], (shares - glass.mean_passed) / np.maximum(stays, 1e-12), shares)
 
 
 def _interpolated(position, values):

@@ -95,7 +95,7 @@ class Lattice:
         self.normal /= np.linalg.norm(self.normal, axis=1, keepdims=True)
         middle = bilinear(scene.vertices[patch], *np.full((2, len(patch)), 0.5))
         inset = _inset(scene)[patch, None] * (middle - position)
-        lift = LIFT * np.sqrt(scene.areas[patch]) * _curved(scene)[patch]
+        lift = LIFT * np.sqrt(scene.areas[patch]) * scene.is_curved[patch]
         self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
         self.source = scene.surface[patch[one]]
 
@@ -149,12 +149,6 @@ class Lattice:
         """Mean over the sheets' own corners that are one node."""
         total = np.stack([np.bincount(self._node, column) for column in values.T], axis=1)
         return total / np.bincount(self._node)[:, None]
-
-
-def _curved(scene):
-    """N bool: whether the patch's smooth group is more than one plane."""
-    group, _ = np.unique(np.stack([scene.smooth, scene.surface]), axis=1)
-    return np.bincount(group, minlength=scene.smooth.max() + 1)[scene.smooth] > 1
 
 
 def _inset(scene):

@@ -12,7 +12,9 @@ from golden.cast.shared_grid import shared_grid
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
 from golden.light.direct import DirectLight
+from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
+from golden.light.limits import not_computed, warn_of_near_lights
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS
 from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
@@ -165,6 +167,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
         caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
+        warn_of_near_lights(scene, refinement, caster)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=settings.light_samples, seed=settings.seed, progress=progress)
@@ -224,7 +227,8 @@ class _Shader:
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
         self._corner_normals = corner_normals(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
-        self._index = scene.channels("refraction_index")
+        self._glass = Glass(scene)
+        self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
     def trace(self, rays: Rays, hits: Hits, keys: np.ndarray) -> np.ndarray:
         """Radiance (rows 0 to 2), tests and steps (rows 3 and 4) of R rays with known hits."""
@@ -270,7 +274,9 @@ class _Shader:
         ratio = np.where(front, 1 / self._index[points.patch], self._index[points.patch])
         straight = 1 - ratio**2 * (1 - cosine**2)
         beyond = np.sqrt(np.maximum(straight, 0))
-        mirrored = np.where(straight > 0, _fresnel(ratio, cosine, beyond), 1.0)
+        mirrored = np.where(straight > 0, fresnel(ratio, cosine, beyond), 1.0)
+        thin = self._glass.thin[points.patch]
+        mirrored[thin] = self._glass.mirrored(points.patch[thin], cosine[thin])
         reflected = direction + 2 * cosine[:, None] * points.normal
         # A shading normal may reflect a ray into its surface: there the facet's own normal is used.
         facet = self._scene.normals[points.patch] * np.where(front, 1, -1)[:, None]
@@ -285,13 +291,6 @@ class _Shader:
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
             yield rays, self._casters[kind].nearest(rays), owner[some], carried[some], mix(keys[some], 5 + branch)
-
-
-def _fresnel(ratio, cosine, beyond):
-    """Reflectance of a smooth dielectric for unpolarised light; ``beyond`` is the refracted ray's cosine."""
-    parallel = (cosine - ratio * beyond) / (cosine + ratio * beyond)
-    across = (ratio * cosine - beyond) / (ratio * cosine + beyond)
-    return (parallel**2 + across**2) / 2
 
 
 def _stats(scene, settings, hemisphere, indirect, tally):
@@ -310,4 +309,5 @@ def _stats(scene, settings, hemisphere, indirect, tally):
         "tests_per_ray": total["tests"] / total["rays"],
         "steps_per_ray": total["steps"] / total["rays"],
         "seconds": tally.seconds,
+        "not_computed": not_computed(scene, has_buried=indirect.has_buried),
     }

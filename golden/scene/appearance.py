@@ -23,7 +23,8 @@ def to_srgb(linear) -> np.ndarray:
 
 
 def bounded_material(name: str, *, diffuse=(0, 0, 0), specular=(0, 0, 0), transparent=(0, 0, 0),
-                     refraction_index: float = UNSPECIFIED.refraction_index, emission=(0, 0, 0)) -> Material:
+                     refraction_index: float = UNSPECIFIED.refraction_index, thin: bool = False,
+                     emission=(0, 0, 0)) -> Material:
     """A material whose shares are scaled down together in each channel in which they sum to more than 1.
 
     Negative values count as 0, a refraction index below 1 as 1.
@@ -32,7 +33,7 @@ def bounded_material(name: str, *, diffuse=(0, 0, 0), specular=(0, 0, 0), transp
     shares /= np.maximum(shares.sum(axis=0), 1)
     diffuse, specular, transparent = (tuple(row) for row in shares.tolist())
     return Material(name=name, diffuse=diffuse, specular=specular, transparent=transparent,
-                    refraction_index=max(1.0, float(refraction_index)),
+                    refraction_index=max(1.0, float(refraction_index)), thin=thin and refraction_index > 1,
                     emission=tuple(np.maximum(np.asarray(emission, dtype=np.float64), 0).tolist()))
 
 

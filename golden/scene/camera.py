@@ -8,6 +8,9 @@ from golden.errors import InputError
 
 __all__ = ["Camera"]
 
+LARGEST = 1e30
+"""Largest coordinate: squares and products of such are finite."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
@@ -24,8 +27,8 @@ class Camera:
     Raises
     ------
     InputError
-        The camera is degenerate: eye and target coincide, ``up`` is zero or along the view, a value is not finite,
-        or the field of view is outside its range.
+        The camera is degenerate: eye and target coincide, ``up`` is zero or along the view, a value is not finite
+        or beyond `LARGEST`, or the field of view is outside its range.
     """
 
     eye: tuple[float, float, float]
@@ -36,8 +39,9 @@ class Camera:
     def __post_init__(self):
         for name in ("eye", "target", "up"):
             value = tuple(float(coordinate) for coordinate in getattr(self, name))
-            if len(value) != 3 or not np.all(np.isfinite(value)):
-                raise InputError(f"camera: {name.capitalize()} must be three finite coordinates, not {value!r}")
+            if len(value) != 3 or not np.all(np.abs(value) <= LARGEST):
+                raise InputError(f"camera: {name.capitalize()} must be three finite coordinates up to {LARGEST:g}, "
+                                 f"not {value!r}")
             object.__setattr__(self, name, value)
         if not np.isfinite(self.fov) or not 0 < self.fov < 180:
             raise InputError(f"camera: Field of view must be between 0 and 180 degrees, not {self.fov!r}")

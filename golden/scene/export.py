@@ -6,10 +6,11 @@ import numpy as np
 import trimesh
 
 from golden.errors import InputError
-from golden.output import whole_file
+from golden.output import check_inputs_stay, whole_file
 from golden.scene.adjacency import corner_numbers
 from golden.scene.appearance import to_srgb
 from golden.scene.gltf import EXACT, gltf_material
+from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.scene import Scene
 
@@ -52,7 +53,8 @@ def _numbers(values) -> str:
 
 def _is_same(one: Material, other: Material) -> bool:
     names = ("diffuse", "specular", "transparent", "emission", "refraction_index")
-    return all(np.allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-15) for name in names)
+    return one.thin == other.thin and all(
+        np.allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-15) for name in names)
 
 
 def _to_gltf(material: Material, *, two_sided: bool) -> dict:
@@ -74,17 +76,46 @@ def _to_gltf(material: Material, *, two_sided: bool) -> dict:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strongest}
     if transmitted:
         extensions["KHR_materials_transmission"] = {"transmissionFactor": transmitted}
-        if material.refraction_index > 1:
+        if material.refraction_index > 1 and not material.thin:
             extensions["KHR_materials_volume"] = {"thicknessFactor": 1.0}
     source["extensions"] = extensions
     if not _is_same(gltf_material(source, material.name), material):
         source["extras"] = {EXACT: {name: getattr(material, name) for name in
-                                  ("diffuse", "specular", "transparent", "refraction_index", "emission")}}
+                                  ("diffuse", "specular", "transparent", "refraction_index", "thin", "emission")}}
     return source
 
 
+def _light(light: PointLight | DirectionalLight) -> dict:
+    """The glTF object of a light, without its place."""
+    is_point = isinstance(light, PointLight)
+    intensity = np.array(light.intensity if is_point else light.irradiance)
+    strength = max(1e-300, *intensity)
+    source = {"type": "point" if is_point else "directional", "intensity": float(strength),
+              "color": (intensity / strength).tolist()}
+    if is_point and light.cone is not None:
+        source |= {"type": "spot", "spot": {"innerConeAngle": float(np.radians(light.cone.inner)),
+                                            "outerConeAngle": float(np.radians(light.cone.outer))}}
+    return source
+
+
+def _place(light: PointLight | DirectionalLight, rotation: np.ndarray) -> dict:
+    """The node's transform of a light: its direction is -z."""
+    is_point = isinstance(light, PointLight)
+    direction = (light.cone and light.cone.direction) if is_point else light.direction
+    if direction is None:
+        return {"translation": (rotation @ light.position).tolist()}
+    back = -(rotation @ direction) / np.linalg.norm(direction)
+    side = np.cross(np.eye(3)[np.abs(back).argmin()], back)
+    side /= np.linalg.norm(side)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack((side, np.cross(back, side), back), axis=1)
+    if is_point:
+        matrix[:3, 3] = rotation @ light.position
+    return {"matrix": matrix.T.reshape(-1).tolist()}
+
+
 def _add_view(tree: dict, scene: Scene, rotation: np.ndarray) -> None:
-    """Camera and point lights as nodes of the scene."""
+    """Camera and lights as nodes of the scene."""
     nodes = []
     if scene.camera is not None:
         right, up, forward = scene.camera.axes @ rotation.T
@@ -95,11 +126,9 @@ def _add_view(tree: dict, scene: Scene, rotation: np.ndarray) -> None:
             "yfov": float(np.radians(scene.camera.fov)), "znear": 1e-4 * max(scene.size, 1e-300)}}]
         nodes.append({"name": "camera", "camera": 0, "matrix": matrix.T.reshape(-1).tolist()})
     if scene.lights:
-        intensities = [np.array(light.intensity) for light in scene.lights]
         tree.setdefault("extensions", {})["KHR_lights_punctual"] = {"lights": [
-            {"type": "point", "intensity": float(max(1e-300, *intensity)),
-             "color": (intensity / max(1e-300, *intensity)).tolist()} for intensity in intensities]}
-        nodes += [{"name": f"light {number}", "translation": (rotation @ light.position).tolist(),
+            _light(light) for light in scene.lights]}
+        nodes += [{"name": f"light {number}", **_place(light, rotation),
                    "extensions": {"KHR_lights_punctual": {"light": number}}}
                   for number, light in enumerate(scene.lights)]
     tree["scenes"][0]["nodes"] += range(len(tree["nodes"]), len(tree["nodes"]) + len(nodes))
@@ -133,11 +162,11 @@ def _glb(scene: Scene, path: Path) -> None:
 def _mtl(material: Material, name: str) -> str:
     diffuse, transparent = np.array(material.diffuse), np.array(material.transparent)
     transmitted = float(transparent.max())
-    is_mirror, bends = max(material.specular) > 0, material.refraction_index > 1
+    is_mirror, bends = max(material.specular) > 0, material.refraction_index > 1 and not material.thin
     illum = (6 if bends else 4) if transmitted else (3 if is_mirror else 1)
     lines = [f"newmtl {name}", f"Kd {_numbers(diffuse / (1 - transmitted) if transmitted < 1 else diffuse)}",
              f"Ks {_numbers(material.specular)}", f"Ke {_numbers(material.emission)}",
-             f"Ni {material.refraction_index!r}", f"d {1 - transmitted!r}", f"illum {illum}"]
+             f"Ni {1.0 if material.thin else material.refraction_index!r}", f"d {1 - transmitted!r}", f"illum {illum}"]
     if transmitted:
         lines.append(f"Tf {_numbers(transparent / transmitted)}")
     return "\n".join(lines) + "\n"
@@ -149,8 +178,6 @@ def _obj(scene: Scene, path: Path) -> None:
     names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
              enumerate(scene.materials)]
     library = path.with_suffix(".mtl")
-    if library.exists() and not path.exists():
-        raise InputError(f"output {str(path)!r}: its library {library.name!r} exists and belongs to another file")
     lines = [f"mtllib {library.name}"] + [f"v {_numbers(point)}" for point in points]
     for number, name in enumerate(names):
         chosen = np.flatnonzero(scene.material == number)
@@ -188,16 +215,18 @@ def export_scene(scene: Scene, path) -> None:
     """Writes a scene to a .glb, .obj (with an .mtl of the same name beside it), .ply or .stl file, atomically.
 
     The scene is rotated so that its up is the format's: +y in GLB and OBJ, +z in PLY and STL. GLB holds float32
-    vertices, materials (with exact shares in ``extras`` where glTF cannot express them), sides, camera and point
-    lights; OBJ exact vertices and materials; PLY exact vertices and diffuse colours; STL float32 triangles only.
+    vertices, materials (with exact shares in ``extras`` where glTF cannot express them), sides, camera and lights; OBJ
+    exact vertices and materials (but a thin sheet's index); PLY exact vertices and diffuse colours; STL float32
+    triangles only.
     Quads stay quads; in GLB and STL they are two consecutive triangles, which `load_scene` merges.
 
     Raises
     ------
     InputError
-        The suffix is unknown, the file cannot be written, or the .mtl beside an .obj would replace another file's.
+        The suffix is unknown, the file cannot be written, or it is one that the scene was read from.
     """
     path = Path(path)
+    check_inputs_stay(*scene.files, outputs=(path, path.with_suffix(".mtl") if path.suffix.lower() == ".obj" else None))
     writers = dict(zip(FORMATS, (_glb, _obj, _ply, _stl), strict=True))
     suffix = path.suffix.lower()
     if suffix not in writers:

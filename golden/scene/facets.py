@@ -51,4 +51,5 @@ def facet_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     starts = np.cumsum(mesh.counts) - mesh.counts
     patches = mesh.points[mesh.corners[starts[:, None] + np.minimum([0, 1, 2, 3], mesh.counts[:, None] - 1)]]
     check_facets(patches, where)
-    return Scene(name=name, vertices=patches, material=mesh.material, materials=tuple(mesh.materials), **properties)
+    return Scene(name=name, vertices=patches, material=mesh.material, materials=tuple(mesh.materials),
+                 files=mesh.files, **properties)

@@ -5,22 +5,23 @@ trimesh rounds colours to 8 bits, drops the material extensions and makes every 
 
 import json
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 
 from golden.errors import InputError
-from golden.scene.appearance import UNSPECIFIED, bounded_material, colour_materials
+from golden.scene.appearance import UNSPECIFIED, bounded_material, colour_materials, from_srgb, to_srgb
 from golden.scene.camera import Camera
 from golden.scene.gltf_tree import MOST_FACES, check_tree
 from golden.scene.gltf_unused import check_required, unused_of
+from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.mesh import Mesh
-from golden.scene.mtl import mean_colour
 from golden.scene.parser import check_regular, load_with_trimesh, unreadable
-from golden.scene.scene import PointLight
+from golden.scene.texture import Texture, join_halves
 
 __all__ = ["EXACT", "gltf_material", "read_gltf", "split_glb"]
 
@@ -30,7 +31,10 @@ MIRROR_ROUGHNESS = 0.25
 EXACT = "radiosity_engine"
 """Key in a material's extras of its exact shares, written where glTF's own model cannot express them."""
 
-EXACT_SHARES = ("diffuse", "specular", "transparent", "refraction_index", "emission")
+EXACT_SHARES = ("diffuse", "specular", "transparent", "refraction_index", "thin", "emission")
+
+WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+"""Modes of samplers outside of a picture."""
 
 COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 JSON_CHUNK = 0x4E4F534A
@@ -41,7 +45,7 @@ class View:
     """Contents of the nodes besides meshes."""
 
     camera: Camera | None = None
-    lights: list[PointLight] = field(default_factory=list)
+    lights: list[PointLight | DirectionalLight] = field(default_factory=list)
 
 
 def split_glb(data: bytes) -> tuple[dict, bytes]:
@@ -76,10 +80,11 @@ def _join_glb(tree: dict, rest: bytes) -> bytes:
 def gltf_material(source: dict, name: str, *, colour=None, emission_colour=None) -> Material:
     """The material of a glTF material object.
 
-    base = ``baseColorFactor`` times ``colour`` (mean of texture and vertex colours). Metals reflect base as mirrors
+    base = ``baseColorFactor`` times ``colour`` (of texture and vertex colours). Metals reflect base as mirrors
     with ``roughnessFactor`` up to 0.25, else diffusely. Dielectrics reflect base diffusely, less the share that
     ``KHR_materials_transmission`` transmits. With ``alphaMode`` BLEND the share 1 - alpha is transmitted unrefracted.
-    Only bodies (``KHR_materials_volume`` with a thickness) refract (``KHR_materials_ior``); all else is a thin sheet.
+    ``KHR_materials_ior`` is the index of both; only bodies (``KHR_materials_volume`` with a thickness) refract, all
+    else is a thin sheet.
     ``emissiveFactor`` times ``KHR_materials_emissive_strength`` is radiance.
     """
     exact = source.get("extras")
@@ -96,14 +101,15 @@ def gltf_material(source: dict, name: str, *, colour=None, emission_colour=None)
     body = (1 - metallic) * base
     transparent = alpha * transmitted * body + (1 - alpha)
     index = extensions.get("KHR_materials_ior", {}).get("ior", UNSPECIFIED.refraction_index)
-    if transparent.any() and not extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0.0) > 0:
+    thin = transparent.any() and not extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0.0) > 0
+    if thin and not transmitted:  # a share of the face is open
         index = 1.0
     strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
     emission = strength * np.array(source.get("emissiveFactor", (0, 0, 0)), dtype=np.float64)
     return bounded_material(
         name, diffuse=alpha * ((1 - transmitted) * body + (0 if mirror else metallic * base)),
         specular=alpha * metallic * base if mirror else np.zeros(3), transparent=transparent, refraction_index=index,
-        emission=emission * (1 if emission_colour is None else emission_colour))
+        thin=bool(thin), emission=emission * (1 if emission_colour is None else emission_colour))
 
 
 def _local(node: dict) -> np.ndarray:
@@ -136,7 +142,7 @@ def _walk(tree: dict):
 
 
 def _view(tree: dict) -> View:
-    """Camera and point lights of the scene; removes the cameras from the nodes."""
+    """Camera and lights of the scene; removes the cameras from the nodes."""
     view = View()
     lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     for node, matrix in _walk(tree):
@@ -147,11 +153,27 @@ def _view(tree: dict) -> View:
             view.camera = Camera(eye=tuple(eye), target=tuple(eye - back / np.linalg.norm(back)),
                                  up=tuple(matrix[:3, 1]), fov=float(np.degrees(lens["yfov"])))
         number = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
-        if number is not None and lights[number].get("type") == "point":
-            colour = np.array(lights[number].get("color", (1, 1, 1)), dtype=np.float64)
-            intensity = colour * lights[number].get("intensity", 1.0)
-            view.lights.append(PointLight(position=tuple(matrix[:3, 3].tolist()), intensity=tuple(intensity.tolist())))
+        light = None if number is None else _light(lights[number], matrix)
+        if light is not None:
+            view.lights.append(light)
     return view
+
+
+def _light(source: dict, matrix: np.ndarray) -> PointLight | DirectionalLight | None:
+    """The light of a node with a 4 x 4 world matrix; None if its type is unknown."""
+    colour = np.array(source.get("color", (1, 1, 1)), dtype=np.float64)
+    intensity = tuple((colour * source.get("intensity", 1.0)).tolist())
+    direction, kind = tuple((-matrix[:3, 2]).tolist()), source.get("type")
+    if kind == "directional":
+        return DirectionalLight(direction=direction, irradiance=intensity)
+    if kind not in ("point", "spot"):
+        return None
+    cone = None
+    if kind == "spot":
+        spot = source.get("spot", {})
+        cone = Cone(direction=direction, inner=float(np.degrees(spot.get("innerConeAngle", 0.0))),
+                    outer=float(np.degrees(spot.get("outerConeAngle", np.pi / 4))))
+    return PointLight(position=tuple(matrix[:3, 3].tolist()), intensity=intensity, cone=cone)
 
 
 def _label(tree: dict) -> list[dict]:
@@ -164,10 +186,37 @@ def _label(tree: dict) -> list[dict]:
     return materials
 
 
-def _texture(material, name: str) -> np.ndarray | None:
-    """Linear mean of a texture of trimesh's material; InputError if it cannot be decoded."""
-    picture = getattr(material, name, None)
-    return None if picture is None else mean_colour(picture)
+def _texture_colours(geometry, faces: np.ndarray, name: str, info: dict | None, tree: dict) -> np.ndarray | None:
+    """F x 3 linear means of a texture over the faces; None if the material has none.
+
+    Parameters
+    ----------
+    geometry, faces
+        trimesh's mesh and its faces.
+    name, info
+        The texture's name in trimesh's material, and the glTF object that refers to it.
+    tree
+        The file's JSON part, for samplers.
+
+    Raises
+    ------
+    InputError
+        The texture cannot be read or decoded.
+    """
+    if info is None:
+        return None
+    picture = getattr(geometry.visual.material, name, None)
+    if picture is None:
+        raise InputError(f"{name} {info['index']} cannot be read as a picture")
+    texture = tree["textures"][info["index"]]
+    sampler = tree["samplers"][texture["sampler"]] if "sampler" in texture else {}
+    texture = Texture(picture, wrap=(WRAPS.get(sampler.get("wrapS"), "repeat"),
+                                     WRAPS.get(sampler.get("wrapT"), "repeat")))
+    uv = geometry.visual.uv
+    if uv is None:
+        return np.tile(texture.mean(), (len(faces), 1))
+    colours = texture.means(np.asarray(uv, dtype=np.float64)[faces])
+    return join_halves(np.asarray(geometry.vertices, dtype=np.float64)[faces], colours)
 
 
 def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
@@ -183,7 +232,7 @@ def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
     return (colours[:, :3].astype(np.float64) / scale)[faces].mean(axis=1)
 
 
-def _materials(geometry, sources: list[dict], faces: np.ndarray) -> tuple[list[Material], np.ndarray, bool]:
+def _materials(geometry, sources: list[dict], faces: np.ndarray, tree: dict) -> tuple[list[Material], np.ndarray, bool]:
     """Materials of one mesh, F indices into them, and whether it is one-sided."""
     number = getattr(getattr(geometry.visual, "material", None), "name", None)
     colours = _vertex_colours(geometry, faces)
@@ -194,19 +243,23 @@ def _materials(geometry, sources: list[dict], faces: np.ndarray) -> tuple[list[M
         return list(materials), index, False
     source = sources[int(number)]
     name = str(source.get("name", f"material {number}"))
-    surface = {"colour": _texture(geometry.visual.material, "baseColorTexture"),
-               "emission_colour": _texture(geometry.visual.material, "emissiveTexture")}
     one_sided = source.get("doubleSided") is False
-    if colours is None:
-        return [gltf_material(source, name, **surface)], np.zeros(len(faces), dtype=np.int64), one_sided
-    tints, index = colour_materials(colours)
-    texture = 1 if surface["colour"] is None else surface["colour"]
-    return [gltf_material(source, f"{name} {tint.name}", colour=texture * np.array(tint.diffuse),
-                          emission_colour=surface["emission_colour"]) for tint in tints], index, one_sided
+    base, glow = (_texture_colours(geometry, faces, texture, part.get(texture), tree) for part, texture in (
+        (source.get("pbrMetallicRoughness", {}), "baseColorTexture"), (source, "emissiveTexture")))
+    if colours is not None:
+        base = colours if base is None else base * colours
+    if base is None and glow is None:
+        return [gltf_material(source, name)], np.zeros(len(faces), dtype=np.int64), one_sided
+    both = np.hstack([np.ones((len(faces), 3)) if part is None else part for part in (base, glow)])
+    # As `colour_materials` does, a material for each different colour in 8 bits.
+    steps, index = np.unique(np.rint(255 * to_srgb(both)).astype(np.int64), axis=0, return_inverse=True)
+    tints = [] if len(steps) == 1 else [" #{:02x}{:02x}{:02x}".format(*row) for row in steps[:, :3].tolist()]
+    return [gltf_material(source, name + tint, colour=row[:3], emission_colour=row[3:]) for tint, row in
+            zip(tints or [""], from_srgb(steps / 255), strict=True)], index.reshape(-1), one_sided
 
 
-def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
-    """All meshes of a scene in world coordinates, with the materials that ``sources`` state."""
+def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict) -> Mesh:
+    """All meshes of a scene in world coordinates, with the materials that ``sources`` and the file's ``tree`` state."""
     points, corners, indices, materials = [], [], [], {}
     offset = total = 0
     order = {node: position for position, node in enumerate(scene.graph.transforms.node_data)}
@@ -224,7 +277,7 @@ def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
                              f"but {len(geometry.vertices)} vertices")
         if np.linalg.det(matrix[:3, :3]) < 0:  # glTF: a mirrored mesh keeps its front
             faces = faces[:, ::-1]
-        found, index, one_sided = _materials(geometry, sources, faces)
+        found, index, one_sided = _materials(geometry, sources, faces, tree)
         rows = np.array([materials.setdefault((material, one_sided), len(materials)) for material in found])
         vertices = np.asarray(geometry.vertices, dtype=np.float64)
         points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
@@ -239,9 +292,11 @@ def _mesh(scene: trimesh.Scene, sources: list[dict]) -> Mesh:
 
 
 def read_gltf(path: Path) -> tuple[Mesh, View]:
-    """The mesh of a .gltf or .glb file, with its first perspective camera and its point lights (candela taken as W/sr).
+    """The mesh of a .gltf or .glb file, with its first perspective camera and its lights.
 
-    The nodes transform and instance the meshes. Textures count with their mean colour. Faces are one-sided only if
+    Candela of point and spot lights are taken as W/sr, lux of directional ones as W/m2.
+
+    The nodes transform and instance the meshes. Textures count with their mean over each face. Faces are one-sided if
     their material states ``"doubleSided": false``: many exporters omit it without regard to sides.
 
     Raises
@@ -271,13 +326,14 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     if compressed:
         raise InputError(f"its geometry is compressed with {compressed.pop()}, which cannot be read")
     check_required(tree)
-    for part in (*tree.get("buffers", ()), *tree.get("images", ())):
-        if "uri" in part and not part["uri"].startswith("data:"):
-            check_regular(path.parent / part["uri"])
+    files = tuple(path.parent / unquote(part["uri"]) for part in (*tree.get("buffers", ()), *tree.get("images", ()))
+                  if "uri" in part and not part["uri"].startswith("data:"))
+    for file in files:
+        check_regular(file)
     unused = unused_of(tree)
     view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
     scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))
-    mesh = _mesh(scene, sources)
+    mesh = replace(_mesh(scene, sources, tree), files=files)
     unused.warn()
     return mesh, view

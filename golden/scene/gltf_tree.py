@@ -46,8 +46,21 @@ def check_tree(tree: dict) -> None:
         light = node.get("extensions", {}).get("KHR_lights_punctual", {})
         if "light" in light:
             _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
+    _check_textures(tree)
     _check_parents(tree.get("nodes", ()))
     _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()))
+
+
+def _check_textures(tree):
+    textures, samplers = (tree.get(name, ()) for name in ("textures", "samplers"))
+    for number, texture in enumerate(textures):
+        if "sampler" in texture:
+            _check_index(texture["sampler"], f"textures[{number}].sampler", len(samplers))
+    for number, material in enumerate(tree.get("materials", ())):
+        for part, name in ((material.get("pbrMetallicRoughness", {}), "baseColorTexture"),
+                           (material, "emissiveTexture")):
+            if name in part:
+                _check_index(part[name]["index"], f"materials[{number}].{name}.index", len(textures))
 
 
 def _check_parents(nodes):
@@ -109,6 +122,11 @@ def _count(value, path):
         _refuse(path, "a whole number of at least 0", value)
 
 
+def _flag(value, path):
+    if not isinstance(value, bool):
+        _refuse(path, "true or false", value)
+
+
 def _text(value, path):
     if not isinstance(value, str):
         _refuse(path, "a string", value)
@@ -152,15 +170,20 @@ def _extras(value, path):
 
 _RGB = _list(_number, 3)
 _EXTRAS = _object(radiosity_engine=_object(diffuse=_RGB, specular=_RGB, transparent=_RGB, refraction_index=_number,
+                                           thin=_flag,
                                            emission=_RGB))
+_TEXTURE = _object(("index",), index=_count, texCoord=_count)
 _MATERIAL = _object(
-    pbrMetallicRoughness=_object(baseColorFactor=_list(_number, 4), metallicFactor=_number, roughnessFactor=_number),
+    pbrMetallicRoughness=_object(baseColorFactor=_list(_number, 4), metallicFactor=_number, roughnessFactor=_number,
+                                 baseColorTexture=_TEXTURE),
+    emissiveTexture=_TEXTURE,
     extensions=_object(
         KHR_materials_transmission=_object(transmissionFactor=_number), KHR_materials_ior=_object(ior=_number),
         KHR_materials_volume=_object(thicknessFactor=_number),
         KHR_materials_emissive_strength=_object(emissiveStrength=_number)),
     emissiveFactor=_RGB, name=_text, extras=_extras)
-_LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number)))
+_LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number, spot=_object(
+    innerConeAngle=_number, outerConeAngle=_number))))
 _NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_list(_number, 3),
                 translation=_list(_number, 3), children=_list(_whole), camera=_whole,
                 extensions=_object(KHR_lights_punctual=_object(light=_whole)))
@@ -170,4 +193,5 @@ _TREE = _object(
     scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
     cameras=_list(_object(perspective=_object(("yfov",), yfov=_number))), materials=_list(_MATERIAL),
     extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text), extensionsRequired=_list(_text),
+    textures=_list(_object(sampler=_count, source=_count)), samplers=_list(_object(wrapS=_count, wrapT=_count)),
     buffers=_list(_object(uri=_text)), images=_list(_object(uri=_text)))

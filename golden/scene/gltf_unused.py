@@ -8,7 +8,7 @@ __all__ = ["check_required", "unused_of"]
 TRIANGLES = (4, 5)
 """Modes of primitives that are read: triangles and their strips."""
 
-LIGHTS = ("point",)
+LIGHTS = ("point", "spot", "directional")
 """Types of lights that are read."""
 
 USED = {"KHR_lights_punctual": ("lights", "light"), "KHR_materials_transmission": ("transmissionFactor",),
@@ -57,6 +57,8 @@ def _add_material(unused: Unused, material: dict) -> None:
     pbr = material.get("pbrMetallicRoughness", {})
     for name in TEXTURES:
         unused.add(name, name in material)
+    for info in (pbr.get("baseColorTexture", {}), material.get("emissiveTexture", {})):
+        unused.add("texture coordinates beside the first", info.get("texCoord", 0) > 0)
     unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
     unused.add("alphaMode MASK", material.get("alphaMode") == "MASK")
     unused.add("alpha of a texture", material.get("alphaMode") == "BLEND" and "baseColorTexture" in pbr)

@@ -29,7 +29,9 @@ class Material:
     transparent
         Share that is transmitted, refracted by ``refraction_index``.
     refraction_index
-        Index of the inside relative to the outside, at least 1; 1 does not refract (a thin sheet).
+        Index of the inside relative to the outside, at least 1; 1 neither refracts nor mirrors.
+    thin
+        Whether a transparent face is a sheet with two surfaces of the index: it mirrors at both and bends no ray.
     emission
         Radiance that the front side (both sides where the patch is two-sided) emits, in W/(m2 sr).
 
@@ -44,6 +46,7 @@ class Material:
     specular: Rgb = (0.0, 0.0, 0.0)
     transparent: Rgb = (0.0, 0.0, 0.0)
     refraction_index: float = 1.5
+    thin: bool = False
     emission: Rgb = (0.0, 0.0, 0.0)
 
     def __post_init__(self):

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -38,6 +39,8 @@ class Mesh:
         The materials.
     one_sided
         For each material, whether the backs of its faces are black.
+    files
+        Further files that the file names and that were read.
     """
 
     points: np.ndarray
@@ -46,6 +49,7 @@ class Mesh:
     material: np.ndarray
     materials: tuple[Material, ...]
     one_sided: np.ndarray
+    files: tuple[Path, ...] = ()
 
 
 def check_mesh(mesh: Mesh, where: str) -> None:
@@ -182,10 +186,12 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
         material, one_sided = material[parent], one_sided[parent]
     else:
         surface = surface_numbers(patches, material)
-    bends = np.array([it.refraction_index > 1 and max(it.transparent) > 0 for it in mesh.materials])[material]
+    bends = np.array([it.refraction_index > 1 and not it.thin and max(it.transparent) > 0
+                      for it in mesh.materials])[material]
     turned = bends & inside_out(patches, material)
     patches[turned] = patches[turned][:, [1, 0, 3, 2]]  # a triangle still ends in its repeated vertex
     used, material = np.unique(material, return_inverse=True)
     return Scene(name=name, vertices=patches, material=material.reshape(-1),
                  materials=tuple(mesh.materials[number] for number in used), surface=surface,
-                 smooth=smooth_numbers(patches, material, crease=CREASE), two_sided=~one_sided, **properties)
+                 smooth=smooth_numbers(patches, material, crease=CREASE), two_sided=~one_sided,
+                 files=mesh.files, **properties)

@@ -12,9 +12,10 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon
-from golden.scene.scene import PointLight, Scene
+from golden.scene.scene import Scene
 from golden.scene.tessellate import frustum, sphere
 
 __all__ = ["read_nff"]

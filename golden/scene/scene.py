@@ -2,30 +2,16 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from golden.errors import InputError
 from golden.scene.camera import Camera
+from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material, Rgb
 
-__all__ = ["PointLight", "Scene"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PointLight:
-    """A point light: ``intensity`` in W/sr per channel at ``position``."""
-
-    position: tuple[float, float, float]
-    intensity: Rgb
-
-    def __post_init__(self):
-        for name in ("position", "intensity"):
-            value = getattr(self, name)
-            if len(value) != 3 or not np.all(np.isfinite(value)):
-                raise InputError(f"point light: {name.capitalize()} must be three finite values, not {value!r}")
-        if min(self.intensity) < 0:
-            raise InputError(f"point light: Intensity must be at least 0, not {self.intensity!r}")
+__all__ = ["Scene"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,11 +44,13 @@ class Scene:
     camera
         View of the scene, or None.
     lights
-        Point lights (area lights are patches whose material emits).
+        Lights without an area (area lights are patches whose material emits).
     background
         Radiance along rays that leave the scene.
     up
         Up direction of the default camera.
+    files
+        Libraries, buffers and pictures that its file names and that were read.
 
     Raises
     ------
@@ -78,9 +66,10 @@ class Scene:
     smooth: np.ndarray | None = None
     two_sided: np.ndarray | None = None
     camera: Camera | None = None
-    lights: tuple[PointLight, ...] = ()
+    lights: tuple[PointLight | DirectionalLight, ...] = ()
     background: Rgb = (0.0, 0.0, 0.0)
     up: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0))
+    files: tuple[Path, ...] = ()
 
     def __post_init__(self):
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
@@ -138,6 +127,12 @@ class Scene:
     def normals(self) -> np.ndarray:
         """N x 3 unit front normals."""
         return self.area_vectors / self.areas[:, None]
+
+    @cached_property
+    def is_curved(self) -> np.ndarray:
+        """N bool: the patch's smooth group is more than one plane."""
+        group, _ = np.unique(np.stack([self.smooth, self.surface]), axis=1)
+        return np.bincount(group, minlength=self.smooth.max() + 1)[self.smooth] > 1
 
     @cached_property
     def bounds(self) -> np.ndarray:

@@ -132,8 +132,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     InputError
         See `golden.light.two_pass.render`.
     """
-    check_inputs_stay(scene, outputs=(*files.images, *files.heatmaps, files.stats))
     opened = view.scene(scene)
+    check_inputs_stay(scene, *opened.files, outputs=(*files.images, *files.heatmaps, files.stats))
     camera = view.camera(opened)
     with caster(opened) as cast:
         result = render(opened, camera=camera, settings=settings, frusta=cast, progress=progress)

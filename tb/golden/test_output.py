@@ -54,6 +54,13 @@ def test_whole_file_replaces_only_when_the_block_ends_well(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_full_disk_is_named_by_the_output(tmp_path):
+    with pytest.raises(OSError, match="No space left") as error, whole_file(tmp_path / "a.txt"):
+        raise OSError(28, "No space left on device")
+    assert error.value.filename == str(tmp_path / "a.txt")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("name", ["missing/a.txt", "file/a.txt", "folder"])
 def test_what_cannot_be_written_has_the_name_that_was_given(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)

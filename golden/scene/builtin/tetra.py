@@ -4,9 +4,10 @@ import numpy as np
 
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.polygons import as_patches
-from golden.scene.scene import PointLight, Scene
+from golden.scene.scene import Scene
 
 __all__ = ["pyramid", "tetra"]
 

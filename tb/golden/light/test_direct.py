@@ -9,8 +9,8 @@ from golden.light.direct import SHEETS, DirectLight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
+from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.material import Material
-from golden.scene.scene import PointLight
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 # Light that falls on points around the origin, which belong to a patch too small to occlude any light.
@@ -186,6 +186,26 @@ def test_point_lights_follow_inverse_square_and_cosine_exactly():
     np.testing.assert_allclose(value[0], shares.sum() * np.array((1, 2, 4)), rtol=1e-13)
 
 
+@pytest.mark.parametrize("degrees", [0, 15, 29, 31])
+def test_a_spot_lights_within_its_cone_as_a_point_does(degrees):
+    angle = np.radians(degrees)
+    cone = Cone(direction=(-np.sin(angle), 0, -np.cos(angle)), inner=10, outer=30)
+    lights = [PointLight(position=(0, 0, 2), intensity=(1, 2, 4), cone=one) for one in (None, cone)]
+    bare, spot = (irradiance(scene_of(RECEIVER, lights=(one,)), points_at((0, 0, 0)))[0] for one in lights)
+    np.testing.assert_allclose(spot, cone.share(np.array([(0.0, 0, 2)]))[0] * bare, rtol=1e-13)
+    assert spot.any() == (degrees < 30)
+
+
+def test_the_sun_lights_with_the_cosine_and_casts_a_sharp_shadow():
+    screen = rectangle((0, -1, 1e3), (9e3, 0, 0), (0, 2, 0)), BLACK
+    sun = DirectionalLight(direction=(-3, 0, -4), irradiance=(1, 2, 4))
+    under, beside = irradiance(scene_of(RECEIVER, screen, lights=(sun,)),
+                                       points_at([(0, 0, 0), (-751, 0, 0)], count=2))
+    assert not under.any()
+    np.testing.assert_allclose(beside, 0.8 / np.pi * np.array((1, 2, 4)), rtol=1e-13)
+    assert not irradiance(scene_of(RECEIVER, lights=(sun,)), points_at((0, 0, 0), (0, 0, -1))).any()
+
+
 def test_a_point_light_casts_a_sharp_shadow():
     screen = rectangle((0, -1, 1), (1, 0, 0), (0, 2, 0)), BLACK
     scene = scene_of(RECEIVER, screen, lights=(PointLight(position=(0, 0, 2), intensity=(1, 1, 1)),))
@@ -201,7 +221,7 @@ def sheets(count, material):
 @pytest.mark.parametrize("count", [1, 2, 5, SHEETS])
 def test_each_sheet_dims_by_its_transmittance(count):
     tint = np.array((0.9, 0.5, 0.8))
-    glass = Material(name="glass", transparent=tuple(tint))
+    glass = Material(name="glass", transparent=tuple(tint), refraction_index=1.0)
     lights = PointLight(position=(0, 0, 2), intensity=(1, 1, 1)),
     lamp = front_up(LIGHTS["overhead"]), LAMP
     bare = irradiance(scene_of(RECEIVER, lamp, lights=lights), points_at((0, 0, 0)), samples=16)

@@ -10,8 +10,8 @@ from golden.light.two_pass import FAINT, RenderSettings, render
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
-from golden.scene.scene import PointLight
 from golden.scene.tessellate import sphere
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -300,8 +300,8 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
     stats = image_of_room.stats
     assert json.loads(json.dumps(stats)) == stats
     assert set(stats) == {"scene", "settings", "patches", "elements", "nodes", "solver", "rays", "total",
-                          "tests_per_ray", "steps_per_ray", "seconds"}
-    assert set(stats["rays"]) == {"hemisphere", "shadow", "primary", "reflection", "refraction"}
+                          "tests_per_ray", "steps_per_ray", "seconds", "not_computed"}
+    assert set(stats["rays"]) == {"hemisphere", "transmission", "shadow", "primary", "reflection", "refraction"}
     assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
                                      "adaptive refinement", "image"}
     for count in ("rays", "hits", "tests", "steps"):

@@ -10,9 +10,10 @@ from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
 from golden.scene.export import FORMATS, export_scene
 from golden.scene.gltf import EXACT, split_glb
+from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.load import load_scene
 from golden.scene.material import Material
-from golden.scene.scene import PointLight, Scene
+from golden.scene.scene import Scene
 
 SHARES = ("diffuse", "specular", "transparent", "emission", "refraction_index")
 MATERIALS = [
@@ -84,6 +85,31 @@ def test_only_materials_that_gltf_cannot_say_carry_their_exact_shares(tmp_path):
     tree, _ = split_glb((tmp_path / "a.glb").read_bytes())
     exact = {material["name"] for material in tree["materials"] if EXACT in material.get("extras", {})}
     assert exact == {"glass", "glossy", "film"}
+
+
+def test_panes_and_bodies_of_glass_come_back_from_glb(tmp_path):
+    glasses = [Material(name=name, diffuse=(0.1,) * 3, transparent=(0.9,) * 3, refraction_index=1.6, thin=thin)
+               for name, thin in (("pane", True), ("body", False))]
+    export_scene(squares(glasses), tmp_path / "a.glb")
+    back = load_scene(tmp_path / "a.glb")
+    assert {material.name: (material.thin, material.refraction_index) for material in back.materials} == {
+        "pane": (True, 1.6), "body": (False, 1.6)}
+
+
+@pytest.mark.parametrize("up", [(0, 1, 0), (0, 0, 1)])
+def test_spots_and_the_sun_come_back_from_glb(tmp_path, up):
+    """Directions turn with the scene; seen in its frame, they stay."""
+    direction = np.array((1.0, -2.0, 0.5))
+    scene = squares(MATERIALS[:1], up=up, lights=(
+        PointLight(position=(1, 2, 3), intensity=(4, 2, 1), cone=Cone(direction=tuple(direction), inner=10, outer=30)),
+        DirectionalLight(direction=tuple(direction), irradiance=(8, 4, 2))))
+    export_scene(scene, tmp_path / "a.glb")
+    spot, sun = load_scene(tmp_path / "a.glb").lights
+    turned = direction if up == (0, 1, 0) else np.array((direction[0], direction[2], -direction[1]))
+    assert sun.direction == pytest.approx(turned / np.linalg.norm(turned))
+    assert spot.cone.direction == pytest.approx(sun.direction)
+    assert (spot.cone.inner, spot.cone.outer) == pytest.approx((10, 30))
+    assert (spot.intensity, sun.irradiance) == ((4, 2, 1), (8, 4, 2))
 
 
 def test_camera_lights_and_sides_come_back_from_glb(tmp_path):

@@ -1,0 +1,91 @@
+"""Lights without an area: points, spots and the sun."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.material import Rgb
+
+__all__ = ["Cone", "DirectionalLight", "PointLight"]
+
+# Least difference of the cosines of a cone's angles, so that a sharp edge divides by no zero (KHR_lights_punctual).
+SHARPEST = 1e-3
+
+
+def _check_triple(kind, name, value):
+    if len(value) != 3 or not np.all(np.isfinite(value)):
+        raise InputError(f"{kind}: {name} must be three finite values, not {value!r}")
+
+
+def _check_direction(kind, value):
+    _check_triple(kind, "Direction", value)
+    if not np.linalg.norm(value) > 0:
+        raise InputError(f"{kind}: Direction must not be zero, not {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cone:
+    """The cone of a spot light.
+
+    Parameters
+    ----------
+    direction
+        Where the light shines; any length above 0.
+    inner, outer
+        Angles from the direction in degrees up to which the light has its whole intensity, and from which it has none:
+        0 to 90, inner below outer.
+
+    Raises
+    ------
+    InputError
+        The direction is zero or not finite, or an angle is out of range.
+
+    Source: the glTF extension KHR_lights_punctual, Inner and Outer Cone Angles.
+    """
+
+    direction: tuple[float, float, float]
+    inner: float = 0.0
+    outer: float = 45.0
+
+    def __post_init__(self):
+        _check_direction("spot light", self.direction)
+        if not 0 <= self.inner < self.outer <= 90:
+            raise InputError(f"spot light: Angles must be 0 to 90 degrees, the inner below the outer one, not "
+                             f"{self.inner!r} and {self.outer!r}")
+
+    def share(self, toward: np.ndarray) -> np.ndarray:
+        """Share of the intensity in K directions towards the light, K x 3 of any length."""
+        direction = np.asarray(self.direction) / np.linalg.norm(self.direction)
+        inner, outer = np.cos(np.radians((self.inner, self.outer)))
+        cosine = -(toward @ direction) / np.linalg.norm(toward, axis=1)
+        return np.clip((cosine - outer) / max(SHARPEST, inner - outer), 0, 1) ** 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointLight:
+    """A point light: ``intensity`` in W/sr per channel at ``position``, in all directions or within a cone."""
+
+    position: tuple[float, float, float]
+    intensity: Rgb
+    cone: Cone | None = None
+
+    def __post_init__(self):
+        for name in ("position", "intensity"):
+            _check_triple("point light", name.capitalize(), getattr(self, name))
+        if min(self.intensity) < 0:
+            raise InputError(f"point light: Intensity must be at least 0, not {self.intensity!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionalLight:
+    """A light at infinity: it shines along ``direction``, with ``irradiance`` in W/m2 per channel across it."""
+
+    direction: tuple[float, float, float]
+    irradiance: Rgb
+
+    def __post_init__(self):
+        _check_direction("directional light", self.direction)
+        _check_triple("directional light", "Irradiance", self.irradiance)
+        if min(self.irradiance) < 0:
+            raise InputError(f"directional light: Irradiance must be at least 0, not {self.irradiance!r}")

@@ -1,0 +1,150 @@
+"""Mean colours of the parts of a picture that faces show."""
+
+import numpy as np
+from PIL import Image
+
+from golden.errors import InputError
+from golden.scene.appearance import from_srgb
+
+__all__ = ["MOST_PIXELS", "Texture", "join_halves"]
+
+MOST_PIXELS = 1 << 26
+"""Most pixels of a picture that is read: 192 MiB decoded."""
+
+FINEST = 128
+"""Most parts along each side of a triangle at whose centres a picture is sampled."""
+
+BLOCK = 1 << 20
+"""Samples at a time, which bounds memory."""
+
+PARALLEL = 1e-6
+"""Largest sine between the normals of two triangles that count as coplanar."""
+
+_LINEAR = from_srgb(np.arange(256) / 255)
+
+
+def _repeat(position, count):
+    return position % count
+
+
+def _clamp(position, count):
+    return np.clip(position, 0, count - 1)
+
+
+def _mirror(position, count):
+    position = position % (2 * count)
+    return np.minimum(position, 2 * count - 1 - position)
+
+
+_WRAPS = {"repeat": _repeat, "clamp": _clamp, "mirror": _mirror}
+
+
+class Texture:
+    """A decoded sRGB picture.
+
+    Parameters
+    ----------
+    image
+        The picture; it is decoded here.
+    wrap
+        What is outside the picture along its width and its height: ``"repeat"``, ``"clamp"`` or ``"mirror"``.
+
+    Raises
+    ------
+    InputError
+        The picture has more than `MOST_PIXELS` or cannot be decoded.
+    """
+
+    def __init__(self, image: Image.Image, *, wrap: tuple[str, str] = ("repeat", "repeat")):
+        width, height = image.size
+        if width * height > MOST_PIXELS:
+            raise InputError(f"a picture has {width} x {height} pixels, at most {MOST_PIXELS} are read")
+        try:
+            self._pixels = np.asarray(image.convert("RGB"))
+        except MemoryError:
+            raise
+        except Exception as error:  # PIL's decoders raise errors of any type for bad content
+            raise InputError(f"a picture cannot be decoded ({error})") from error
+        self._wrap = [_WRAPS[kind] for kind in wrap]
+
+    def mean(self) -> np.ndarray:
+        """Linear mean of the whole picture, three channels."""
+        height, width, _ = self._pixels.shape
+        counts = np.zeros((3, 256))
+        step = max(1, BLOCK // width)
+        for first in range(0, height, step):
+            counts += [np.bincount(part.ravel(), minlength=256) for part in
+                       np.moveaxis(self._pixels[first:first + step], 2, 0)]
+        return counts @ _LINEAR / (height * width)
+
+    def means(self, uv: np.ndarray) -> np.ndarray:
+        """Linear mean over the texels of each triangle, F x 3.
+
+        Parameters
+        ----------
+        uv
+            F x 3 x 2 texture coordinates of the corners, (0, 0) at the picture's lower left corner.
+
+        Raises
+        ------
+        InputError
+            A coordinate is not finite, or beyond 1e9.
+        """
+        if not (np.abs(uv) <= 1e9).all():
+            raise InputError("a texture coordinate is not finite or beyond 1e9")
+        height, width, _ = self._pixels.shape
+        texels = np.stack([uv[..., 0] * width, (1 - uv[..., 1]) * height], axis=2)
+        longest = np.linalg.norm(texels - np.roll(texels, 1, axis=1), axis=2).max(axis=1)
+        # Two parts along a texel leave the texels at the rim as the only ones that are inexact.
+        parts = np.clip(2 ** np.ceil(np.log2(np.maximum(2 * longest, 2))), 2, FINEST).astype(int)
+        result = np.empty((len(uv), 3))
+        for count in np.unique(parts).tolist():
+            weights = _centres(count)
+            chosen = np.flatnonzero(parts == count)
+            step = max(1, BLOCK // len(weights))
+            for first in range(0, len(chosen), step):
+                rows = chosen[first:first + step]
+                where = np.floor(np.einsum("qk,fkx->fqx", weights, texels[rows])).astype(np.int64)
+                column, row = (self._wrap[axis](where[..., axis], (width, height)[axis]) for axis in (0, 1))
+                result[rows] = _LINEAR[self._pixels[row, column]].mean(axis=1)
+        return result
+
+
+def _centres(count):
+    """Barycentric coordinates of the centres of ``count`` squared congruent parts of a triangle."""
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(count), np.arange(count)))
+    upright, turned = i + j < count, i + j < count - 1
+    first = np.concatenate([i[upright] + 1 / 3, i[turned] + 2 / 3]) / count
+    second = np.concatenate([j[upright] + 1 / 3, j[turned] + 2 / 3]) / count
+    return np.stack([1 - first - second, first, second], axis=1)
+
+
+def join_halves(corners: np.ndarray, colours: np.ndarray) -> np.ndarray:
+    """F x C colours in which the two halves of a quadrilateral have their mean, weighted by area.
+
+    Halves are coplanar triangles that follow one another and share two corners: with equal colours they stay one patch.
+
+    Parameters
+    ----------
+    corners
+        F x 3 x 3 triangles.
+    colours
+        F x C colours.
+    """
+    if len(corners) < 2:
+        return colours
+    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(vectors, axis=1)
+    same = (corners[:-1, :, None] == corners[1:, None]).all(axis=3).sum(axis=(1, 2))
+    sine = np.linalg.norm(np.cross(vectors[:-1], vectors[1:]), axis=1)
+    along = np.einsum("fk,fk->f", vectors[:-1], vectors[1:]) > 0
+    joins = (same == 2) & along & (sine <= PARALLEL * areas[:-1] * areas[1:])
+    result = colours.copy()
+    last = -1
+    for first in np.flatnonzero(joins).tolist():
+        if first == last:
+            continue
+        last = first + 1
+        total = areas[first] + areas[last]
+        result[first:last + 1] = (areas[first] * colours[first] + areas[last] * colours[last]) / total
+    return result

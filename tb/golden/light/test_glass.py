@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from golden.cast.grid import Grid
+from golden.frustum import Hemisphere
+from golden.light.form_factors import hemisphere_sums
+from golden.light.glass import SHEETS, ClearRays, Glass
+from golden.light.two_pass import RenderSettings, render
+from golden.scene.builtin.shapes import box
+from golden.scene.camera import Camera
+from golden.scene.material import Material
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+PANE = Material(name="pane", transparent=(0.9, 0.9, 0.9), thin=True)
+RED = Material(name="red", transparent=(0.9, 0.3, 0.0), thin=True)
+BODY = Material(name="body", transparent=(1, 1, 1))
+FLOOR = rectangle((-0.01, -0.01, 0), (0.02, 0, 0), (0, 0.02, 0))
+WIDE = rectangle((-1e4, -1e4, 1), (2e4, 0, 0), (0, 2e4, 0))
+SETTINGS = {"width": 4, "height": 4, "samples": 1, "light_samples": 4, "max_edge": 1.0, "rays": (32, 8)}
+
+
+def lifted(number):
+    """One of several panes."""
+    return WIDE + np.array((0, 0, 0.1 * number))
+
+
+def surface(cosine, index=1.5):
+    """Reflectance of one surface by the angles of Snell's law (Born and Wolf, 1.5.2)."""
+    incident = np.arccos(np.minimum(cosine, 1 - 1e-9))
+    refracted = np.arcsin(np.sin(incident) / index)
+    across = np.sin(incident - refracted) / np.sin(incident + refracted)
+    parallel = np.tan(incident - refracted) / np.tan(incident + refracted)
+    return (across**2 + parallel**2) / 2
+
+
+def sheet(cosine):
+    """What a pane of index 1.5 lets pass by the endless sum over reflections to and fro."""
+    once = surface(cosine)
+    return (1 - once) ** 2 * sum(once ** (2 * times) for times in range(600))
+
+
+def sky_share(scene, channel=0, rays=(256, 64)):
+    """Share of the sky's light that arrives at the origin, facing +z."""
+    caster, hemisphere = Grid(scene), Hemisphere(*rays)
+    clear = ClearRays(scene, Glass(scene), caster, channel)
+    sums = hemisphere_sums(caster, hemisphere, [(0, 0, 0)], [(0, 0, 1)], scene.surface[:1], columns=len(scene),
+                           column_of=lambda rays, hits: hits.patch, clear=clear)
+    assert sums.weights.sum() == sums.row_sums[0]
+    return 1 - sums.row_sums[0] / 2**sums.weight_bits
+
+
+@pytest.mark.parametrize("degrees", [0, 20, 45, 60, 75, 85, 89])
+def test_a_pane_lets_pass_by_angle_what_theory_says(degrees):
+    cosine = np.cos(np.radians(degrees))
+    glass = Glass(scene_of((FLOOR, PANE), (WIDE, BODY)))
+    patches, cosines = np.array([0, 1]), np.full(2, cosine)
+    np.testing.assert_allclose(glass.passed(patches, cosines)[:, 0], [0.9 * sheet(cosine), 1 - surface(cosine)],
+                               rtol=1e-6)
+    assert glass.passed(patches, cosines)[0, 0] <= 0.9
+    assert degrees or glass.passed(patches, cosines)[1, 0] == pytest.approx(0.96)
+
+
+def test_diffuse_light_passes_with_the_mean_over_its_angles():
+    glass = Glass(scene_of((FLOOR, PANE), (WIDE, BODY), (FLOOR, BLACK)))
+    for patch, share in ((0, lambda cosine: 0.9 * sheet(cosine)), (1, lambda cosine: 1 - surface(cosine))):
+        mean, _ = quad(lambda cosine, share=share: 2 * cosine * share(cosine), 1e-6, 1)
+        assert glass.mean_passed[patch] == pytest.approx(np.full(3, mean), rel=1e-4)
+    assert not glass.mean_passed[2].any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_patch_under_panes_below_a_uniform_sky_gets_the_mean_of_what_passes(count):
+    panes = [(lifted(number), PANE) for number in range(count)]
+    mean, _ = quad(lambda cosine: 2 * cosine * (0.9 * sheet(cosine)) ** count, 1e-6, 1)
+    assert sky_share(scene_of((FLOOR, BLACK), *panes)) == pytest.approx(mean, rel=2e-3)
+
+
+def test_a_patch_in_a_glass_box_gets_what_its_faces_let_pass():
+    """A pane as a body has two surfaces; reflections to and fro between them are left out."""
+    block = scene_of((FLOOR, BLACK), (WIDE, BODY), (lifted(1)[::-1], BODY))
+    mean, _ = quad(lambda cosine: 2 * cosine * (1 - surface(cosine)) ** 2, 1e-6, 1)
+    assert sky_share(block) == pytest.approx(mean, rel=2e-3)
+
+
+def test_coloured_glass_dims_each_channel_by_itself():
+    scene = scene_of((FLOOR, BLACK), (WIDE, RED))
+    shares = [sky_share(scene, channel) for channel in range(3)]
+    assert np.array(shares) / shares[0] == pytest.approx([1, 1 / 3, 0], abs=1e-6)
+    assert Glass(scene).colours == [[0], [1], [2]]
+    assert Glass(scene_of((FLOOR, PANE))).colours == [[0, 1, 2]]
+
+
+def test_what_does_not_pass_the_last_sheet_ends_there():
+    clear = Material(name="clear", transparent=(1, 1, 1), refraction_index=1.0)
+    panes = [(lifted(number), clear) for number in range(SHEETS + 1)]
+    assert sky_share(scene_of((FLOOR, BLACK), *panes[:-1]), rays=(16, 4)) == 1
+    assert sky_share(scene_of((FLOOR, BLACK), *panes), rays=(16, 4)) == 0
+
+
+def room(*parts, diffuse=0.5):
+    """A box under a white sky, closed but for what ``parts`` put over its front side, y = 0."""
+    walls = box((0, 0, 0), (1, 1, 1))
+    wall = Material(name="wall", diffuse=(diffuse,) * 3)
+    behind = walls[walls[:, :, 1].max(axis=1) > 0]
+    return scene_of((behind, wall, {"two_sided": True}), *parts, background=(1, 1, 1))
+
+
+def seen(scene, **settings):
+    camera = Camera(eye=(0.5, 0.5, 0.5), target=(0.5, 1, 0.4), up=(0, 0, 1), fov=60)
+    return render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 0.5} | settings)).image
+
+
+def test_a_room_behind_a_pane_is_as_bright_as_the_pane_lets_pass():
+    window = rectangle((0, 0, 0), (1, 0, 0), (0, 0, 1))
+    bare = seen(room())
+    tint = Material(name="tint", transparent=(0.8, 0.8, 0.8), refraction_index=1.0)
+    np.testing.assert_allclose(seen(room((window, tint, {"two_sided": True}))), 0.8 * bare, rtol=2e-3)
+    glazed = seen(room((window, PANE, {"two_sided": True})))
+    assert 0.7 < (glazed / bare).min() <= (glazed / bare).max() < 0.87
+    red = seen(room((window, RED, {"two_sided": True})))
+    np.testing.assert_allclose(red[..., 0], glazed[..., 0], rtol=1e-12)
+    assert (red[..., 1] < 0.4 * red[..., 0]).all()
+
+
+@pytest.mark.parametrize("pane", [Material(name="pane", transparent=(1, 1, 1), thin=True), BODY],
+                         ids=lambda material: material.name)
+def test_a_white_room_behind_clear_glass_is_as_bright_as_the_sky(pane):
+    """What does not pass is mirrored: nothing is lost, and the sky is all around."""
+    window = rectangle((0, 0, 0), (1, 0, 0), (0, 0, 1))
+    image = seen(room((window, pane, {"two_sided": True}), diffuse=1.0))
+    np.testing.assert_allclose(image, 1, rtol=1e-5)
+
+
+def test_a_glazed_room_has_the_same_bytes_for_any_jobs():
+    scene = room((rectangle((0, 0, 0), (1, 0, 0), (0, 0, 1)), RED, {"two_sided": True}))
+    one = seen(scene, jobs=1)
+    np.testing.assert_array_equal(seen(scene, jobs=2), one)
+    np.testing.assert_array_equal(seen(scene, method="naive"), one)
+
+
+@pytest.mark.nightly
+def test_a_glazed_room_is_alike_by_shelling():
+    scene = room((rectangle((0, 0, 0), (1, 0, 0), (0, 0, 1)), RED, {"two_sided": True}))
+    one = seen(scene)
+    np.testing.assert_allclose(seen(scene, method="shelling").mean(axis=(0, 1)), one.mean(axis=(0, 1)), rtol=0.05)
+
+
+def test_a_thin_pane_shows_what_is_behind_it_straight_and_mirrors_the_rest():
+    behind = Material(name="behind", emission=(1, 1, 1))
+    scene = scene_of((lifted(-10), PANE), (lifted(-20), behind), background=(0, 0, 0.5))
+    angle = np.radians(60)
+    camera = Camera(eye=(-np.sin(angle), 0, np.cos(angle)), target=(0, 0, 0), up=(0, 1, 0), fov=0.01)
+    image = render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 1e5})).image
+    through, mirrored = 0.9 * sheet(0.5), 0.9 * (1 - sheet(0.5))
+    np.testing.assert_allclose(image[2, 2], (through, through, through + 0.5 * mirrored), rtol=1e-3)

@@ -1,0 +1,63 @@
+import warnings
+
+import pytest
+
+from golden.cast.grid import Grid
+from golden.errors import InputWarning
+from golden.light.limits import RESOLVED, not_computed, warn_of_near_lights
+from golden.scene.builtin.shapes import box
+from golden.scene.material import Material
+from golden.scene.refine import refine
+from golden.scene.tessellate import sphere
+from golden.summary import summary
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.light.test_two_pass import looking, picture
+
+GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
+LAMP = Material(name="panel", emission=(1, 1, 1))
+CEILING = rectangle((0, 0, 0), (4, 0, 0), (0, 4, 0))
+SKY = 1.0, 1.0, 1.0
+
+
+def warned(gap, *, two_sided=True, below=GREY, edge=0.5):
+    panel = rectangle((1, 1, gap), (0, 1, 0), (1, 0, 0))
+    scene = scene_of((CEILING, below), (panel[::-1] if not two_sided else panel, LAMP, {"two_sided": two_sided}))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warn_of_near_lights(scene, refine(scene, max_edge=edge), Grid(scene))
+    return [str(warning.message) for warning in caught]
+
+
+@pytest.mark.parametrize("gap", [1e-3, 0.9 * RESOLVED * 0.5])
+def test_a_panel_nearer_than_elements_resolve_is_named_once(gap):
+    (message,) = warned(gap)
+    assert f"a light of material 'panel' is {gap:.3g} from a surface whose elements are 0.5 long" in message
+
+
+@pytest.mark.parametrize("more", [{"gap": 0.2}, {"gap": 0.01, "two_sided": False}, {"gap": 0.01, "below": BLACK},
+                                  {"gap": 0.01, "edge": 0.02}])
+def test_a_light_that_elements_resolve_is_not_named(more):
+    assert warned(**more) == []
+
+
+@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+def test_an_image_names_what_is_missing_in_it():
+    mirror, glass = Material(name="mirror", specular=(1, 1, 1)), Material(name="glass", transparent=(1, 1, 1))
+    ball = sphere((0, 0, 1), 0.5, segments=8)
+    plain = scene_of((CEILING, GREY), background=SKY)
+    assert not_computed(plain, has_buried=False) == []
+    assert len(not_computed(scene_of((CEILING, mirror), background=SKY), has_buried=False)) == 1
+    assert len(not_computed(scene_of((box((0, 0, 0), (1, 1, 1)), glass), background=SKY), has_buried=False)) == 0
+    scene = scene_of((CEILING, mirror), (ball, glass, {"smooth": True}), background=SKY)
+    missing = not_computed(scene, has_buried=True)
+    assert [line.split()[:3] for line in missing] == [
+        ["light", "that", "mirrors"], ["light", "that", "curved"], ["edges", "of", "light"], ["light", "along", "the"]]
+
+
+def test_the_summary_names_bodies_that_interpenetrate():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", InputWarning)
+        scene = scene_of((CEILING, GREY), (box((1, 1, -1), (2, 2, 1)), GREY), background=SKY)
+        stats = picture(scene, looking((3, 3, 4), (1, 1, 0)), max_edge=0.5).stats
+    assert stats["not_computed"] == ["light along the lines where bodies interpenetrate (it is too dark)"]
+    assert "\nnot computed: light along the lines" in summary(stats)

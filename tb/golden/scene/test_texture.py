@@ -1,0 +1,160 @@
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from golden.errors import InputError, InputWarning
+from golden.scene.appearance import from_srgb
+from golden.scene.load import load_scene
+from golden.scene.texture import MOST_PIXELS, Texture, join_halves
+from tb.golden.commands.runner import run
+from tb.golden.scene.test_load import gltf, refusal, write
+
+RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
+ATLAS = Image.fromarray(np.kron(np.array([[RED, GREEN], [BLUE, WHITE]], dtype=np.uint8),
+                                np.ones((8, 8, 1), dtype=np.uint8)))
+"""Red and green above, blue and white below."""
+
+CORNERS = {RED: (0, 0.5), GREEN: (0.5, 0.5), BLUE: (0, 0), WHITE: (0.5, 0)}
+HALF = 0.5 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def triangles(corner, size=0.5):
+    """The halves of a square of texture coordinates."""
+    quad = np.array(corner) + 2 * size * HALF
+    return quad[[[0, 1, 2], [0, 2, 3]]]
+
+
+@pytest.mark.parametrize("colour", CORNERS)
+def test_a_face_has_the_colour_of_its_part_of_an_atlas(colour):
+    assert Texture(ATLAS).means(triangles(CORNERS[colour])) == pytest.approx(np.tile(np.array(colour) / 255, (2, 1)))
+
+
+def test_the_whole_picture_has_its_linear_mean():
+    random = np.random.default_rng(5).integers(0, 256, (37, 53, 3)).astype(np.uint8)
+    mean = from_srgb(random / 255).reshape(-1, 3).mean(axis=0)
+    texture = Texture(Image.fromarray(random))
+    assert texture.mean() == pytest.approx(mean, rel=1e-12)
+    assert texture.means(triangles((0, 0), 1)).mean(axis=0) == pytest.approx(mean, rel=0.01)
+    assert texture.means(triangles((3, -2), 2)).mean(axis=0) == pytest.approx(mean, rel=0.05)
+
+
+@pytest.mark.parametrize(("kind", "colour"), [("repeat", RED), ("clamp", GREEN), ("mirror", GREEN)])
+def test_outside_of_a_picture_its_wrap_counts(kind, colour):
+    means = Texture(ATLAS, wrap=(kind, "repeat")).means(triangles((1, 0.5)))
+    assert means == pytest.approx(np.tile(np.array(colour) / 255, (2, 1)))
+
+
+def test_a_triangle_shows_the_share_that_its_area_has_of_each_colour():
+    """Half of it is blue, a quarter red and a quarter white."""
+    (mean,) = Texture(ATLAS).means(np.array([[(0, 0), (1, 0), (0, 1)]]))
+    assert mean == pytest.approx([0.5, 0.25, 0.75], abs=0.01)
+
+
+def test_coordinates_that_are_none_are_refused():
+    with pytest.raises(InputError, match="texture coordinate is not finite"):
+        Texture(ATLAS).means(np.full((1, 3, 2), np.nan))
+
+
+def test_a_picture_larger_than_the_limit_is_refused_before_it_is_decoded(monkeypatch):
+    image = Image.new("1", (MOST_PIXELS // 1024 + 1, 1024))
+    monkeypatch.setattr(Image.Image, "convert", lambda *given: pytest.fail("it is decoded"))
+    with pytest.raises(InputError, match="pixels, at most 67108864 are read"):
+        Texture(image)
+
+
+def test_halves_of_a_square_get_their_mean_and_others_stay():
+    square = np.array([[(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 0, 0), (1, 1, 0), (0, 1, 0)],
+                       [(0, 1, 0), (1, 1, 0), (0, 3, 0)], [(1, 1, 0), (1, 0, 0), (1, 0, 1)]], dtype=float)
+    colours = np.array([[0.0], [1.0], [0.25], [0.75]])
+    assert join_halves(square, colours).ravel().tolist() == [0.5, 0.5, 0.25, 0.75]
+    assert join_halves(square[1:], colours[1:]).ravel() == pytest.approx([0.5, 0.5, 0.75])
+
+
+def textured(folder, faces, *, more="", name="a.obj"):
+    ATLAS.save(folder / "atlas.png")
+    write(folder, "a.mtl", f"newmtl a\nKd 1 1 1\nmap_Kd {more}atlas.png\n")
+    uv = "".join(f"vt {u} {v}\n" for corner in CORNERS.values() for u, v in (np.array(corner) + HALF).tolist())
+    return write(folder, name, "mtllib a.mtl\n" + SQUARE + uv + "usemtl a\n" + faces)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_floor_of_an_obj_has_the_colour_of_its_part(tmp_path, number):
+    first = 4 * number + 1
+    face = "f " + " ".join(f"{corner}/{first + corner - 1}" for corner in (1, 2, 3, 4)) + "\n"
+    scene = load_scene(textured(tmp_path, face))
+    assert scene.channels("diffuse") == pytest.approx(np.array([list(CORNERS)[number]]) / 255, abs=1e-9)
+
+
+def test_faces_of_one_material_have_their_own_colours_and_halves_of_a_quad_one(tmp_path):
+    path = textured(tmp_path, "f 1/1 2/2 3/7\nf 1/1 3/7 4/8\n")
+    scene = load_scene(path)
+    assert len(scene) == 1
+    path = textured(tmp_path, "f 1/1 2/2 3/3 4/4\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                    "f -4/-4 -3/-3 -2/-2 -1/-1\n", name="b.obj")
+    assert load_scene(path).channels("diffuse") == pytest.approx(np.array([RED, WHITE]) / 255, abs=1e-9)
+
+
+def test_a_face_without_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path):
+    with pytest.warns(InputWarning, match=r"not used: texture of a face without coordinates$"):
+        scene = load_scene(textured(tmp_path, "f 1 2 3 4\n"))
+    assert scene.channels("diffuse") == pytest.approx(np.full((1, 3), 0.5), abs=0.005)
+
+
+@pytest.mark.parametrize(("face", "says"), [
+    ("1/99 2/1 3/1", "face 1 has texture coordinates 99, but there are 16 so far"),
+    ("1/x 2/1 3/1", "'1/x' is not a corner of a face")])
+def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says):
+    assert says in refusal(textured(tmp_path, f"f {face}\n"))
+
+
+def picture_file(folder, image, *, emits=False, **sampler):
+    """A square with a texture, of which it shows the lower left quarter, as glTF counts: red."""
+    data = io.BytesIO()
+    image.save(data, format="PNG")
+    (folder / "picture.png").write_bytes(data.getvalue())
+    uv = np.array([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)], dtype="<f4")
+    (folder / "uv.bin").write_bytes(uv.tobytes())
+    info = {"index": 0}
+    material = {"pbrMetallicRoughness": {"metallicFactor": 0, **({} if emits else {"baseColorTexture": info})}}
+    if emits:
+        material |= {"emissiveTexture": info, "emissiveFactor": [1, 1, 1]}
+    accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                 {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+                 {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}]
+    views = [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+             {"buffer": 1, "byteLength": 32}]
+    return gltf(folder, materials=[material], textures=[{"source": 0, "sampler": 0}], images=[{"uri": "picture.png"}],
+                samplers=[sampler], accessors=accessors, bufferViews=views,
+                buffers=[{"byteLength": 60}, {"byteLength": 32, "uri": "uv.bin"}],
+                meshes=[{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1,
+                                         "material": 0}]}])
+
+
+@pytest.mark.parametrize("emits", [False, True])
+def test_a_face_of_gltf_has_the_colour_of_its_part(tmp_path, emits):
+    scene = load_scene(picture_file(tmp_path, ATLAS, emits=emits))
+    assert scene.channels("emission" if emits else "diffuse") == pytest.approx(np.array([RED]) / 255, abs=1e-9)
+
+
+def test_a_texture_of_gltf_that_cannot_be_read_is_refused(tmp_path):
+    path = picture_file(tmp_path, ATLAS)
+    (tmp_path / "picture.png").write_bytes(b"no picture")
+    assert refusal(path) == f"{path}: baseColorTexture 0 cannot be read as a picture"
+
+
+def test_a_large_texture_is_refused_and_not_dropped(tmp_path, monkeypatch):
+    monkeypatch.setattr("golden.scene.texture.MOST_PIXELS", 255)
+    path = picture_file(tmp_path, ATLAS)
+    assert refusal(path) == f"{path}: a picture has 16 x 16 pixels, at most 255 are read"
+
+
+def test_an_image_is_not_written_over_a_texture(tmp_path):
+    path = textured(tmp_path, "f 1/1 2/2 3/3 4/4\n")
+    before = (tmp_path / "atlas.png").read_bytes()
+    result = run("render", path, "--sky", "1,1,1", "-o", tmp_path / "atlas.png")
+    assert (result.exit_code, result.stderr) == (2, f"error: output {str(tmp_path / 'atlas.png')!r}: it is the input\n")
+    assert (tmp_path / "atlas.png").read_bytes() == before
+    assert load_scene(picture_file(tmp_path, ATLAS)).files == (tmp_path / "uv.bin", tmp_path / "picture.png")
