@@ -261,7 +261,10 @@ def _materials(geometry, sources: list[dict], faces: np.ndarray, tree: dict) -> 
 def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict) -> Mesh:
     """All meshes of a scene in world coordinates, with the materials that ``sources`` and the file's ``tree`` state."""
     points, corners, indices, materials = [], [], [], {}
-    offset = total = 0
+    offset = 0
+    total = sum(len(getattr(scene.geometry[scene.graph[node][1]], "faces", ())) for node in scene.graph.nodes_geometry)
+    if total > MOST_FACES:
+        raise InputError(f"its nodes instance {total} triangles, at most {MOST_FACES} are read")
     order = {node: position for position, node in enumerate(scene.graph.transforms.node_data)}
     for node in sorted(scene.graph.nodes_geometry, key=order.__getitem__):
         matrix, key = scene.graph[node]
@@ -269,9 +272,6 @@ def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict) -> Mesh:
         if not isinstance(geometry, trimesh.Trimesh):
             continue
         faces = np.asarray(geometry.faces, dtype=np.int64)
-        total += len(faces)
-        if total > MOST_FACES:
-            raise InputError(f"its nodes instance more than {MOST_FACES} triangles")
         if len(faces) and faces.max() >= len(geometry.vertices):
             raise InputError(f"mesh {key!r} has a face with a corner at vertex {faces.max() + 1}, "
                              f"but {len(geometry.vertices)} vertices")
@@ -331,6 +331,8 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     for file in files:
         check_regular(file)
     unused = unused_of(tree)
+    if "accessors" in tree:  # trimesh expects buffer views, even if all accessors are zeros
+        tree.setdefault("bufferViews", [])
     view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
     scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))

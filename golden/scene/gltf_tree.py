@@ -17,6 +17,9 @@ LARGEST = 1e30
 MOST_FACES = 1 << 24
 """Most triangles of all meshes, and of all their instances."""
 
+MOST_PRIMITIVES = 1 << 14
+"""Most primitives of all meshes: each takes a part of a millisecond."""
+
 MOST_ZEROS = 1 << 22
 """Most entries of accessors without a buffer view, which are zeros."""
 
@@ -28,7 +31,7 @@ def check_tree(tree: dict) -> None:
     ------
     InputError
         Names the first member that is not, for example ``nodes[2].children``. Also if a node has two parents, or the
-        file claims more than `MOST_FACES` or `MOST_ZEROS`.
+        file claims more than `MOST_FACES`, `MOST_PRIMITIVES` or `MOST_ZEROS`.
     """
     _TREE(tree, "")
     nodes, cameras = (len(tree.get(name, ())) for name in ("nodes", "cameras"))
@@ -47,7 +50,7 @@ def check_tree(tree: dict) -> None:
         if "light" in light:
             _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
     _check_textures(tree)
-    _check_parents(tree.get("nodes", ()))
+    _check_parents(tree.get("nodes", ()), scenes)
     _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()))
 
 
@@ -63,8 +66,11 @@ def _check_textures(tree):
                 _check_index(part[name]["index"], f"materials[{number}].{name}.index", len(textures))
 
 
-def _check_parents(nodes):
+def _check_parents(nodes, scenes):
     """Nodes with two parents each would be as many as two to the power of their depth."""
+    for number, scene in enumerate(scenes):
+        if len(set(scene.get("nodes", ()))) < len(scene.get("nodes", ())):
+            raise InputError(f"scenes[{number}].nodes names a node twice")
     parents: dict[int, int] = {}
     for number, node in enumerate(nodes):
         for child in node.get("children", ()):
@@ -79,6 +85,9 @@ def _check_sizes(accessors, meshes):
     zeros = sum(accessor["count"] for accessor in accessors if "bufferView" not in accessor)
     if zeros > MOST_ZEROS:
         raise InputError(f"its accessors claim {zeros} entries without a buffer, at most {MOST_ZEROS} are read")
+    primitives = sum(len(mesh["primitives"]) for mesh in meshes)
+    if primitives > MOST_PRIMITIVES:
+        raise InputError(f"its meshes have {primitives} primitives, at most {MOST_PRIMITIVES} are read")
     corners = 0
     for number, mesh in enumerate(meshes):
         for rank, primitive in enumerate(mesh["primitives"]):

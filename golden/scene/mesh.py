@@ -17,6 +17,9 @@ __all__ = ["CREASE", "Mesh", "check_mesh", "mesh_scene"]
 CREASE = 30.0
 """Least angle between neighbouring patches, in degrees, at which their common edge is a crease."""
 
+MOST_CORNERS = 1 << 14
+"""Most corners of a face: the time to cut it grows faster than their number."""
+
 NO_AREA = 1e-12
 """Largest area of a face, over the square of its extent, that counts as zero."""
 
@@ -69,6 +72,10 @@ def check_mesh(mesh: Mesh, where: str) -> None:
 def _check_corners(mesh: Mesh, where: str) -> None:
     if not len(mesh.counts):
         raise InputError(f"{where}: it has no faces")
+    long = np.flatnonzero(mesh.counts > MOST_CORNERS)
+    if len(long):
+        raise InputError(f"{where}: face {long[0] + 1} has {mesh.counts[long[0]]} corners, at most {MOST_CORNERS} are "
+                         "read")
     short = np.flatnonzero(mesh.counts < 3)
     if len(short):
         raise InputError(f"{where}: face {short[0] + 1} has {mesh.counts[short[0]]} corners, three at least are needed")

@@ -244,7 +244,8 @@ def cut_polygon(points: np.ndarray) -> np.ndarray:
         raise InputError("polygon: it has no area")
     if len(points) == 3:
         return points[None, [0, 1, 2, 2]]
-    if len(_without_repeats(plane)) != len(plane):
+    # A bridge to a hole passes two vertices twice, but a hole has three.
+    if len(_without_repeats(plane)) != len(plane) or 2 * len(np.unique(points, axis=0)) < len(points):
         raise InputError("polygon: it crosses itself")
     sines, cosines = _exterior_angles(plane)
     if sines.min() > CONVEX and np.arctan2(sines, cosines).sum() < 3 * np.pi:

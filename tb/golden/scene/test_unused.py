@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.errors import InputError, InputWarning
-from golden.scene.gltf_tree import MOST_FACES, MOST_ZEROS
+from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
 from tb.golden.commands.runner import run
 from tb.golden.scene.test_load import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
@@ -134,6 +134,9 @@ def test_a_text_that_claims_much_takes_no_memory(tmp_path, name):
     ({"nodes": [{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {"mesh": 0}]},
      "nodes[3] is a child of both nodes[1] and nodes[2]"),
     ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "nodes[0].children names a node twice"),
+    ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}] * (MOST_PRIMITIVES + 1)}]},
+     f"its meshes have {MOST_PRIMITIVES + 1} primitives, at most {MOST_PRIMITIVES} are read"),
+    ({"scenes": [{"nodes": [0, 0]}]}, "scenes[0].nodes names a node twice"),
     ({"accessors": [{"componentType": 5126, "count": 10**12, "type": "VEC3"},
                     {"componentType": 5123, "count": 3, "type": "SCALAR"}]},
      f"its accessors claim {10**12 + 3} entries without a buffer, at most {MOST_ZEROS} are read"),
@@ -146,6 +149,20 @@ def test_a_text_that_claims_much_takes_no_memory(tmp_path, name):
 ])
 def test_a_gltf_file_that_claims_much_is_refused(tmp_path, changes, says):
     path = gltf(tmp_path, **changes)
+    assert refusal(path) == f"{path}: {says}"
+
+
+def test_many_instances_are_refused_before_they_are_made(tmp_path, monkeypatch):
+    monkeypatch.setattr("golden.scene.gltf.MOST_FACES", 5)
+    path = gltf(tmp_path, nodes=[{"children": [1, 2, 3]}, *[{"mesh": 0}] * 3])
+    assert refusal(path) == f"{path}: its nodes instance 6 triangles, at most 5 are read"
+
+
+@pytest.mark.parametrize(("face", "says"), [
+    ("1 2 3 " * 40, "face 1: polygon: it crosses itself"),
+    ("1 2 3 4 " * 5000, "face 1 has 20000 corners, at most 16384 are read")])
+def test_a_face_that_would_take_long_to_cut_is_refused(tmp_path, face, says):
+    path = write(tmp_path, "a.obj", f"{SQUARE}f {face}\n")
     assert refusal(path) == f"{path}: {says}"
 
 
