@@ -27,7 +27,8 @@ _EXACT = 1e-14
 _STEPS, _HALVINGS, _ITERATIONS = 200, 40, 500
 
 
-def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+def project(estimate: Estimate, *, area: np.ndarray,
+            ignored: np.ndarray | None = None) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
     """Minimise the sum of (change / standard error)^2 such that all rows close, with exact reciprocity.
 
     The unknowns are A_i F_ij of each pair once, A_i sky_i and A_i back_i, each at least 0. Factors stay within two
@@ -41,6 +42,8 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
         Reciprocal estimates with standard errors.
     area
         N float64, areas of the sides.
+    ignored
+        N bool: rows that need not close. Default: none.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
     if area.shape != estimate.sky.shape:
         raise InputError(f"projection: Area must have one entry for each of {len(estimate.sky)} rows, "
                          f"not shape {area.shape!r}")
-    problem = _Problem(estimate, area)
+    problem = _Problem(estimate, area, np.zeros(len(area), dtype=bool) if ignored is None else ignored)
     exchange, outside = problem.solve()
     count, indices, indptr = len(area), estimate.F.indices, estimate.F.indptr
     F = sparse.csr_array((exchange[problem.pair] / np.repeat(area, np.diff(indptr)), indices, indptr),
@@ -70,9 +73,9 @@ def project(estimate: Estimate, *, area: np.ndarray) -> tuple[sparse.csr_array, 
 class _Problem:
     """The dual problem, in units of each row's area."""
 
-    def __init__(self, estimate, area):
+    def __init__(self, estimate, area, ignored):
         count, F = len(area), estimate.F
-        self._area = area
+        self._area, self._ignored = area, ignored
         row, first, self.pair = entry_pairs(F.indices, F.indptr)
         self._low, self._high = row[first], F.indices[first]
         del row
@@ -125,7 +128,7 @@ class _Problem:
         merit -= change @ change / 2
         del change, pull
         slack = self._slack**2 * multiplier
-        rest = self._area - self._sums(value) - slack
+        rest = np.where(self._ignored, 0.0, self._area - self._sums(value) - slack)
         return value, merit + slack @ multiplier / 2 - self._area @ multiplier, rest
 
     def _newton_step(self, multiplier, rest):
@@ -136,7 +139,7 @@ class _Problem:
         variance = np.square(self._spread)
         variance *= free
         diagonal = self._sums(variance) + self._slack**2
-        count, scale = len(rest), 1 / np.sqrt(diagonal)
+        count, scale = len(rest), np.where(self._ignored, 0.0, 1 / np.sqrt(diagonal))
         # Pairs in their order are the entries above the diagonal of a symmetric matrix.
         start = np.searchsorted(self._low, np.arange(count + 1)).astype(np.int32)
         above = sparse.csr_array((variance[:len(self._high)], self._high, start), shape=(count, count))

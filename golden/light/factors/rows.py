@@ -152,13 +152,17 @@ class FactorRows:
                 break
             reached[again] = finer
             blocks = self._refined(blocks, again, finer)
+        open_rows = missed > CLOSED
+        if open_rows.any():
+            # Rows that nothing closes must not pull their factors as far as the errors allow.
+            F, sky, back = project(estimate, area=sides.area, ignored=open_rows)
         patches = np.concatenate([block.sky_patches for block in blocks]) if self._division else None
         names = np.array([material.name for material in scene.materials])
         return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
                            front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
                            hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
                            settings=self.settings,
-                           sky_error=np.where(missed > CLOSED, estimate.sky_error, estimate.closed_sky_error),
+                           sky_error=np.where(open_rows, estimate.sky_error, estimate.closed_sky_error),
                            sky_patches=None if patches is None else _shared(sky, patches))
 
     def _refined(self, blocks, again, finer):

@@ -107,6 +107,19 @@ def test_a_row_that_nothing_closes_stays_open_and_the_others_close(room, noisy):
     assert np.abs(np.delete(sums, 7) - 1).max() <= 1e-9
 
 
+def test_a_row_that_need_not_close_pulls_nothing(room, noisy):
+    F, area = noisy[0].copy(), room[1]
+    F[7] *= 0.5
+    F[:, 7] *= 0.5
+    given, ignored = estimate(F, noisy[1]), np.arange(len(F)) == 7
+    forced, left = (project(given, area=area, ignored=rows)[0] for rows in (None, ignored))
+    assert np.abs(np.delete(left.sum(axis=1), 7) - 1).max() <= 1e-9
+    assert left.sum(axis=1)[7] < forced.sum(axis=1)[7] < 0.6
+    # All of the pull is that of the other rows.
+    moved = [np.abs((one - given.F).toarray()[7]).sum() for one in (forced, left)]
+    assert moved[1] < moved[0]
+
+
 def test_only_the_row_that_nothing_closes_is_open_though_many_factors_are_at_their_bounds():
     generator = np.random.default_rng(5)
     exchange = np.triu(generator.uniform(0.2, 1, size=(40, 40)) * (generator.uniform(size=(40, 40)) < 0.1), 1)

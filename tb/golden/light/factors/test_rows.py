@@ -111,8 +111,9 @@ def test_a_row_that_nothing_closes_is_measured_again():
 
 def test_no_row_is_measured_twice_to_the_same_error(monkeypatch):
     """A row that nothing closes ends the search."""
-    def never_closes(estimate, *, area):
-        F, sky, back = project(estimate, area=area)
+    def never_closes(estimate, **given):
+        F, sky, back = project(estimate, **given)
+        area = given["area"]
         return F, sky + (np.arange(len(area)) == 1) * 1e-2, back
 
     monkeypatch.setattr("golden.light.factors.rows.project", never_closes)
