@@ -16,6 +16,7 @@ from golden.cast.shelling import Shelling
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, PRESET, WholePair
 from golden.config import PRESETS, Config
+from golden.errors import InputError
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.machines.simulated_cast import SimulatedCast, cast_section
 from golden.scene.open import open_scene
@@ -111,6 +112,10 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
     """Simulate one hemisphere on one cluster; SCENES default to cornell, lobby, room1627, tetra and man."""
     recorded = recorded_cycles()
     if calibrate:
+        known = tuple(dict.fromkeys(name for name, _ in recorded))
+        for name in scenes:
+            if name not in known:
+                raise InputError(f"machines: Scenes must be of {', '.join(known)} with --calibrate, not {name!r}")
         preset, assignments, rays = "paper", (), _RAYS
         rows = [key for key in recorded if not scenes or key[0] in scenes]
     else:

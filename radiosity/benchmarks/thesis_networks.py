@@ -19,6 +19,7 @@ THESIS = {
     ("lobby", 16): {"illiac": 4425.7, "torus": 4425.7, "hypercube": 4425.7, "ring": 6178.2},
     ("room1627", 8): {"illiac": 10937.2, "torus": 10937.2, "ring": 11083.6},
     ("room1627", 16): {"illiac": 16938.0, "torus": 14201.2, "hypercube": 15661.4, "ring": 26163.4}}
+_SCENES = tuple(dict.fromkeys(scene for scene, _ in THESIS))
 # By name: a network and its clusters, divided by another network and its clusters.
 RATIOS = {
     "torus, 8 : 16": (("torus", 8), ("torus", 16)), "ring, 8 : 16": (("ring", 8), ("ring", 16)),
@@ -60,11 +61,11 @@ def _times(scenes):
 
 
 @click.command()
-@click.argument("scenes", nargs=-1)
+@click.argument("scenes", nargs=-1, type=click.Choice(_SCENES), metavar="[SCENES]...")
 @output_option("thesis_networks")
 def main(scenes, output) -> None:
     """Simulate the thesis' networks; SCENES default to lobby and room1627."""
-    scenes = scenes or tuple({scene: None for scene, _ in THESIS})
+    scenes = tuple(dict.fromkeys(scenes or _SCENES))
     found = _times(scenes)
     cycles = [[f"`{scene}`", clusters, name, *(f"{each[one]:,}" if one in each else "" for one in _NETWORKS)]
               for name, times in found.items() for (scene, clusters), each in times.items()]
