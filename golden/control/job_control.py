@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from golden.jobs.load_regions import LOADED_REGIONS
 
-__all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATES", "STATUS", "Fault", "Inputs", "JobControl",
+__all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATUS", "Fault", "Inputs", "JobControl",
            "Load", "Outputs", "Record", "Registers"]
 
 # Commands from bit 0 of the register on; the bit that says which tables a resume loads; the bits of the register
@@ -14,14 +14,6 @@ __all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATES", "S
 COMMANDS = ("stop", "clear", "resume")
 COPIES = len(COMMANDS)
 STATUS = ("busy", "loading", "halted", "stops", "loaded", "failed", "unwritten")
-# By state: what it does, and what it waits for before the next state.
-STATES = {
-    "run": "descriptors are taken",
-    "drain": "none is taken; those in flight end, then the units are reset",
-    "stop": "the units are in reset until main memory has no outstanding transaction",
-    "abort": "each descriptor that was in flight gets a record, cluster by cluster, then a load",
-    "halted": "nothing is done until a resume; its load ends in run",
-}
 ABORTED = "ABORTED"
 # Of a record that no cluster has caused.
 NO_CLUSTER = 0xFF
@@ -238,6 +230,11 @@ class _Events:
 class JobControl:
     """The control by its rules, one cycle per step.
 
+    In state ``run`` it takes descriptors. In ``drain`` it takes none, and those in flight end before ``stop``, in which
+    the units are in reset until main memory has no outstanding transaction. In ``abort`` each descriptor that was in
+    flight gets a record, cluster by cluster, then a load. In ``halted`` it waits for a resume, whose load ends in
+    ``run``.
+
     Parameters
     ----------
     nodes
@@ -263,7 +260,7 @@ class JobControl:
         """The outputs in the cycle with these inputs."""
         outputs = self._outputs(given)
         events = self._events(given, outputs)
-        state = self._next_state(given, outputs, events)
+        state = self._next_state(given, events)
         self._keep_error(given, events)
         self._keep_interrupt(given, outputs)
         self._poll(given)
@@ -379,7 +376,7 @@ class JobControl:
         over, memory = given.load_over, given.memory
         return replace(over, code=memory.code) if over.code == "READ_REPLY" and memory.code.startswith("READ") else over
 
-    def _next_state(self, given, outputs, events):
+    def _next_state(self, given, events):
         state, load = self._state, self._load
         if state == "stop":
             return "stop" if given.memory_busy else "abort"
