@@ -182,7 +182,7 @@ class Sequencer(wiring.Component):
                 with m.If((host.rdata & (BUSY | HALTED)) == BUSY):
                     m.next = "interrupt"
                 with m.Elif((host.rdata & BUSY) != 0):
-                    # Units are being reset: no interrupt tells the end of that.
+                    # Units are being reset: no interrupt reports the end of that.
                     m.d.sync += host.arvalid.eq(1)
                 with m.Else():
                     advance_unless((host.rresp != 0) | ((host.rdata & FAILED) != 0))

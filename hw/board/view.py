@@ -38,7 +38,7 @@ class View:
     Parameters
     ----------
     job
-        A load and the sections of the view, in rings that have room for all of them.
+        A load and the sections of the view, in rings with an entry for each of them.
     record, geometry
         Rays and patches.
     """
