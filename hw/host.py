@@ -171,13 +171,13 @@ class Host:
             await self.write(name, value)
 
     async def submit(self, job: Job, descriptors: Sequence[np.void]) -> None:
-        """Put descriptors into the ring, and ring the doorbell. At most `room` of them."""
+        """Put descriptors into the ring, and ring the doorbell. At most `free_entries` of them."""
         for descriptor in descriptors:
             await self._port.write_memory(job.entry(self._submitted), descriptor.tobytes())
             self._submitted += 1
         await self.write("doorbell", self._submitted % _WORD)
 
-    def room(self, job: Job) -> int:
+    def free_entries(self, job: Job) -> int:
         """Descriptors that can be submitted now."""
         return (1 << job.ring_bits) - (self._submitted - self._collected)
 
@@ -230,10 +230,10 @@ class Host:
         waiting = list(job.descriptors if descriptors is None else descriptors)
         count, records, idle = len(waiting), [], 0
         while len(records) < count:
-            room = self.room(job)
-            if waiting and room:
-                await self.submit(job, waiting[:room])
-                waiting = waiting[room:]
+            free = self.free_entries(job)
+            if waiting and free:
+                await self.submit(job, waiting[:free])
+                waiting = waiting[free:]
             if watch:
                 await watch(len(records))
             found = await self.collect(job)

@@ -111,7 +111,7 @@ def test_a_job_begins_with_its_tables_and_empty_rings(port):
     for kind in "read", "write":
         assert (port.get(f"{kind}_base"), port.get(f"{kind}_limit")) == (job().base, job().end)
     assert port.get("policy") == CachePolicy[CONFIG.memsys.cache_policy.upper()].value
-    assert host.room(job()) == 8
+    assert host.free_entries(job()) == 8
     begun(port, window=(64, 1 << 40), policy=CachePolicy.DIRECT)
     assert (port.get("write_base"), port.get("read_limit"), port.get("policy")) == (64, 1 << 40, 0)
 
@@ -136,11 +136,11 @@ def test_other_descriptors_and_single_submissions(port):
     host, two = begun(port), job().descriptors[[3, 1]]
     assert sorted(run(host.run(job(), two))["tag"]) == [1, 3]
     run(host.submit(job(), list(two)))
-    assert host.room(job()) == 6
+    assert host.free_entries(job()) == 6
     assert len(run(host.collect(job()))) == 0
     run(port.wait(1))
     assert sorted(run(host.collect(job()))["tag"]) == [1, 3]
-    assert host.room(job()) == 8
+    assert host.free_entries(job()) == 8
 
 
 def test_records_that_come_while_the_host_reads(port):
