@@ -15,9 +15,6 @@ MARGIN_SHARE = 2.0**-30
 FINEST = 256
 # Candidate pairs of patch and cell per block.
 BLOCK = 1 << 20
-# Largest distance of a scene from the origin, in lengths of its longest side: farther away, rounding of coordinates
-# comes near to the margin of cells.
-FARTHEST = 1 << 22
 
 
 def check_cell_size(cell: float) -> None:
@@ -60,14 +57,11 @@ class Cells:
     Raises
     ------
     InputError
-        Cell size out of range, or the scene is farther than `FARTHEST` from the origin.
+        Cell size out of range.
     """
 
     def __init__(self, scene: Scene, cell: float, *, compiled: bool | None = None):
         lower, upper = scene.bounds
-        if np.abs(scene.bounds).max() > FARTHEST * scene.size:
-            raise InputError(f"scene {scene.name!r}: it is {np.abs(scene.bounds).max():.3g} from the origin and "
-                             f"{scene.size:.3g} long: move it nearer, at most {FARTHEST} times its length away")
         check_cell_size(cell)
         self.margin = MARGIN_SHARE * scene.size
         self.size = cell * scene.size

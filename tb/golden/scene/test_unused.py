@@ -3,10 +3,9 @@ import os
 import struct
 import warnings
 
-import numpy as np
 import pytest
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputWarning
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
 from tb.golden.commands.runner import run
@@ -181,12 +180,3 @@ def test_a_pipe_is_no_library_picture_or_buffer(tmp_path):
         message = refusal(write(tmp_path, name, content))
         assert message.startswith(str(tmp_path / name))
         assert "it is not a regular file" in message or "'a.png' cannot be read" in message
-
-
-def test_a_scene_far_from_the_origin_is_refused_and_a_near_one_is_not():
-    from golden.cast.methods import ray_caster
-    from tb.golden.light.scenes import BLACK, rectangle, scene_of
-    near, far = (scene_of((rectangle(np.full(3, offset), (1, 0, 0), (0, 1, 0)), BLACK)) for offset in (4e6, 5e6))
-    assert ray_caster(near, "grid") is not None
-    with pytest.raises(InputError, match="move it nearer"):
-        ray_caster(far, "grid")
