@@ -54,8 +54,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
-        that leaves for the sky, and A[i] F[i, j] = A[j] F[j, i], exactly. With --rays, or a method that casts no single
-        rays, F is what plain hemispheres met, and row_sums are integers in units of 2^-weight_bits.
+        that leaves for the sky, and A[i] F[i, j] = A[j] F[j, i], both within 1e-9. With --rays, or a method that casts
+        no single rays, F is what plain hemispheres met, and row_sums are integers in units of 2^-weight_bits.
         """
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
@@ -101,7 +101,7 @@ def _check_options(plain, method, project, time_limit, resume):
             fixed = "--rays and --samples" if method in RAY_METHODS else f"--method {method}"
             raise click.UsageError(f"{option} excludes {fixed}.", context)
     if project and not plain:
-        raise click.UsageError(f"--project needs --rays, --samples or a method other than {method}, which does it.",
-                               context)
+        raise click.UsageError("--project needs --rays, --samples or a method with fixed rays: the others project "
+                               "by themselves.", context)
     if time_limit is not None and resume:
         raise click.UsageError("--time-limit and --resume exclude each other.", context)
