@@ -9,7 +9,7 @@ from golden.errors import InputError
 from golden.output import check_inputs_stay, whole_file
 from golden.scene.adjacency import corner_numbers
 from golden.scene.appearance import to_srgb
-from golden.scene.gltf import EXACT, gltf_material
+from golden.scene.gltf import EXACT, EXACT_SHARES, gltf_material
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.scene import Scene
@@ -80,8 +80,8 @@ def _to_gltf(material: Material, *, two_sided: bool) -> dict:
             extensions["KHR_materials_volume"] = {"thicknessFactor": 1.0}
     source["extensions"] = extensions
     if not _is_same(gltf_material(source, material.name), material):
-        source["extras"] = {EXACT: {name: getattr(material, name) for name in
-                                  ("diffuse", "specular", "transparent", "refraction_index", "thin", "emission")}}
+        source["extras"] = {EXACT: {name: getattr(material, name) for name in EXACT_SHARES
+                                    if name != "thin" or material.thin}}
     return source
 
 
