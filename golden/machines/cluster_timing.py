@@ -1,8 +1,8 @@
 """Cluster timing: latencies and capacities of a cluster's components, as their docstrings state them."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from golden.errors import check_int
+from golden.machines.timing_numbers import check_numbers
 
 __all__ = ["ClusterTiming"]
 
@@ -73,9 +73,4 @@ class ClusterTiming:
     waiting: int
 
     def __post_init__(self):
-        for field in fields(self):
-            value, name = getattr(self, field.name), field.name.capitalize()
-            check_int(name, value)
-            least = int(field.name in ("vertices", "cells", "entries", "requests", "waiting"))
-            if value < least:
-                raise ValueError(f"{name} must be at least {least}, not {value!r}")
+        check_numbers(self, positive=("vertices", "cells", "entries", "requests", "waiting"))

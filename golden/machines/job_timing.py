@@ -1,12 +1,10 @@
 """Job timing: latencies and capacities of what is between the casts of a job, as the components' docstrings state."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from golden.errors import check_int
+from golden.machines.timing_numbers import check_numbers
 
 __all__ = ["JobTiming"]
-
-_CAPACITIES = ("beats", "buffers")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +56,4 @@ class JobTiming:
     buffers: int
 
     def __post_init__(self):
-        for field in fields(self):
-            value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
-            check_int(name, value)
-            least = int(field.name in _CAPACITIES)
-            if value < least:
-                raise ValueError(f"{name} must be at least {least}, not {value!r}")
+        check_numbers(self, positive=("beats", "buffers"))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.compiled import compiled
-from golden.errors import InputError, check_int
+from golden.errors import InputError
 from golden.machines.cluster_cast import (
     ClusterCast,
     StageItems,
@@ -41,6 +41,7 @@ from golden.machines.packet_network import (
     send,
 )
 from golden.machines.section_trace import CastTimes, SectionTrace
+from golden.machines.timing_numbers import check_numbers
 from golden.noc.routing import Routing
 
 __all__ = ["JointTiming", "joint_cast"]
@@ -95,11 +96,7 @@ class JointTiming:
     outstanding: int
 
     def __post_init__(self):
-        for field in fields(self):
-            value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
-            check_int(name, value)
-            if value < 1:
-                raise ValueError(f"{name} must be at least 1, not {value!r}")
+        check_numbers(self, positive=[field.name for field in fields(self)])
 
 
 class _Machine(NamedTuple):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 
-from golden.errors import check_int
+from golden.machines.timing_numbers import check_numbers
 from golden.memory_map.image import MemoryImage
 from golden.memory_map.layout import ENTRY, HEADER, REGIONS
 
@@ -51,11 +51,7 @@ class LoadTiming:
     end: int
 
     def __post_init__(self):
-        for field in fields(self):
-            value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
-            check_int(name, value)
-            if value < 1:
-                raise ValueError(f"{name} must be at least 1, not {value!r}")
+        check_numbers(self, positive=[field.name for field in fields(self)])
 
 
 def load_cycles(image: MemoryImage, timing: LoadTiming) -> int:
