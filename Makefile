@@ -67,11 +67,12 @@ formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative 
 
 bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
-	@for name in casting schedule shelling traversal exactness network network_load caches main_memory jobs; do \
+	@for name in casting schedule shelling traversal exactness network network_load caches main_memory jobs view_factors; do \
 	  $(BIN)/radiosity bench $$name || exit 1; \
 	done
 	$(BIN)/radiosity bench machines --calibrate
 	$(BIN)/radiosity bench scaling
+	$(BIN)/radiosity bench thesis_networks
 	$(BIN)/radiosity bench engine --clusters 1 --clusters 4
 	$(BIN)/radiosity bench throughput --preset small
 
