@@ -4,10 +4,10 @@ import numpy as np
 
 from golden.light.factors.sides import Sides
 
-__all__ = ["certain_shares"]
+__all__ = ["TOUCH", "certain_shares"]
 
 # Share of the scene's size by which a patch may enter the space between a pair and still count as touching it.
-_TOUCH = 2.0**-32
+TOUCH = 2.0**-32
 
 # Pairs times patches per block, which bounds memory.
 _BLOCK = 1 << 17
@@ -42,7 +42,7 @@ def certain_shares(sides: Sides, first: np.ndarray, second: np.ndarray) -> tuple
 
 
 def _decide(sides, first, second):
-    patches, touch = sides.scene, _TOUCH * sides.scene.size
+    patches, touch = sides.scene, TOUCH * sides.scene.size
     ends = np.stack([sides.vertices[first], sides.vertices[second]], axis=1)
     offset = np.einsum("ij,ij->i", patches.normals, patches.centres)
     height = np.einsum("pekj,nj->pekn", ends, patches.normals) - offset

@@ -6,6 +6,7 @@ from scipy import sparse
 from golden.cast.rays import Rays
 from golden.compiled import is_compiler_active
 from golden.errors import InputError
+from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
@@ -93,6 +94,7 @@ class FactorRows:
         if sky_patches is not None and sky_patches not in SKY_DIVISIONS:
             raise InputError(f"view factors: Sky patches must be {' or '.join(SKY_DIVISIONS)}, not {sky_patches!r}")
         self._sides, self._caster, self._error, self._seed = Sides(scene), caster, error, seed
+        self._fronts = CoincidentFronts(self._sides)
         self._sky_limit = (error if sky_error is None else sky_error) / 2
         self._most_sky_rays = _MOST_RAYS if sky_error is None else _MOST_SKY_RAYS
         self.block_rows = block_rows
@@ -196,6 +198,9 @@ class FactorRows:
             sky.add(row[left] - first, number[left], direction[left])
             met = np.flatnonzero(patch >= 0)
             side = sides.met(patch[met], direction[met])
+            black = np.flatnonzero(side < 0)
+            behind = met[black]
+            side[black] = self._fronts.met(patch[behind], origin[behind], direction[behind])
             back += np.bincount(row[met[side < 0]] - first, minlength=len(back))
             keys.append((row[met] * width + side)[side >= 0])
         key, count = np.unique(np.concatenate(keys), return_counts=True)
