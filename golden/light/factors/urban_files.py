@@ -1,5 +1,6 @@
 """View factors as the text files of urban-climate models: vfsparse.inp, svf.inp and facetarea.inp."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -23,17 +24,18 @@ def urban_paths(path: Path) -> tuple[Path, Path, Path]:
 def write_urban(factors: ViewFactors, path: Path) -> None:
     """Write ``vfsparse.inp`` (lines ``i j F``, patches from 1), and beside it ``svf.inp`` and ``facetarea.inp``.
 
-    Numbers have 10 digits. Zeros are left out; the number of lines is the model's ``nnz``.
+    Numbers have 10 digits. Zeros are left out; the number of lines is the model's ``nnz``. No file is replaced before
+    all three are written.
     """
     matrix = factors.F.tocoo()
     chosen = matrix.data > 0
     row, column, value = matrix.row[chosen] + 1, matrix.col[chosen] + 1, matrix.data[chosen]
-    entries, sky, area = urban_paths(path)
-    for other, header, values in ((sky, "# sky view factors", factors.sky), (area, "# area of facets", factors.area)):
-        with whole_file(other) as part:
+    with ExitStack() as files:
+        entries, sky, area = (files.enter_context(whole_file(one)) for one in urban_paths(path))
+        for part, header, values in ((sky, "# sky view factors", factors.sky), (area, "# area of facets", factors.area)):
             np.savetxt(part, values, fmt="%.10g", header=header, comments="")
-    with whole_file(entries) as part, part.open("w", encoding="ascii") as file:
-        for first in range(0, len(value), _LINES):
-            some = slice(first, first + _LINES)
-            file.writelines(f"{i} {j} {share:.10g}\n" for i, j, share in
-                            zip(row[some].tolist(), column[some].tolist(), value[some].tolist(), strict=True))
+        with entries.open("w", encoding="ascii") as file:
+            for first in range(0, len(value), _LINES):
+                some = slice(first, first + _LINES)
+                file.writelines(f"{i} {j} {share:.10g}\n" for i, j, share in
+                                zip(row[some].tolist(), column[some].tolist(), value[some].tolist(), strict=True))

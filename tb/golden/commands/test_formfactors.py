@@ -1,0 +1,52 @@
+"""`formfactors` on a disk that is full."""
+
+import resource
+from contextlib import contextmanager
+
+import pytest
+
+from tb.golden.commands.runner import run
+
+SCENE = "furnace:6", "--rays", "64x16"
+
+
+@contextmanager
+def full_disk(size):
+    """Files may have so many bytes, as if no more were left."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["F.npz", "F.nc", "vfsparse.inp.1"])
+def test_a_full_disk_ends_in_one_line_and_leaves_the_old_files(folder, name):
+    whole = run("formfactors", *SCENE, "-o", name)
+    assert whole.exit_code == 0, whole.stderr
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with full_disk(max(map(len, before.values())) - 1000):
+        failed = run("formfactors", *SCENE, "--samples", "2", "-o", name)
+    assert failed.exit_code == 2
+    assert failed.stderr.startswith("error: ")
+    assert failed.stderr.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_a_run_that_met_a_full_disk_is_continued(folder):
+    assert run("formfactors", *SCENE, "-o", "whole.npz").exit_code == 0
+    size = (folder / "whole.npz").stat().st_size
+    with full_disk(size // 2):
+        assert run("formfactors", *SCENE, "-o", "F.npz").exit_code == 2
+    assert not (folder / "F.npz").exists()
+    continued = run("formfactors", *SCENE, "-o", "F.npz", "--resume")
+    assert continued.exit_code == 0, continued.stderr
+    assert (folder / "F.npz").read_bytes() == (folder / "whole.npz").read_bytes()
+    assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
