@@ -2,7 +2,6 @@
 
 import multiprocessing
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 
@@ -36,10 +35,36 @@ class Computation:
     memory: int
 
 
-def in_own_process(function, *arguments):
-    """What a function of a module gives in a new process, whose peak memory is then its own."""
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
+def in_own_process(function, *arguments, seconds: float | None = None):
+    """What a function of a module gives in a new process, whose peak memory is then its own.
+
+    Raises
+    ------
+    TimeoutError
+        It took more than ``seconds``; the process is stopped.
+    """
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_send, args=(sender, function, arguments))
+    process.start()
+    sender.close()
+    try:
+        if not receiver.poll(seconds):
+            raise TimeoutError(f"{function.__name__} took more than {seconds:g} s")
+        result, error = receiver.recv()
+    finally:
+        process.kill()
+        process.join()
+    if error is not None:
+        raise error
+    return result
+
+
+def _send(sender, function, arguments):
+    try:
+        sender.send((function(*arguments), None))
+    except Exception as error:  # it is raised in the process that waits
+        sender.send((None, error))
 
 
 def compute(program: str, facets: np.ndarray, error: float) -> Computation | None:

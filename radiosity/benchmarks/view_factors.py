@@ -31,6 +31,7 @@ from radiosity.chart import Line, write_chart
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
 SEEDS = 20
 SCENE_ERROR, CITY_ERROR, CLOSED_ERRORS = 1e-2, 1e-3, (2e-2, 1e-3)
+PROGRAM_SECONDS = 180.0
 MIB = 1 << 20
 
 
@@ -74,9 +75,10 @@ def measured_deviations(seeds: int) -> dict[tuple[str, float], np.ndarray]:
     plates = [plate_between_plates(width) for width in COVERED_WIDTHS]
     cases = [(f"plates of {len(plates)} widths between unit squares", plates, error) for error in HIDDEN_ERRORS]
     barrier = BARRIER()
+    cases += [(barrier.name, [barrier], error) for error in HIDDEN_ERRORS]
     return {(name, error): np.concatenate([
         case.deviations(view_factors(case.facets, error=error, seed=seed)) for case in some for seed in range(seeds)])
-        for name, some, error in [*cases, (barrier.name, [barrier], HIDDEN_ERRORS[0])]}
+        for name, some, error in cases}
 
 
 def coverage_rows(deviations: dict[tuple[str, float], np.ndarray]) -> list[list]:
@@ -128,11 +130,15 @@ def compared() -> list[tuple[str, np.ndarray, Case | None, float]]:
             ("fronts of lobby", open_scene("lobby").vertices, None, SCENE_ERROR)]
 
 
-def program_rows(name: str, facets: np.ndarray, case: Case | None, error: float) -> list[list]:
-    """A row for each program."""
+def program_rows(name: str, facets: np.ndarray, case: Case | None, error: float, seconds: float) -> list[list]:
+    """A row for each program, which says so if the program is stopped after so many seconds."""
     rows, area = [], geometry_scene(facets).areas
     for program in PROGRAMS:
-        found = in_own_process(compute, program, facets, error)
+        try:
+            found = in_own_process(compute, program, facets, error, seconds=seconds)
+        except TimeoutError:
+            rows.append([name, len(facets), program, f"stopped after {seconds:g} s", *[""] * 5])
+            continue
         if found is None:
             rows.append([name, len(facets), program, "not installed", *[""] * 5])
             continue
@@ -157,9 +163,12 @@ def small(value: float) -> str:
 @click.option("--seeds", type=click.IntRange(1), default=SEEDS, help="Set the number of seeds of facets that hide each "
               "other.")
 @click.option("--programs/--no-programs", default=True, help="Choose whether other programs run.")
+@click.option("--program-seconds", type=click.FloatRange(0, min_open=True), default=PROGRAM_SECONDS,
+              help="Stop another program after so many seconds.")
 @click.option("--city", is_flag=True, help="Also compute the scene city to an error of 0.001, which takes minutes.")
 @output_option("view-factors")
-def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city: bool, output: Path) -> None:
+def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, program_seconds: float, city: bool,
+         output: Path) -> None:
     """Compare view factors with known ones and with other programs; SCENES default to lobby and room1627."""
     known = open_rows()
     hidden, deviations = hidden_rows(seeds), measured_deviations(seeds)
@@ -182,7 +191,7 @@ def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, city
     if city:
         lines += ["", "## A city", "", f"Requested error {CITY_ERROR:g}.", "", *scene_table(("city",), CITY_ERROR)]
     if programs:
-        rows = [row for one in compared() for row in program_rows(*one)]
+        rows = [row for one in compared() for row in program_rows(*one, program_seconds)]
         lines += ["", "## Other programs", "", "Seconds of compiled code, and peak memory of the process.", "",
                   *table(["facets", "count", "program", "error", "closure", "row sums", "reciprocity", "s", "MiB"],
                          rows)]

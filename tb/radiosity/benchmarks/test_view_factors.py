@@ -1,7 +1,9 @@
 """The benchmark of view factors."""
 
 import json
+import math
 import os
+import time
 from functools import partial
 
 import pytest
@@ -14,7 +16,7 @@ from radiosity.cli import main as radiosity
 
 
 def test_tables(tmp_path, monkeypatch):
-    monkeypatch.setattr(view_factors, "in_own_process", lambda function, *arguments: function(*arguments))
+    monkeypatch.setattr(view_factors, "in_own_process", lambda function, *arguments, **_: function(*arguments))
     monkeypatch.setattr(view_factors, "OPEN", view_factors.OPEN[:1])
     monkeypatch.setattr(view_factors, "COVERED_WIDTHS", (0.4,))
     monkeypatch.setattr(view_factors, "HIDDEN", (partial(plate_between_plates, 0.4),))
@@ -32,7 +34,7 @@ def test_tables(tmp_path, monkeypatch):
     assert [list(row.values())[2:] for row in closed] == [["< 1e-9"] * 3]
     assert [row["requested"] for row in hidden] == [0.01, 0.001]
     assert all(row["median"] <= row["largest"] < 3 * row["requested"] for row in hidden)
-    assert [row["factors"] for row in coverage] == [2, 2, 4, 8]
+    assert [row["factors"] for row in coverage] == [2, 2, 4, 4, 12]
     assert coverage[0]["2"] in ("0%", "50%", "100%")
     assert methods == [{"method": "none", "closure": 0.5, "below 0": 0, "exact factors move by": "< 1e-9",
                         "RMS error": 0.1}]
@@ -57,3 +59,24 @@ def test_this_package_is_measured():
     found = compute("this package", plate_between_plates().facets, 0.05)
     assert (found.F.sum(axis=1) + found.sky + found.rest).tolist() == pytest.approx([1, 1, 1])
     assert found.memory > 1 << 20
+
+
+def test_what_takes_too_long_is_stopped():
+    begin = time.monotonic()
+    with pytest.raises(TimeoutError, match=r"sleep took more than 0\.1 s"):
+        in_own_process(time.sleep, 60, seconds=0.1)
+    assert time.monotonic() - begin < 60
+
+
+def test_an_error_in_a_process_is_raised_here():
+    with pytest.raises(ValueError, match="math domain error"):
+        in_own_process(math.sqrt, -1)
+
+
+def test_a_program_that_is_stopped_has_a_row(monkeypatch):
+    def stop(*_, seconds):
+        raise TimeoutError
+
+    monkeypatch.setattr(view_factors, "in_own_process", stop)
+    rows = view_factors.program_rows("plates", plate_between_plates().facets, None, 0.1, 9.0)
+    assert [row[2:5] for row in rows] == [[program, "stopped after 9 s", ""] for program in PROGRAMS]
