@@ -1,22 +1,15 @@
 """The files of a core: Verilog, constraints, a manifest and a page."""
 
-import hashlib
-import importlib.metadata
 import json
 from pathlib import Path
 
-from amaranth.lib.data import Layout
-from amaranth.lib.wiring import In
-
 from golden.config import Config
 from hw.cluster import COUNTERS
-from hw.lib.black_box import flatten
-from hw.lib.inspection import inspect
 from hw.output import write_text
+from hw.package.manifest import core_version, manifest
+from hw.package.readme import readme
 from hw.package.tops import TOPS
-from hw.package.unit_latencies import unit_latencies
-from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
-from hw.registers.register import WORD_BYTES, addresses
+from hw.registers.system_rdl import system_rdl
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
 
@@ -65,10 +58,10 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str]:
     """
     name, about = f"radiosity_{top}", TOPS[top].about
     text = TOPS[top].verilog(config, name)
-    head = f"// {about}.\n// Radiosity Engine {_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
+    head = f"// {about}.\n// Radiosity Engine {core_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
     text = head + text
-    facts = _facts(top, name, config, preset, text)
-    return {
+    facts = manifest(top, name, config=config, preset=preset, text=text)
+    files = {
         f"{name}.v": text,
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
         f"{name}.vlt": "".join(["`verilator_config\n", *(
@@ -79,58 +72,17 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str]:
         f"{name}.xdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
         f"{name}.lpf": f'FREQUENCY PORT "clk" {1000 / PERIOD_NS:g} MHZ;\n',
         f"{name}.core": _fusesoc(name, about),
-        "README.md": _readme(top, name, facts),
+        "README.md": readme(top, name, facts, mhz=1000 / PERIOD_NS),
     }
-
-
-def _version():
-    return importlib.metadata.version("radiosity-engine")
-
-
-def _facts(top, name, config, preset, text):
-    """The content of the manifest."""
-    ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
-    ports += inspect(lambda: TOPS[top].make(config), _ports)
-    facts = {
-        "name": name, "about": TOPS[top].about, "version": _version(), "preset": preset,
-        "parameters": config.parameters(), "clock": {"port": "clk", "edge": "rising"},
-        "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports,
-        "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),
-        "sha256": hashlib.sha256(text.encode()).hexdigest()}
     if top == "engine":
-        offsets = addresses(ENGINE_REGISTERS)
-        facts["registers"] = [
-            {"name": one.name, "address": offsets[one.name], "bits": one.width, "access": one.access.value,
-             "about": one.about} for one in ENGINE_REGISTERS]
-    if top in ("engine", "cluster"):
-        facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}
-    return facts
-
-
-def _ports(component):
-    """Names, directions, widths and fields."""
-    ports = []
-    for path, member, value in flatten(component):
-        ports.append({"name": path, "direction": "input" if member.flow is In else "output", "width": len(value)})
-        if isinstance(member.shape, Layout):
-            ports[-1]["fields"] = list(_fields(member.shape))
-    return ports
-
-
-def _fields(layout, path="", low=0):
-    """Names, lowest bits and widths of what has no parts."""
-    for key, field in layout:
-        name = f"{path}.{key}" if path else str(key)
-        if isinstance(field.shape, Layout):
-            yield from _fields(field.shape, name, low + field.offset)
-        elif field.width:
-            yield {"name": name, "low": low + field.offset, "width": field.width}
+        files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
+    return files
 
 
 def _fusesoc(name, about):
     return f"""\
 CAPI=2:
-name: radiosity::{name}:{_version()}
+name: radiosity::{name}:{core_version()}
 description: {json.dumps(about)}
 filesets:
   rtl:
@@ -164,58 +116,3 @@ targets:
       tool: verilator
       verilator_options: [-Wall]
 """
-
-
-_README = """\
-# {name}
-
-{about}.
-
-Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine {version}; all parameters are in
-`{name}.json`.
-
-| file | is |
-|---|---|
-| `{name}.v` | all modules, Verilog 2005, nothing else is needed; `{name}.f` lists it |
-| `{name}.json` | ports, parameters, latencies{more}, digest of the Verilog |
-| `{name}.sdc`, `.xdc`, `.lpf` | the clock, {mhz:g} MHz, for Quartus and others, Vivado, and nextpnr |
-| `{name}.core` | for FuseSoC; its target `lint` runs Verilator |
-| `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |
-
-Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough.
-{meaning}
-```verilog
-{name} instance_name (
-{connections}
-);
-```
-
-| port | direction | bits |
-|---|---|---|
-{ports}
-"""
-_ENGINE = """
-* `host__*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
-* `axi__*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
-  registers `read_base` to `write_limit` define, and nowhere else. The layout of memory: `docs/memory-map.md`.
-* `irq` is active high until the host acknowledges it: completion records have been written, or the queue has
-  halted. It is 0 unless the register `interrupt` enables it. The layout of jobs: `docs/job-format.md`.
-"""
-_STREAMS = """
-Ports named `*__valid`, `*__ready` and `*__payload` are streams: a transfer occurs at an edge at which both are high; a
-stream without `*__ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
-"""
-
-
-def _readme(top, name, facts):
-    config = facts["parameters"]
-    ports = facts["ports"]
-    meaning = _STREAMS.format(page=TOPS[top].page)
-    if top == "engine":
-        meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"])
-    more = ", registers and counters" if top == "engine" else ", counters" if "counters" in facts else ""
-    return _README.format(
-        top=top, name=name, about=facts["about"], preset=facts["preset"], version=facts["version"], more=more,
-        mhz=1000 / PERIOD_NS, meaning=meaning, connections=",\n".join(f"  .{port['name']}({port['name']})"
-                                                                      for port in ports),
-        ports="\n".join(f"| `{port['name']}` | {port['direction']} | {port['width']} |" for port in ports))

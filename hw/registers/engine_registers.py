@@ -16,8 +16,8 @@ RING_BITS = 5
 _TAKEN = "Taken over while nothing is in flight and `taken` equals `doorbell`, or the queue is halted."
 
 
-def _flag(name, about):
-    return Field(name=name, width=1, about=about)
+def _flag(name, about, **given):
+    return Field(name=name, width=1, about=about, **given)
 
 
 ENGINE_REGISTERS = (
@@ -52,7 +52,8 @@ ENGINE_REGISTERS = (
     Register(name="interrupt", access=Access.CONTROL, width=2, about="The pin `irq` is `enable` and `pending`.",
              fields=(
         _flag("enable", "written as it is"),
-        _flag("pending", "set when `completed` advances and when the queue halts; cleared by writing 1"))),
+        _flag("pending", "set when `completed` advances and when the queue halts; cleared by writing 1",
+              clears=True))),
     Register(name="image", access=Access.WRITE, width=64, about="Address of the image for `command.resume`, a multiple "
              "of 64."),
     Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error of the machine itself, see "

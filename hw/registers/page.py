@@ -14,6 +14,9 @@ _PAGE = """\
 An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
 that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver.
 
+An exported engine has the same table in SystemRDL, `radiosity_engine.rdl` ([Verilog](verilog.md)). Tools such as
+[PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers and IP-XACT from it.
+
 Registers of more than 32 bits take two words, the low one first. An access to an address without a register and a
 write to a read-only register are answered with SLVERR and change nothing. Bytes without a strobe keep their value,
 those of a command are 0.

@@ -22,11 +22,20 @@ class Access(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """Some bits of a register."""
+    """Some bits of a register.
+
+    Parameters
+    ----------
+    name, width, about
+        As a Python name, bits, meaning.
+    clears
+        Of a CONTROL register: writing 1 clears it.
+    """
 
     name: str
     width: int
     about: str
+    clears: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

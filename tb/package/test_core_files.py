@@ -18,12 +18,13 @@ from click.testing import CliRunner
 
 from golden.config import PRESETS
 from hw.cli import main
+from hw.cluster import COUNTERS
 from hw.host import Host
 from hw.package.core_files import WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
-from hw.registers.engine_registers import ENGINE_REGISTERS
-from hw.registers.register import WORD_BYTES, addresses
+from hw.registers.register import WORD_BYTES
+from hw.registers.system_rdl import system_rdl
 from hw.simulator.simulated_port import complete
 from tb.lib.runner import tools
 
@@ -79,12 +80,14 @@ def test_fields_of_a_port_follow_each_other(top, monkeypatch):
         assert end in (0, port["width"])
 
 
-def test_registers_and_counters_are_where_the_driver_reads_them(monkeypatch):
+def test_an_engine_has_its_registers_in_system_rdl_and_counters_where_the_driver_reads_them(monkeypatch):
     monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
-    monkeypatch.setattr("hw.package.core_files.unit_latencies", lambda *_: {})
+    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
     config, read = PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 1}), []
-    facts = json.loads(core_files("engine", config=config, preset="tiny")["radiosity_engine.json"])
-    assert {one["name"]: one["address"] for one in facts["registers"]} == addresses(ENGINE_REGISTERS)
+    files = core_files("engine", config=config, preset="tiny")
+    facts = json.loads(files["radiosity_engine.json"])
+    assert files["radiosity_engine.rdl"] == system_rdl("radiosity_engine", clusters=3, counters=COUNTERS)
+    assert "| `radiosity_engine.rdl` |" in files["README.md"]
 
     async def answer(address):
         read.append(address)
@@ -225,9 +228,8 @@ def test_all_presets(preset, top, tmp_path):
 
 
 @pytest.mark.nightly
-def test_side_car_of_the_engine(tmp_path):
+def test_latencies_of_the_engine(tmp_path):
     facts = json.loads(written(tmp_path, "--top", "engine", "--preset", "tiny")["radiosity_engine.json"])
-    assert {one["name"]: one["address"] for one in facts["registers"]} == addresses(ENGINE_REGISTERS)
     assert facts["latencies"]["icu.PatchSetup"] > 0
 
 

@@ -1,0 +1,54 @@
+"""The manifest of an engine has what a driver needs that was written without this package."""
+
+import pytest
+
+from golden.config import PRESETS
+from golden.jobs.load_regions import region_bits
+from golden.memory_map import REGIONS
+from hw.package.manifest import manifest
+from hw.package.tops import TOPS
+from hw.registers.engine_registers import ENGINE_REGISTERS
+from hw.registers.error_code import ABOUT, ErrorCode
+from hw.registers.register import addresses
+
+
+@pytest.fixture(scope="module")
+def facts():
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+        return manifest("engine", "radiosity_engine", config=PRESETS["tiny"], preset="tiny", text="")
+
+
+def test_registers_have_their_fields_and_reset_values(facts):
+    assert {one["name"]: one["address"] for one in facts["registers"]} == addresses(ENGINE_REGISTERS)
+    assert {one["name"]: one["reset"] for one in facts["registers"] if one["reset"]} == {
+        "policy": 1, "watchdog": 1 << 26}
+    for one, register in zip(facts["registers"], ENGINE_REGISTERS, strict=True):
+        fields = {field["name"]: (1 << field["width"]) - 1 << field["low"] for field in one["fields"]}
+        assert fields == {field.name: register.pack(**{field.name: (1 << field.width) - 1})
+                          for field in register.fields}
+
+
+def test_error_codes(facts):
+    assert {one["name"]: one["code"] for one in facts["errors"]} == {one.name: one.value for one in ErrorCode}
+    assert {one["name"]: one["about"] for one in facts["errors"]} == ABOUT
+
+
+def test_regions_have_the_bits_of_a_load(facts):
+    assert {one["name"]: 1 << one["bit"] for one in facts["regions"]} == {
+        one.name: region_bits(one.name) for one in REGIONS}
+    sizes = {one["name"]: one["record_bytes"] for one in facts["regions"]}
+    assert (sizes["patches"], sizes["rows"], sizes["cells"]) == (64, 24, 8)
+
+
+def test_formats_are_those_that_the_machine_reports(facts):
+    assert facts["formats"]["registers"] == {"magic": 0x45444152, "version": 2}
+    assert facts["formats"]["image"] == {"magic": 0x45444152, "version": 3}
+    assert facts["formats"]["descriptor"] == {"version": 1}
+
+
+@pytest.mark.parametrize("top", sorted(set(TOPS) - {"engine"}))
+def test_units_have_no_registers(top, monkeypatch):
+    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+    found = manifest(top, f"radiosity_{top}", config=PRESETS["tiny"], preset="tiny", text="")
+    assert not {"registers", "errors", "regions", "formats"} & set(found)
