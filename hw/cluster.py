@@ -72,7 +72,7 @@ def _members(config):
     return {
         "number": In(path.cluster), "reset": In(1), "i_word": In(stream.Signature(control.load_word)),
         "loads": Out(1), "scene": In(path.scene), "i_job": In(stream.Signature(job.word, always_ready=True)),
-        "wants": Out(1), "begins": Out(1), "cycle": In(32), "o_end": Out(stream.Signature(WORD_BITS)),
+        "requests": Out(1), "begins": Out(1), "cycle": In(32), "o_end": Out(stream.Signature(WORD_BITS)),
         "o_write": Out(stream.Signature(memory.request(0))), "o_write_data": Out(stream.Signature(memory.write_data)),
         "i_written": In(stream.Signature(memory.written(0), always_ready=True)),
         "o_request": Out(stream.Signature(path.remote_request)),
@@ -118,7 +118,7 @@ class Cluster(wiring.Component):
         Numbers of the scene. Stable after the load.
     i_job : In, stream of `JobFormats.word`
         Words of sections for all clusters. Always ready.
-    wants : Out(1)
+    requests : Out(1)
         A request for one more section, for one cycle each.
     begins : Out(1)
         A section begins to be cast.
@@ -217,7 +217,7 @@ class Cluster(wiring.Component):
         word, given, numbers = slot.i, slot.o.payload, slot.o.payload.numbers
         m.d.comb += [
             word.valid.eq(self.i_job.valid & (self.i_job.payload.cluster == self.number)),
-            word.payload.eq(self.i_job.payload), slot.free.eq(control.wants), self.wants.eq(slot.wants),
+            word.payload.eq(self.i_job.payload), slot.free.eq(control.free), self.requests.eq(slot.requests),
             control.i.valid.eq(slot.o.valid), control.i.payload.eq(given.section), slot.o.ready.eq(control.i.ready)]
         frustum = Signal(self._formats.frustum)
         m.d.comb += [

@@ -239,7 +239,7 @@ class Engine(wiring.Component):
             fetch.ring.eq(control.kept.ring), fetch.ring_bits.eq(control.kept.ring_bits),
             fetch.doorbell.eq(blocks.registers.doorbell), fetch.taken.eq(control.taken),
             fetch.enable.eq(control.enable), dispatch.enable.eq(control.enable), dispatch.loaded.eq(control.loaded),
-            dispatch.wants.eq(Cat(cluster.wants for cluster in clusters)),
+            dispatch.requests.eq(Cat(cluster.requests for cluster in clusters)),
             control.begins.eq(Cat(cluster.begins for cluster in clusters)),
             control.unread.eq(dispatch.failed), control.dispatches.eq(dispatch.busy)]
         wiring.connect(m, fetch.o, dispatch.i)

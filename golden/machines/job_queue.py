@@ -15,7 +15,7 @@ from golden.machines.job_timing import JobTiming
 
 __all__ = ["JobSections", "JobTimes", "run_queue"]
 
-_WANT, _SENT, _SLOT, _END, _MADE, _PORT, _RAYS_DONE, _DONE, _FREE = range(9)
+_REQUEST, _SENT, _SLOT, _END, _MADE, _PORT, _RAYS_DONE, _DONE, _FREE = range(9)
 # Of a cluster: the section that is being sent to it, the one in its slot, the one that is cast, the one whose cast has
 # ended before the results of another one, the one whose results are written, and when the next cast may begin.
 _COMES, _WAITS, _CAST, _ENDED, _WRITTEN, _IDLE = range(6)
@@ -31,7 +31,7 @@ _EACH = 8
 _TIMES = ("dispatch", "slot", "restart", "read_out", "sums", "answer", "report", "beats")
 _DISPATCH, _TO_BEGIN, _RESTART, _READ_OUT, _TO_SUMS, _ANSWER, _REPORT, _BEATS = range(8)
 # Rows of what is known of sections, and of their times.
-_NEAR, _WANTS, _CYCLES, _RAYS, _HITS, _SUMS = range(6)
+_NEAR, _UNTIL_FREE, _CYCLES, _RAYS, _HITS, _SUMS = range(6)
 _CLUSTER, _BEGINS, _ENDS, _DONES = range(4)
 
 
@@ -43,7 +43,7 @@ class JobSections:
     ----------
     near
         S int64: words of near cells behind the descriptor.
-    wants
+    free
         S int64: cycles from the begin of a cast until its cluster can use the next section.
     cycles
         S int64: cycles of the cast.
@@ -54,7 +54,7 @@ class JobSections:
     """
 
     near: np.ndarray
-    wants: np.ndarray
+    free: np.ndarray
     cycles: np.ndarray
     rays: np.ndarray
     hits: np.ndarray
@@ -127,7 +127,7 @@ def run_queue(sections: JobSections, timing: JobTiming, *, clusters: int, load: 
         waiting=np.zeros(clusters, dtype=np.int64), job=job,
         limits=np.array([getattr(timing, name) for name in _TIMES], dtype=np.int64))
     for cluster in range(clusters):
-        push(queue.heap, load + timing.first, _WANT, cluster)
+        push(queue.heap, load + timing.first, _REQUEST, cluster)
     _run(queue)
     return JobTimes(load=load, cluster=queue.times[_CLUSTER], begins=queue.times[_BEGINS], ends=queue.times[_ENDS],
                     done=queue.times[_DONES])
@@ -140,7 +140,7 @@ def _run(queue):
     while next_time(heap) != _NONE:
         time, kind, cluster = pop(heap)
         state = queue.clusters[cluster]
-        if kind == _WANT:
+        if kind == _REQUEST:
             queue.waiting[(job[_FIRST] + job[_WAITING]) % len(queue.waiting)] = cluster
             job[_WAITING] += 1
             _dispatch(queue, time)
@@ -205,7 +205,7 @@ def _begin(queue, cluster, time):
     begin = max(time, state[_IDLE])
     state[_CAST], state[_WAITS] = section, _NONE
     queue.times[_BEGINS, section] = begin
-    push(queue.heap, begin + queue.work[_WANTS, section], _WANT, cluster)
+    push(queue.heap, begin + queue.work[_UNTIL_FREE, section], _REQUEST, cluster)
     push(queue.heap, begin + queue.work[_CYCLES, section], _END, cluster)
 
 

@@ -105,7 +105,7 @@ def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timi
     words = np.array([cast.hit for cast in made]) if request.sums else np.zeros_like(rays)
     sums = -(-64 * words // bits)
     times = run_queue(JobSections(
-        near=np.array(near), wants=np.array([cast.times.free for cast in made]),
+        near=np.array(near), free=np.array([cast.times.free for cast in made]),
         cycles=np.array([cast.times.cycles for cast in made]), rays=rays, hits=hits, sums=sums),
         job_timing, clusters=clusters or config.noc.nodes, load=load_cycles(phase.image, load_timing))
     return SimulatedJob(times=times, casts=tuple(made), words=words, beats=hits + sums)

@@ -31,8 +31,8 @@ class FrustumSlot(wiring.Component):
     i : In, stream of `JobFormats.word`
         Words of a section for this cluster; the number of the cluster has no effect. Always ready.
     free : In(1)
-        The cluster can use the next section: `SectionCast`'s ``wants``. Not while ``o`` is valid.
-    wants : Out(1)
+        The cluster can use the next section: `SectionCast`'s ``free``. Not while ``o`` is valid.
+    requests : Out(1)
         A request for one more section, for one cycle.
     o : Out, stream of `JobFormats.slot`
         The section; accepted when all units have begun it.
@@ -51,7 +51,7 @@ class FrustumSlot(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats = config, JobFormats(config)
         super().__init__({
-            "i": In(stream.Signature(self._formats.word, always_ready=True)), "free": In(1), "wants": Out(1),
+            "i": In(stream.Signature(self._formats.word, always_ready=True)), "free": In(1), "requests": Out(1),
             "o": Out(stream.Signature(self._formats.slot)),
             "o_near": Out(stream.Signature(self._formats.near_pair, always_ready=True))})
 
@@ -60,8 +60,8 @@ class FrustumSlot(wiring.Component):
         word, slot, bank = self.i.payload, self.o.payload, Signal()
         requested, address = Signal(), Signal(self._config.ctu.near_cell_bits - 1)
         held = Signal.like(slot)
-        m.d.comb += [slot.eq(held), slot.bank.eq(bank), self.wants.eq(self.free & ~self.o.valid & ~requested)]
-        with m.If(self.wants):
+        m.d.comb += [slot.eq(held), slot.bank.eq(bank), self.requests.eq(self.free & ~self.o.valid & ~requested)]
+        with m.If(self.requests):
             m.d.sync += requested.eq(1)
         numbers, results = held.numbers, held.results
         targets = {name: [held.section[name], results.section[name]] for name in held.section.shape().members}

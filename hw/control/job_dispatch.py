@@ -41,7 +41,7 @@ class JobDispatch(wiring.Component):
         All tables have been loaded. Stable while ``busy``.
     last_shell : In(CtuFormats.shell)
         The last shell of which they have grid rays. Likewise.
-    wants : In(nodes)
+    requests : In(nodes)
         A request of the cluster for one more section, for one cycle each.
     o : Out, stream of `JobFormats.word`
         Words for the clusters. Always ready.
@@ -70,7 +70,7 @@ class JobDispatch(wiring.Component):
         self._config, formats = config, JobFormats(config)
         super().__init__({
             "i": In(stream.Signature(formats.fetched)), "enable": In(1), "loaded": In(1),
-            "last_shell": In(CtuFormats(config).shell), "wants": In(config.noc.nodes),
+            "last_shell": In(CtuFormats(config).shell), "requests": In(config.noc.nodes),
             "o": Out(stream.Signature(formats.word, always_ready=True)),
             "o_sent": Out(stream.Signature(formats.sent, always_ready=True)),
             "o_load": Out(stream.Signature(formats.load_job)), "o_refused": Out(stream.Signature(formats.record)),
@@ -97,7 +97,7 @@ class JobDispatch(wiring.Component):
             longest.request.eq(pending),
             *(longest.eligible[k].eq(pending[k] & (any_one | (pinned == k))) for k in range(nodes)),
             longest.accept.eq(begins & ~alone)]
-        m.d.sync += pending.eq((pending & ~Mux(longest.accept, longest.grant, 0)) | self.wants
+        m.d.sync += pending.eq((pending & ~Mux(longest.accept, longest.grant, 0)) | self.requests
                                | Mux(returns, granted, 0))
 
         # Numbers of the descriptor that its end needs.

@@ -35,7 +35,7 @@ class SectionCast(wiring.Component):
         The units begin it: what belongs to it is taken from the slot.
     o_results : Out, stream without payload
         A cast has ended; accepted when its read-out has begun.
-    wants : Out(1)
+    free : Out(1)
         No section waits, and the present one, if any, has no further requests for grid rays and no cell or patch in
         flight before the intersection unit.
     busy : Out(1)
@@ -66,7 +66,7 @@ class SectionCast(wiring.Component):
         self._config, formats = config, Formats(config)
         starts = Out(stream.Signature(0))
         super().__init__({
-            "i": In(stream.Signature(formats.section)), "begins": Out(1), "o_results": starts, "wants": Out(1),
+            "i": In(stream.Signature(formats.section)), "begins": Out(1), "o_results": starts, "free": Out(1),
             "busy": Out(1), "cycles": Out(32), "tiles_across": Out(formats.count),
             **{f"o_{name}": starts for name in _UNITS}, "closed": In(1), "final": In(1), "drained": In(1),
             "enters": In(1), "leaves": In(1), "idle": Out(1)})
@@ -93,7 +93,7 @@ class SectionCast(wiring.Component):
 
         with m.If(self.final):
             m.d.sync += over.eq(1)
-        m.d.comb += self.wants.eq(~self.i.valid & (over | (self.closed & self.drained) | ~self.busy))
+        m.d.comb += self.free.eq(~self.i.valid & (over | (self.closed & self.drained) | ~self.busy))
         with m.FSM():
             # The tiles follow a section by two registers.
             with m.State("Wait"):

@@ -29,7 +29,7 @@ class Slot:
 
     Members
     -------
-    wants
+    requests
         Cycles in which one more section was requested.
     near
         Near cells that left.
@@ -42,9 +42,9 @@ class Slot:
 
     def run(self, words, *, free=lambda cycle: True, takes=lambda cycle: True, begin=3, gap=0, cycles=300):
         """Words from a cycle on, ``gap`` cycles between two."""
-        dut, self.wants, self.near, self.sections, self.last = self._dut, [], [], [], []
+        dut, self.requests, self.near, self.sections, self.last = self._dut, [], [], [], []
         words = list(words)
-        ports = [Value.cast(one) for one in (dut.wants, dut.o.valid, dut.o.payload, dut.o_near.valid,
+        ports = [Value.cast(one) for one in (dut.requests, dut.o.valid, dut.o.payload, dut.o_near.valid,
                                              dut.o_near.payload)]
 
         async def drive(ctx):
@@ -59,9 +59,9 @@ class Slot:
                 full = ctx.get(dut.o.valid)
                 ctx.set(dut.free, int(free(cycle) and not full))
                 ctx.set(dut.o.ready, int(takes(cycle)))
-                wants, valid, section, near, cells = (await ctx.tick().sample(*ports))[2:]
-                if wants:
-                    self.wants.append(cycle)
+                requests, valid, section, near, cells = (await ctx.tick().sample(*ports))[2:]
+                if requests:
+                    self.requests.append(cycle)
                 if near:
                     self.near.append(unpack(dut.o_near.payload.shape(), cells))
                 since = (cycle if since is None else since) if valid else None
@@ -114,8 +114,8 @@ def test_one_want_for_each_section():
     """When it is empty and the cluster is free; once, whatever time the words take."""
     one = descriptor(CONFIG, random.Random(2))
     slot = Slot().run(items(one), free=lambda cycle: cycle > 20, begin=60, takes=lambda cycle: cycle == 150)
-    assert slot.wants == [21, 151]
-    assert Slot().run([], free=lambda cycle: False).wants == []
+    assert slot.requests == [21, 151]
+    assert Slot().run([], free=lambda cycle: False).requests == []
 
 
 def test_a_void_section_leaves_it_empty():
@@ -125,7 +125,7 @@ def test_a_void_section_leaves_it_empty():
     slot = Slot().run([*items(ones[0], [1, 2, 3, 4], void=True), *items(ones[1], [5, 6, 7, 8])],
                       takes=lambda cycle: cycle == 200, cycles=202)
     assert [section for _, section in slot.sections] == [expected(ones[1], 0)]
-    assert len(slot.wants) == 2
+    assert len(slot.requests) == 2
     assert [(one["bank"], one["address"]) for one in slot.near] == [(0, 0), (0, 1)] * 2
 
 

@@ -27,7 +27,7 @@ class Dispatch:
         self._simulator, self._given = Simulator(self._dut), None
         self._simulator.add_clock(1e-8)
 
-    def run(self, ones, *, seed=0, gaps=0.0, wants=None, loaded=True, last_shell=63, errors=(), cycles=2000,
+    def run(self, ones, *, seed=0, gaps=0.0, requests=None, loaded=True, last_shell=63, errors=(), cycles=2000,
             enable=lambda cycle: 1, slow=0.0):
         """What happens, as (cycle, event) in order.
 
@@ -37,7 +37,7 @@ class Dispatch:
             Descriptors; near cells are numbers.
         gaps
             How often no word is offered.
-        wants
+        requests
             From a cycle to the clusters that want a section; default: all, and again some cycles after each section.
         last_shell
             The last shell that has been loaded.
@@ -46,7 +46,7 @@ class Dispatch:
         slow
             How often loads and refusals are not accepted.
         """
-        self._given = {"ones": ones, "seed": seed, "gaps": gaps, "wants": wants, "loaded": loaded,
+        self._given = {"ones": ones, "seed": seed, "gaps": gaps, "requests": requests, "loaded": loaded,
                        "last_shell": last_shell, "errors": set(errors), "cycles": cycles, "enable": enable,
                        "slow": slow}
         if hasattr(self, "found"):
@@ -83,11 +83,11 @@ class Dispatch:
             ctx.set(dut.i.valid, int(offered))
             if offered:
                 ctx.set(Value.cast(dut.i.payload), pack(shape, words[0]))
-            if given["wants"] is None:
+            if given["requests"] is None:
                 now = [k for k, when in wanting.items() if when == cycle]
             else:
-                now = given["wants"](cycle)
-            ctx.set(dut.wants, sum(1 << k for k in now))
+                now = given["requests"](cycle)
+            ctx.set(dut.requests, sum(1 << k for k in now))
             ctx.set(dut.enable, int(given["enable"](cycle)))
             ready = draw.random() >= given["slow"]
             ctx.set(dut.o_load.ready, int(ready))
@@ -247,7 +247,7 @@ def test_one_section_for_each_want(dispatch):
     draw = random.Random(2)
     ones = [descriptor(CONFIG, draw) for _ in range(4)]
     ones.insert(1, changed(ones[0], last_shell=0))
-    found = dispatch.run(ones, wants=lambda cycle: {5: [1], 300: [1], 600: [0], 601: [2]}.get(cycle, []))
+    found = dispatch.run(ones, requests=lambda cycle: {5: [1], 300: [1], 600: [0], 601: [2]}.get(cycle, []))
     reported = check(ones, found)
     assert [(event, words[0]["cluster"]) for event, _, words in reported] == [
         ("sent", 1), ("refused", 1), ("sent", 1), ("sent", 0), ("sent", 2)]
@@ -261,14 +261,14 @@ def test_the_cluster_that_has_waited_longest_is_served(dispatch):
     draw = random.Random(3)
     ones = [descriptor(CONFIG, draw, near_count=0) for _ in range(6)]
     order = {2: [2], 4: [0], 6: [1], 90: [0, 1], 91: [2]}
-    found = dispatch.run(ones, wants=lambda cycle: order.get(cycle, []), enable=lambda cycle: cycle > 10)
+    found = dispatch.run(ones, requests=lambda cycle: order.get(cycle, []), enable=lambda cycle: cycle > 10)
     assert [value["cluster"] for _, event, value in found if event == "sent"] == [2, 0, 1, 0, 1, 2]
 
 
 def test_a_pinned_section_waits_for_its_cluster(dispatch):
     draw = random.Random(3)
     ones = [descriptor(CONFIG, draw, cluster=2), descriptor(CONFIG, draw)]
-    found = dispatch.run(ones, wants=lambda cycle: {2: [0], 3: [1], 200: [2]}.get(cycle, []))
+    found = dispatch.run(ones, requests=lambda cycle: {2: [0], 3: [1], 200: [2]}.get(cycle, []))
     sent = [(cycle, value["cluster"]) for cycle, event, value in found if event == "sent"]
     assert [cluster for _, cluster in sent] == [2, 0]
     assert sent[0][0] > 200
@@ -298,11 +298,11 @@ def test_rate(dispatch, near):
     """24 words, those of near cells, and two cycles; 4 more at most from a want to the section."""
     draw = random.Random(5)
     ones = [descriptor(CONFIG, draw, near_count=near) for _ in range(8)]
-    found = dispatch.run(ones, wants=lambda cycle: [cycle % CLUSTERS])
+    found = dispatch.run(ones, requests=lambda cycle: [cycle % CLUSTERS])
     sent = [cycle for cycle, event, _ in found if event == "sent"]
     words = DESCRIPTOR_WORDS + -(-near // 2)
     assert {after - before for before, after in pairwise(sent)} == {words + 2}
-    found = dispatch.run(ones[:1], wants=lambda cycle: [0] if cycle == 50 else [])
+    found = dispatch.run(ones[:1], requests=lambda cycle: [0] if cycle == 50 else [])
     first, last = found[0][0], next(cycle for cycle, event, _ in found if event == "sent")
     assert last - 50 <= words + 4
     # The want is registered.

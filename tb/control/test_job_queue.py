@@ -44,18 +44,18 @@ class Queue(wiring.Component):
         wiring.connect(m, dispatch.o_refused, control.i_refused)
         wiring.connect(m, control.o_record, writer.i_record)
         # Events pass a register, as they would between clusters far apart.
-        word, wants = Signal.like(dispatch.o.payload), Signal(len(self.slots))
+        word, requests = Signal.like(dispatch.o.payload), Signal(len(self.slots))
         valid = Signal()
         with m.If(control.stops):
-            m.d.sync += [valid.eq(0), wants.eq(0)]
+            m.d.sync += [valid.eq(0), requests.eq(0)]
         with m.Else():
             m.d.sync += [valid.eq(dispatch.o.valid), word.eq(dispatch.o.payload)]
-            m.d.sync += [wants[k].eq(slot.wants) for k, slot in enumerate(self.slots)]
+            m.d.sync += [requests[k].eq(slot.requests) for k, slot in enumerate(self.slots)]
         for k, slot in enumerate(self.slots):
             m.submodules[f"slot_{k}"] = ResetInserter(control.stops)(slot)
             m.d.comb += [slot.i.valid.eq(valid & (word.cluster == k)), slot.i.payload.eq(word)]
         m.d.comb += [
-            dispatch.wants.eq(wants), dispatch.enable.eq(control.enable), dispatch.loaded.eq(control.loaded),
+            dispatch.requests.eq(requests), dispatch.enable.eq(control.enable), dispatch.loaded.eq(control.loaded),
             dispatch.last_shell.eq(-1),
             control.unread.eq(dispatch.failed), control.dispatches.eq(dispatch.busy),
             control.i_sent.valid.eq(dispatch.o_sent.valid), control.i_sent.payload.eq(dispatch.o_sent.payload),

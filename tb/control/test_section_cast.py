@@ -78,7 +78,7 @@ def run(sections, *, seed=1, slow=6, late=0):
             # A read-out begins when the one before is over.
             it.reading = max(0, it.reading - 1)
             ctx.set(dut.o_results.ready, int(it.reading == 0))
-            if ctx.get(dut.wants):
+            if ctx.get(dut.free):
                 assert not there, "no section is requested while one waits"
                 assert final or not begun or (closed and not cells), "none is requested before the present one ends"
                 it.early += closed and not final

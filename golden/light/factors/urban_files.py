@@ -32,7 +32,8 @@ def write_urban(factors: ViewFactors, path: Path) -> None:
     row, column, value = matrix.row[chosen] + 1, matrix.col[chosen] + 1, matrix.data[chosen]
     with ExitStack() as files:
         entries, sky, area = (files.enter_context(whole_file(one)) for one in urban_paths(path))
-        for part, header, values in ((sky, "# sky view factors", factors.sky), (area, "# area of facets", factors.area)):
+        columns = (sky, "# sky view factors", factors.sky), (area, "# area of facets", factors.area)
+        for part, header, values in columns:
             np.savetxt(part, values, fmt="%.10g", header=header, comments="")
         with entries.open("w", encoding="ascii") as file:
             for first in range(0, len(value), _LINES):

@@ -44,7 +44,7 @@ def _job():
     """Times of a job on three clusters."""
     rng = np.random.default_rng(3)
     cycles = rng.integers(50, 900, 12)
-    sections = JobSections(near=rng.integers(0, 9, 12), wants=cycles // 2, cycles=cycles, rays=cycles // 3,
+    sections = JobSections(near=rng.integers(0, 9, 12), free=cycles // 2, cycles=cycles, rays=cycles // 3,
                            hits=cycles // 4, sums=rng.integers(0, 60, 12))
     times = run_queue(sections, JobTiming(first=2, dispatch=28, slot=2, restart=2, read_out=9, sums=16, answer=23,
                                           report=10, beats=16, buffers=2), clusters=3, load=100)

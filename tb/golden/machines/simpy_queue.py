@@ -28,7 +28,7 @@ class _Job:
     def __init__(self, env, sections, timing, clusters, load):
         self.env, self.sections, self.timing, count = env, sections, timing, len(sections.cycles)
         self.times = {name: [0] * count for name in ("cluster", "begins", "ends", "done")}
-        self.wants = simpy.Store(env)
+        self.free = simpy.Store(env)
         self.requests, self.came, self._last = [[] for _ in range(clusters)], env.event(), clusters - 1
         made = [_Cluster(self, number) for number in range(clusters)]
         env.process(self._dispatch(made, load + timing.first))
@@ -37,9 +37,9 @@ class _Job:
     def _dispatch(self, clusters, begin):
         yield self.env.timeout(begin)
         for cluster in clusters:
-            self.wants.put(cluster)
+            self.free.put(cluster)
         for section in range(len(self.sections.cycles)):
-            cluster = yield self.wants.get()
+            cluster = yield self.free.get()
             self.times["cluster"][section] = cluster.number
             yield self.env.timeout(self.timing.dispatch + int(self.sections.near[section]))
             self.env.process(cluster.receive(section))
@@ -93,7 +93,7 @@ class _Cluster:
         while True:
             section = yield self._slot.get()
             job.times["begins"][section] = self._env.now
-            self._env.process(self._want(int(job.sections.wants[section])))
+            self._env.process(self._release(int(job.sections.free[section])))
             yield self._env.timeout(int(job.sections.cycles[section]))
             job.times["ends"][section] = self._env.now
             results = self._free.request()
@@ -101,9 +101,9 @@ class _Cluster:
             self._env.process(self._write(section, results))
             yield self._env.timeout(job.timing.restart)
 
-    def _want(self, cycles):
+    def _release(self, cycles):
         yield self._env.timeout(cycles)
-        self._job.wants.put(self)
+        self._job.free.put(self)
 
     def _write(self, section, results):
         """Hits, then sums, to the port."""

@@ -15,13 +15,13 @@ TIMING = JobTiming(first=2, dispatch=28, slot=2, restart=1, read_out=9, sums=16,
 
 def sections(count, *, cycles=1000, rays=256, hits=0, sums=0):
     return JobSections(**{name: np.full(count, value) for name, value in {
-        "near": 4, "wants": cycles // 2, "cycles": cycles, "rays": rays, "hits": hits, "sums": sums}.items()})
+        "near": 4, "free": cycles // 2, "cycles": cycles, "rays": rays, "hits": hits, "sums": sums}.items()})
 
 
 def drawn(seed, *, count, hits):
     rng = np.random.default_rng(seed)
     cycles, rays = rng.integers(50, 4000, count), rng.integers(16, 2000, count)
-    return JobSections(near=rng.integers(0, 9, count), wants=cycles * rng.random(count) // 1, cycles=cycles, rays=rays,
+    return JobSections(near=rng.integers(0, 9, count), free=cycles * rng.random(count) // 1, cycles=cycles, rays=rays,
                        hits=rays * hits // 8, sums=rng.integers(0, 900, count))
 
 
