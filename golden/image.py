@@ -39,12 +39,14 @@ def read_exr(path: Path) -> np.ndarray:
     return OpenEXR.File(str(path)).channels()["RGB"].pixels
 
 
-def false_colour(values: np.ndarray, title: str) -> np.ndarray:
+def false_colour(values: np.ndarray, title: str, *, top: float | None = None) -> np.ndarray:
     """H x W values of at least 0 as a uint8 heat map, black at 0, with a legend below it.
 
-    The legend names ``title``, the mean, and the values at the ends and in the middle of the ramp.
+    The legend names ``title``, the mean, and the values at the ends and in the middle of the ramp. Values above ``top``
+    have the colour of ``top``, which the legend marks; by default it is the largest value.
     """
-    top = float(values.max())
+    largest = float(values.max())
+    top = largest if not top else min(top, largest)
     legend = Image.new("RGB", (max(_LEGEND_WIDTH, values.shape[1]), _LEGEND_HEIGHT))
     draw = ImageDraw.Draw(legend)
     font = ImageFont.load_default(size=11)
@@ -52,9 +54,11 @@ def false_colour(values: np.ndarray, title: str) -> np.ndarray:
     ramp = _ramp(np.broadcast_to(np.linspace(0, 1, legend.width - 8), (10, legend.width - 8)))
     legend.paste(Image.fromarray(ramp), (4, 18))
     for share, anchor in ((0, "la"), (0.5, "ma"), (1, "ra")):
-        draw.text((4 + share * (legend.width - 8), 29), f"{share * top:.4g}", font=font, fill="white", anchor=anchor)
+        above = ">= " if share == 1 and largest > top else ""
+        draw.text((4 + share * (legend.width - 8), 29), f"{above}{share * top:.4g}", font=font, fill="white",
+                  anchor=anchor)
     canvas = np.zeros((values.shape[0] + _LEGEND_HEIGHT, legend.width, 3), dtype=np.uint8)
-    canvas[:values.shape[0], :values.shape[1]] = _ramp(values / top if top > 0 else values)
+    canvas[:values.shape[0], :values.shape[1]] = _ramp(np.minimum(values / top, 1) if top > 0 else values)
     canvas[values.shape[0]:] = np.asarray(legend)
     return canvas
 

@@ -9,6 +9,7 @@ from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
 
 __all__ = ["render_command"]
 
@@ -17,7 +18,7 @@ _FRUSTA = ("hemisphere", "primary")
 _NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
           "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
           "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
-          "Target": "--target", "Up": "--up", "Clusters": "--clusters"}
+          "Target": "--target", "Up": "--up", "Clusters": "--clusters", "Sensor table": "--sensor-table"}
 
 
 def render_command(*methods: CastingMethod) -> click.Command:
@@ -65,11 +66,13 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--stats", type=FILE, help="Write counts and seconds to this .json.")
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
                   "PREFIX-tests.png and PREFIX-steps.png.")
+    @add_options(PHOTOMETRIC)
     def render_image(scene, output, size, samples, light_samples, depth, rays, solver, max_edge, max_area, method, cell,
                      jobs, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         chosen, options = options_of(methods, method, given)
         from golden.light.two_pass import RenderSettings
+        from golden.tasks.photometry import Photometry
         from golden.tasks.render import RenderFiles, View, render_scene
 
         # Another package's method casts shelling's frusta.
@@ -77,6 +80,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
                                   depth=depth, rays=rays, solver=solver, max_edge=max_edge, max_area=max_area,
                                   method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap,
+                            photometry=Photometry(**{name: given.pop(name) for name in PHOTOMETRIC_NAMES}),
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
         view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")})
         if chosen:

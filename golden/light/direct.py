@@ -165,7 +165,7 @@ class DirectLight:
         """Transmitted share of light, M x 3, along ``toward`` to the points numbered ``row``."""
         through = np.ones((len(row), 3))
         going = np.arange(len(row))
-        rays = Rays(points.position[row], toward, self._scene.surface[points.patch[row]], np.full(len(row), tmax))
+        rays = Rays(points.position[row], toward, points.sources(self._scene)[row], np.full(len(row), tmax))
         if not self._glass.clear.any():
             blocked = self._caster.any_hit(rays).patch >= 0
             through[blocked] = 0

@@ -22,9 +22,9 @@ class Elements:
 
     Members
     -------
-    patch, vertices, centre, normal, area, triangle
-        Per element: its patch (C), corners (C x 4 x 3), their mean (C x 3), unit normal on its side (C x 3), area
-        (C), and whether it is a triangle (C).
+    patch, front, vertices, centre, normal, area, triangle
+        Per element: its patch (C), whether it is on its front (C), corners (C x 4 x 3), their mean (C x 3), unit normal
+        on its side (C x 3), area (C), and whether it is a triangle (C).
     lattice
         Lattice of the nodes at the elements' corners; its sheets are the sides of patches.
     position
@@ -47,16 +47,16 @@ class Elements:
         self._back = np.full(count, -1)
         self._back[behind] = count + np.arange(len(behind))
         self._element = np.concatenate([np.arange(count), behind])
-        self._front = np.arange(len(self._element)) < count
+        self.front = np.arange(len(self._element)) < count
         self.patch = refinement.parent[self._element]
         self.vertices = refinement.scene.vertices[self._element]
         self.centre = refinement.scene.centres[self._element]
         self.area = refinement.scene.areas[self._element]
         self.triangle = scene.is_triangle[self.patch]
-        self.normal = np.where(self._front, 1.0, -1.0)[:, None] * scene.normals[self.patch]
+        self.normal = np.where(self.front, 1.0, -1.0)[:, None] * scene.normals[self.patch]
         patch, u, v = _centres(scene.is_triangle, refinement.cuts)
         order = np.argsort(refinement.locate(patch, u, v))[self._element]
-        self.position = self.at(self.patch, u[order], v[order], self._front)
+        self.position = self.at(self.patch, u[order], v[order], self.front)
         self.of_corners = _matrix(self.position, len(self.lattice))
 
     def __len__(self) -> int:
@@ -78,7 +78,7 @@ class Elements:
         rank = self._element[elements] - self._refinement.first[patch]
         column, row = rank % self._refinement.cuts[patch, 0], rank // self._refinement.cuts[patch, 0]
         lower = np.stack([column, row], axis=1) * size
-        return Lattice(self._scene, patch=patch, side=np.where(self._front[elements], 1.0, -1.0),
+        return Lattice(self._scene, patch=patch, side=np.where(self.front[elements], 1.0, -1.0),
                        cuts=np.full((len(elements), 2), cuts), lower=lower, upper=lower + size)
 
 

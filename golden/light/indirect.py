@@ -8,9 +8,9 @@ from scipy import sparse
 from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
-from golden.light.form_factors import hemisphere_sums
-from golden.light.glass import ClearRays, Glass
+from golden.light.glass import Glass
 from golden.light.lattice import Lattice
+from golden.light.node_rows import NodeRows, joined
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
 from golden.light.surface_points import SurfacePoints, bilinear
@@ -22,8 +22,6 @@ __all__ = ["IndirectLight", "indirect_light"]
 
 # Points on each element at which pass 1 samples the direct light.
 POINTS = 4
-# A node is inside a body if backs of one-sided patches fill more than this share of its hemisphere.
-BURIED = 0.5
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 20
@@ -43,6 +41,11 @@ class IndirectLight:
         The same for a lattice with a sheet for each element that adaptive refinement cut.
     sheet
         For each cell of the elements' lattice its sheet in ``refined``, or -1.
+    received, radiosity
+        C x 3 each: irradiance over pi of the elements, direct light included, and what they emit and reflect, in units
+        of radiance; what mirrors and glass reflect counts as diffuse.
+    rows
+        Casts hemispheres at further points.
     solution
         The radiosity solver's report.
     has_buried
@@ -54,6 +57,9 @@ class IndirectLight:
     refined: Lattice
     refined_irradiance: np.ndarray
     sheet: np.ndarray
+    received: np.ndarray
+    radiosity: np.ndarray
+    rows: NodeRows
     solution: Solution
     has_buried: bool
 
@@ -71,6 +77,11 @@ class IndirectLight:
         fine = self.refined.at(sheet[some], position.a[some], position.b[some])
         result[some] = _interpolated(fine, self.refined_irradiance)
         return result
+
+    def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
+                  hemisphere: Hemisphere) -> np.ndarray:
+        """Irradiance over pi at M points, M x 3, from a hemisphere at each; see `NodeRows.cast`."""
+        return self.rows.cast(position, normal, source, hemisphere).gathered(self.solution.display)
 
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
@@ -105,70 +116,35 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     """
     elements = Elements(scene, refinement)
     glass = Glass(scene)
-    counted = tally.counting("hemisphere", frusta)
-    clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0]) for channels in glass.colours
-             ] if glass.clear.any() else [None]
-    gather = _Gathering(scene, elements, counted, hemisphere, clear, glass.colours, progress)
+    rows = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
     with tally.stage("form factors"):
-        rows, sky, buried = gather.rows(elements.lattice)
-        mean = _mean_of_open(elements.of_corners, buried)
+        nodes = rows.cast(*elements.lattice.nodes, hemisphere)
+        mean = _mean_of_open(elements.of_corners, nodes.buried)
     with tally.stage("direct light of elements"):
-        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), buried, seed)
+        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), nodes.buried,
+                         seed)
     with tally.stage("solver"):
         reflectance = _reflectance(scene, glass)[elements.patch]
         solutions = [SOLVERS[solver](RadiositySystem(
             form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance, 1),
-            emission=reflectance * (direct + mean @ sky), area=elements.area, centre=elements.centre,
-            normal=elements.normal), progress=progress) for matrix in rows]
+            emission=reflectance * (direct + mean @ nodes.sky), area=elements.area, centre=elements.centre,
+            normal=elements.normal), progress=progress) for matrix in nodes.factors]
         solution = replace(max(solutions, key=lambda one: one.steps),
-                           radiosity=gather.joined([one.radiosity for one in solutions]),
-                           ambient=gather.joined([one.ambient for one in solutions]),
+                           radiosity=joined(rows.groups, [one.radiosity for one in solutions]),
+                           ambient=joined(rows.groups, [one.ambient for one in solutions]),
                            converged=all(one.converged for one in solutions))
-        irradiance = gather.joined([matrix @ solution.display for matrix in rows]) + sky
+        irradiance = nodes.gathered(solution.display)
     with tally.stage("adaptive refinement"):
-        chosen = _contrasting(elements, irradiance, buried)
+        chosen = _contrasting(elements, irradiance, nodes.buried)
         refined = elements.refined(chosen, CUTS)
-        fine_rows, fine_sky, fine_buried = gather.rows(refined)
-        fine = _fill(refined.neighbours, gather.joined([matrix @ solution.display for matrix in fine_rows]) + fine_sky,
-                     fine_buried)
+        fine_nodes = rows.cast(*refined.nodes, hemisphere)
+        fine = _fill(refined.neighbours, fine_nodes.gathered(solution.display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
-    return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, buried),
-                         refined=refined, refined_irradiance=fine, sheet=sheet, solution=solution,
-                         has_buried=bool(buried.any()))
-
-
-class _Gathering:
-    """Casts hemispheres at nodes, one for each group of channels."""
-
-    def __init__(self, scene, elements, caster, hemisphere, clear, groups, progress):
-        self._scene, self._elements, self._caster = scene, elements, caster
-        self._hemisphere, self._clear, self._groups, self._progress = hemisphere, clear, groups, progress
-
-    def rows(self, lattice):
-        """Form factors from M nodes to C elements by group, background that each sees, whether it is inside a body."""
-        rows, skies, buried = [], [], []
-        for clear in self._clear:
-            sums = hemisphere_sums(self._caster, self._hemisphere, lattice.position, lattice.normal, lattice.source,
-                                   columns=len(self._elements), column_of=self._column_of, clear=clear,
-                                   progress=self._progress)
-            unit = 2.0**-sums.weight_bits
-            rows.append(sums.weights.astype(np.float64) * unit)
-            hit = sums.row_sums * unit
-            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background))
-            buried.append(hit - rows[-1].sum(axis=1) > BURIED)
-        return rows, self.joined(skies), np.logical_and.reduce(buried)
-
-    def joined(self, values):
-        """One array of three channels from those of the groups, each right in its own channels."""
-        result = values[0].copy()
-        for channels, value in zip(self._groups, values, strict=True):
-            result[:, channels] = value[:, channels]
-        return result
-
-    def _column_of(self, rays, hits):
-        front = np.einsum("rj,rj->r", rays.direction, self._scene.normals[hits.patch]) < 0
-        return self._elements.number(hits.patch, hits.u, hits.v, front)
+    return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
+                         refined=refined, refined_irradiance=fine, sheet=sheet, received=direct + mean @ irradiance,
+                         radiosity=scene.channels("emission")[elements.patch] + solution.display, rows=rows,
+                         solution=solution, has_buried=bool(nodes.buried.any()))
 
 
 def _reflectance(scene, glass):

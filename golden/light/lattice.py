@@ -103,6 +103,11 @@ class Lattice:
         return len(self.position)
 
     @property
+    def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Position, normal and source."""
+        return self.position, self.normal, self.source
+
+    @property
     def cells(self) -> int:
         """Number of cells, including the unused ones of triangles."""
         return int(self._cuts.prod(axis=1).sum())

@@ -11,7 +11,7 @@ __all__ = ["SurfacePoints", "bilinear", "corner_normals"]
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """M points of a scene's surfaces, each seen from one side.
+    """M points of a scene's surfaces, each seen from one side, or in space.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ class SurfacePoints:
     normal
         M x 3 unit shading normals on that side.
     patch
-        M int, the patch of each point.
+        M int, the patch of each point, or -1.
     """
 
     position: np.ndarray
@@ -29,6 +29,10 @@ class SurfacePoints:
 
     def __len__(self) -> int:
         return len(self.patch)
+
+    def sources(self, scene: Scene) -> np.ndarray:
+        """M int: the surface of each point, which its rays never hit, or -1."""
+        return np.where(self.patch < 0, -1, scene.surface[self.patch])
 
     def __getitem__(self, rows) -> "SurfacePoints":
         return SurfacePoints(self.position[rows], self.normal[rows], self.patch[rows])

@@ -15,10 +15,13 @@ from golden.light.direct import DirectLight
 from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_near_lights
+from golden.light.photometry.sensor_light import sensor_light
+from golden.light.photometry.sensors import Sensors
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS
 from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
 from golden.light.tally import Tally
+from golden.light.tone import luminance
 from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
@@ -30,8 +33,11 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
-ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
+# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take, of
+# nodes and of sensors.
+ELEMENTS, HEMISPHERE_RAYS, SENSOR_RAYS = 3000, 12_000_000, 3_000_000
+# Shadow rays of a sensor, which has no neighbours to average its noise with, for one of a point in the image.
+SENSOR_SAMPLES = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +129,12 @@ class RenderResult:
         height x width x 3 float64 radiance, linear; row 0 on top.
     tests, steps
         height x width: ray-patch tests and cell steps of the primary, reflected and refracted rays of each pixel.
+    received
+        height x width: luminance of the irradiance over pi of what the primary rays hit, or None.
+    sensors
+        S x 3: irradiance over pi at the sensors, in units of radiance, or None.
+    indirect
+        The light of the elements.
     stats
         Counts and seconds, ready for JSON.
     """
@@ -130,11 +142,14 @@ class RenderResult:
     image: np.ndarray
     tests: np.ndarray
     steps: np.ndarray
+    received: np.ndarray | None
+    sensors: np.ndarray | None
+    indirect: IndirectLight
     stats: dict
 
 
-def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=None,
-           progress: bool = False) -> RenderResult:
+def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,
+           with_received: bool = False, frusta=None, progress: bool = False) -> RenderResult:
     """Render a scene.
 
     Parameters
@@ -145,6 +160,10 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
         The camera.
     settings
         The settings.
+    sensors
+        Points at which light is measured, or None.
+    with_received
+        Whether the light that arrives at what a pixel shows is measured.
     frusta
         Caster of hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
     progress
@@ -168,15 +187,23 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, frusta=Non
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
         warn_of_near_lights(scene, refinement, caster)
-    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent))))
+    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), HEMISPHERE_RAYS, (256, 64))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=settings.light_samples, seed=settings.seed, progress=progress)
+    measured = None
+    if sensors is not None:
+        with tally.stage("sensors"):
+            measured = sensor_light(
+                scene, sensors, indirect, caster, tally, light_samples=SENSOR_SAMPLES * settings.light_samples,
+                hemisphere=Hemisphere(*_hemisphere_rays(len(sensors), SENSOR_RAYS, (512, 128))), seed=settings.seed)
     primary = tally.counting("primary", frusta)
-    shader = _Shader(scene, caster, tally, indirect, settings)
+    shader = _Shader(scene, caster, tally, indirect, settings, with_received)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
     with tally.stage("image"):
-        image, tests, steps = _image(primary, shader, screen, settings, regular=frusta.regular, progress=progress)
-    return RenderResult(image=image, tests=tests, steps=steps,
+        image, tests, steps, received = _image(primary, shader, screen, settings, regular=frusta.regular,
+                                               progress=progress)
+    return RenderResult(image=image, tests=tests, steps=steps, received=received if with_received else None,
+                        sensors=measured, indirect=indirect,
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
 
 
@@ -186,17 +213,18 @@ def _refinement(scene, settings) -> Refinement:
     return refine(scene, max_edge=settings.max_edge, max_area=settings.max_area)
 
 
-def _hemisphere_rays(elements):
-    """The finest of three grids within the default number of rays."""
-    return next((grid for grid in ((256, 64), (128, 32)) if grid[0] * grid[1] * elements <= HEMISPHERE_RAYS), (64, 16))
+def _hemisphere_rays(count, most, finest):
+    """The finest grid, its half or its quarter: the first of which ``count`` have at most so many rays."""
+    grids = [tuple(number // part for number in finest) for part in (1, 2, 4)]
+    return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
 
 
 def _image(caster, shader, screen, settings, *, regular, progress):
-    """Radiance, tests and steps of every pixel."""
+    """Radiance, tests, steps and received light of every pixel."""
     side = settings.side
     cast = caster.screen(screen, side)
     count = len(screen) * side * side
-    totals = np.zeros((5, len(screen)))
+    totals = np.zeros((6, len(screen)))
     with progress_bar(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
         # Whole pixels, so that their sums do not depend on the batch.
         batch = max(1, BATCH // side**2) * side**2
@@ -215,14 +243,16 @@ def _image(caster, shader, screen, settings, *, regular, progress):
             bar.update(len(ray))
     shape = screen.height, screen.width
     image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / side**2
-    return image, *(totals[row].reshape(shape).astype(np.int64) for row in (3, 4))
+    tests, steps = (totals[row].reshape(shape).astype(np.int64) for row in (3, 4))
+    return image, tests, steps, totals[5].reshape(shape) / side**2
 
 
 class _Shader:
     """Radiance along rays in a scene whose indirect light is known."""
 
-    def __init__(self, scene, caster, tally, indirect: IndirectLight, settings):
+    def __init__(self, scene, caster, tally, indirect: IndirectLight, settings, with_received):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
+        self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
         self._corner_normals = corner_normals(scene)
@@ -231,14 +261,14 @@ class _Shader:
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
     def trace(self, rays: Rays, hits: Hits, keys: np.ndarray) -> np.ndarray:
-        """Radiance (rows 0 to 2), tests and steps (rows 3 and 4) of R rays with known hits."""
-        result = np.zeros((5, len(rays)))
+        """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits."""
+        result = np.zeros((6, len(rays)))
         waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), keys)]
         for depth in range(self._depth + 1):
-            waves = [later for wave in waves for later in self._wave(result, *wave, depth < self._depth)]
+            waves = [later for wave in waves for later in self._wave(result, *wave, depth)]
         return result
 
-    def _wave(self, result, rays, hits, owner, weight, keys, goes_on):
+    def _wave(self, result, rays, hits, owner, weight, keys, depth):
         """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
@@ -250,13 +280,16 @@ class _Shader:
         active = front | self._scene.two_sided[patch]
         points = self._points(rays, hits, met, front)
         light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
-        diffuse = np.flatnonzero(active & self._materials["diffuse"][patch].any(axis=1))
+        measured = self._with_received and depth == 0
+        diffuse = np.flatnonzero(active & (self._materials["diffuse"][patch].any(axis=1) | measured))
         arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4))
         arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
         light[met[diffuse]] += self._materials["diffuse"][patch[diffuse]] * arriving
-        for total, values in zip(result, (*(light * weight).T, hits.tests, hits.steps), strict=True):
+        for total, values in zip(result[:5], (*(light * weight).T, hits.tests, hits.steps), strict=True):
             total += np.bincount(owner, values, result.shape[1])
-        if goes_on:
+        if measured:
+            result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
+        if depth < self._depth:
             yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met])
 
     def _points(self, rays, hits, met, front):

@@ -14,14 +14,14 @@ from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.scene import Scene
 
-__all__ = ["FORMATS", "export_scene"]
+__all__ = ["FORMATS", "Y_UP", "export_scene", "rotation_between"]
 
 FORMATS = (".glb", ".obj", ".ply", ".stl")
 
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def _rotation(up, toward) -> np.ndarray:
+def rotation_between(up, toward) -> np.ndarray:
     """The shortest rotation from the direction ``up`` to ``toward``; exact between axes."""
     up, toward = np.array(up) / np.linalg.norm(up), np.array(toward)
     cosine = up @ toward
@@ -136,7 +136,7 @@ def _add_view(tree: dict, scene: Scene, rotation: np.ndarray) -> None:
 
 
 def _glb(scene: Scene, path: Path) -> None:
-    rotation = _rotation(scene.up, Y_UP)
+    rotation = rotation_between(scene.up, Y_UP)
     points, corners = _indexed(scene, rotation)
     exported, materials = trimesh.Scene(), []
     for key in sorted(set(zip(scene.material.tolist(), scene.two_sided.tolist(), strict=True))):
@@ -173,7 +173,7 @@ def _mtl(material: Material, name: str) -> str:
 
 
 def _obj(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _rotation(scene.up, Y_UP))
+    points, corners = _indexed(scene, rotation_between(scene.up, Y_UP))
     # Blanks end a name for other readers; numbers distinguish equal names.
     names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
              enumerate(scene.materials)]
@@ -192,7 +192,7 @@ def _obj(scene: Scene, path: Path) -> None:
 
 
 def _ply(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _rotation(scene.up, Z_UP))
+    points, corners = _indexed(scene, rotation_between(scene.up, Z_UP))
     colours = np.rint(255 * to_srgb([material.diffuse for material in scene.materials])).astype(int)[scene.material]
     lines = ["ply", "format ascii 1.0", f"element vertex {len(points)}",
              *(f"property double {axis}" for axis in "xyz"), f"element face {len(scene)}",
@@ -206,7 +206,7 @@ def _ply(scene: Scene, path: Path) -> None:
 
 
 def _stl(scene: Scene, path: Path) -> None:
-    points, corners = _indexed(scene, _rotation(scene.up, Z_UP))
+    points, corners = _indexed(scene, rotation_between(scene.up, Z_UP))
     mesh = trimesh.Trimesh(points, _triangles(corners, scene.is_triangle), process=False, validate=False)
     path.write_bytes(mesh.export(file_type="stl"))
 

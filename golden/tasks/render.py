@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from golden.errors import InputError
@@ -14,6 +14,7 @@ from golden.scene.open import open_scene
 from golden.scene.scene import Scene
 from golden.scene.view import default_camera
 from golden.summary import summary
+from golden.tasks.photometry import Photometry
 
 __all__ = ["RenderFiles", "View", "render_scene"]
 
@@ -55,6 +56,8 @@ class RenderFiles:
     ----------
     images
         Paths ending in .png or .exr.
+    photometry
+        What is measured, and its files.
     stats
         For the statistics. (.json)
     heatmap
@@ -69,6 +72,7 @@ class RenderFiles:
     """
 
     images: tuple[Path, ...]
+    photometry: Photometry = field(default_factory=Photometry)
     stats: Path | None = None
     heatmap: Path | None = None
     exposure: float | None = None
@@ -79,10 +83,15 @@ class RenderFiles:
         check_outputs(*self.images, suffixes=(".png", ".exr"))
         check_outputs(*self.heatmaps, suffixes=(".png",))
         check_outputs(self.stats, suffixes=(".json",))
-        resolved = [path.resolve() for path in (*self.images, *self.heatmaps)]
-        for path in self.images:
-            if resolved.count(path.resolve()) > 1:
+        resolved = [path.resolve() for path in self.outputs if path is not None]
+        for path in self.outputs:
+            if path is not None and resolved.count(path.resolve()) > 1:
                 raise InputError(f"output {str(path)!r}: it is named twice")
+
+    @property
+    def outputs(self) -> tuple[Path | None, ...]:
+        """All files that are written."""
+        return *self.images, *self.heatmaps, self.stats, *self.photometry.outputs
 
     @property
     def heatmaps(self) -> tuple[Path, ...]:
@@ -133,10 +142,12 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         See `golden.light.two_pass.render`.
     """
     opened = view.scene(scene)
-    check_inputs_stay(scene, *opened.files, outputs=(*files.images, *files.heatmaps, files.stats))
+    check_inputs_stay(scene, *opened.files, *filter(None, [files.photometry.sensors]), outputs=files.outputs)
+    sensors = files.photometry.read()
     camera = view.camera(opened)
     with caster(opened) as cast:
-        result = render(opened, camera=camera, settings=settings, frusta=cast, progress=progress)
+        result = render(opened, camera=camera, settings=settings, frusta=cast, progress=progress,
+                        sensors=sensors, with_received=files.photometry.false_colour is not None)
     stats, text = result.stats, summary(result.stats)
     if cast is not None:
         rays = {kind: counts["rays"] for kind, counts in stats["rays"].items()}
@@ -144,5 +155,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         stats = {**stats, "settings": {**stats["settings"], "method": method},
                  method: {**cast.counts(), "share": share}}
         text += f"\n\n{cast.summary()}\n{share:.1%} of all rays by method {method}"
+    figures, lines = files.photometry.write(opened, result, sensors, exposure=files.exposure)
+    if lines:
+        stats, text = {**stats, **figures}, f"{text}\n\n{lines}"
     files.write(result, stats)
     return stats, text

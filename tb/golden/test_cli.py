@@ -1,3 +1,4 @@
+import csv
 import errno
 import json
 import subprocess
@@ -124,6 +125,16 @@ BAD = {
     "statistics with the wrong ending": ({}, (*RENDER, "--stats", "a.txt"), ".json"),
     "statistics in a missing folder": ({}, (*RENDER, "--stats", "missing/a.json"), "missing/a.json"),
     "heat map in a missing folder": ({}, (*RENDER, "--heatmap", "missing/a"), "missing/a"),
+    "heat map over an image": ({}, ("render", "furnace:1", "-o", "a-steps.png", "--heatmap", "a", *FAST), "twice"),
+    "illuminance with the wrong ending": ({}, (*RENDER, "--illuminance", "a.txt"), ".csv"),
+    "surfaces with the wrong ending": ({}, (*RENDER, "--surfaces", "a.obj"), ".glb"),
+    "false colours in a missing folder": ({}, (*RENDER, "--false-colour", "missing/a"), "missing/a"),
+    "sensors that are not there": ({}, (*RENDER, "--sensors", "a.txt"), "a.txt: cannot be read"),
+    "sensors of five numbers": ({"a.txt": "0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.txt"), "a.txt: line 1: "),
+    "table of no sensors": ({}, (*RENDER, "--sensor-table", "a.csv"), "--sensor-table: Sensor table must have sensors"),
+    "table over its sensors": ({"a.csv": "0 0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.csv", "--sensor-table", "a.csv"),
+                               "it is the input"),
+    "no efficacy": ({}, (*RENDER, "--efficacy", "0"), "--efficacy"),
     "image of one number": ({}, (*RENDER, "--size", "512"), "--size"),
     "image without pixels": ({}, (*RENDER, "--size", "0x10"), "Width must be"),
     "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
@@ -400,6 +411,31 @@ def test_render_writes_all_requested_files(folder):
         assert kind in text
     for stage in stats["seconds"]:
         assert stage in text
+
+
+def test_render_measures_light(folder):
+    """In the furnace radiosity and irradiance are 2 pi W/m2 everywhere, but for the noise of few shadow rays."""
+    (folder / "points.txt").write_text("plane 0.25 0.25 0.5  0.5 0 0  0 0.5 0  2 2\n0.5 0.5 0.5 0 0 1\n")
+    stats = json.loads(succeed("render", "furnace:2", "-o", "a.png", "--illuminance", "a.csv", "--false-colour", "b",
+                               "--surfaces", "a.glb", "--sensors", "points.txt", "--sensor-table", "s.csv",
+                               "--efficacy", "100", *FAST, "--json"))
+    assert {path.name for path in folder.iterdir()} == {
+        "points.txt", "a.png", "a.csv", "b-luminance.png", "b-illuminance.png", "a.glb", "s.csv"}
+    single, plane = stats["sensors"]
+    assert (single["plane"], plane["plane"], plane["sensors"]) == (None, 0, 4)
+    assert [single["mean"], plane["mean"]] == pytest.approx([200 * np.pi] * 2, rel=0.1)
+    for name, count in (("a.csv", 24), ("s.csv", 5)):
+        with (folder / name).open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == count
+        assert np.mean([float(row["illuminance"]) for row in rows]) == pytest.approx(200 * np.pi, rel=0.1)
+
+
+def test_an_image_does_not_depend_on_what_is_measured(folder):
+    (folder / "points.txt").write_text("0.5 0.5 0.5 0 0 1\n")
+    succeed("render", "furnace:2", "-o", "a.exr", *FAST)
+    succeed("render", "furnace:2", "-o", "b.exr", "--false-colour", "b", "--sensors", "points.txt", *FAST)
+    assert (folder / "a.exr").read_bytes() == (folder / "b.exr").read_bytes()
 
 
 def test_upper_case_suffixes_are_those_of_the_same_formats(folder):

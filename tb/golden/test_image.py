@@ -47,5 +47,15 @@ def test_false_colour_has_a_legend_below_a_small_picture():
     assert not heat[:5, 3:].any(), "beside the picture is black"
 
 
+def test_false_colour_may_end_below_the_largest_value():
+    """The mean and the ramp's left end stay, what is beyond has the colour of the end."""
+    values = np.array([[0.0, 1, 2, 9, 90]])
+    whole, cut = false_colour(values, "lux"), false_colour(values, "lux", top=2.0)
+    assert (cut[0, 2:5] == cut[0, 4]).all()
+    assert (cut[0, 0] == whole[0, 0]).all()
+    assert (cut[0, 1] != whole[0, 1]).any()
+    assert (cut[1:] != whole[1:]).any(), "the legend has the same numbers"
+
+
 def test_false_colour_of_nothing_is_black():
     assert false_colour(np.zeros((4, 4)), "tests")[:4, :4].max() < 10

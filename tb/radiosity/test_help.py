@@ -17,6 +17,7 @@ from golden.cast import methods
 from golden.commands import choices
 from golden.config import PRESETS
 from golden.light.factors.sky_division import SKY_DIVISIONS
+from golden.light.photometry.quantities import EFFICACY
 from golden.light.solvers import SOLVERS
 from golden.light.tone import CURVES
 from golden.light.two_pass import RenderSettings
@@ -206,6 +207,7 @@ def test_defaults_are_those_of_the_renderer():
     assert defaults["size"] == f"{settings.width}x{settings.height}"
     for name in "samples", "light_samples", "depth", "solver", "method", "seed":
         assert defaults[name] == getattr(settings, name), name
+    assert defaults["efficacy"] == EFFICACY
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

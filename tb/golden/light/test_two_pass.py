@@ -6,11 +6,12 @@ import pytest
 from golden.errors import InputError
 from golden.light import two_pass
 from golden.light.direct import DirectLight
+from golden.light.tone import luminance
 from golden.light.two_pass import FAINT, RenderSettings, render
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
-from golden.scene.lights import PointLight
+from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.tessellate import sphere
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
@@ -74,6 +75,19 @@ def test_emitters_and_background_are_seen_as_they_are():
     seen = (image == COLOUR).all(axis=2)
     assert 0.1 < seen.mean() < 0.9
     assert (image[~seen] == SKY).all()
+
+
+def test_received_light_is_that_of_the_surface_that_a_pixel_shows():
+    """On a lamp and on a black floor too, which reflect none of it, and not beside them."""
+    sun = DirectionalLight(direction=(0, 0, -1), irradiance=tuple(np.pi * COLOUR))
+    camera = looking((0, 0, 5), (0, 0, 0), 60)
+    for material in (BLACK, LAMP, MIRROR):
+        scene = scene_of((FLOOR, material), lights=(sun,))
+        result = render(scene, camera=camera, settings=RenderSettings(**SMALL), with_received=True)
+        shown = result.received > 0
+        assert 0.3 < shown.mean() < 0.9
+        np.testing.assert_allclose(result.received[shown], luminance(COLOUR), rtol=1e-12)
+    assert picture(scene, camera).received is None
 
 
 def test_the_back_of_a_one_sided_lamp_is_black_and_that_of_a_two_sided_one_is_not():
@@ -331,7 +345,8 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
     assert result.stats["elements"] == 6 * 4 * 4
     result = picture(furnace(1), width=2, height=2, rays=None, light_samples=1)
     assert result.stats["settings"]["rays"] == [256, 64]
-    assert [two_pass._hemisphere_rays(count) for count in (732, 733, 2929, 2930)] == \
+    rays, finest = two_pass.HEMISPHERE_RAYS, (256, 64)
+    assert [two_pass._hemisphere_rays(count, rays, finest) for count in (732, 733, 2929, 2930)] == \
         [(256, 64), (128, 32), (128, 32), (64, 16)]
 
 

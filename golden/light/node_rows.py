@@ -1,0 +1,94 @@
+"""Rows of form factors from points to elements, with the sky that the points see."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from golden.frustum import Hemisphere
+from golden.light.elements import Elements
+from golden.light.form_factors import hemisphere_sums
+from golden.light.glass import ClearRays, Glass
+from golden.light.tally import Tally
+from golden.scene.scene import Scene
+
+__all__ = ["NodeRows", "Rows", "joined"]
+
+# A point is inside a body if backs of one-sided patches fill more than this share of its hemisphere.
+BURIED = 0.5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rows:
+    """What M points see.
+
+    Parameters
+    ----------
+    factors
+        For each group of channels that sees glass equally clear the sparse M x C form factors to the elements.
+    groups
+        The channels of each group.
+    sky
+        M x 3: irradiance over pi from outside the scene.
+    buried
+        M bool: whether the point is inside a body.
+    """
+
+    factors: list[sparse.csr_array]
+    groups: list[list[int]]
+    sky: np.ndarray
+    buried: np.ndarray
+
+    def gathered(self, radiosity: np.ndarray) -> np.ndarray:
+        """Irradiance over pi, M x 3, if the C elements have these radiosities, C x 3."""
+        return joined(self.groups, [matrix @ radiosity for matrix in self.factors]) + self.sky
+
+
+class NodeRows:
+    """Casts hemispheres at points, one for each group of channels.
+
+    Parameters
+    ----------
+    scene, elements, glass
+        The patches, their elements, and which patches are clear.
+    frusta, caster
+        Caster of hemispheres, and caster of the rays behind glass.
+    tally
+        Counts the rays, as kinds ``"hemisphere"`` and ``"transmission"``.
+    progress
+        Shows a progress bar after two seconds.
+    """
+
+    def __init__(self, scene: Scene, elements: Elements, glass: Glass, *, frusta, caster, tally: Tally,
+                 progress: bool = False):
+        self._scene, self._elements, self._progress = scene, elements, progress
+        self._frusta = tally.counting("hemisphere", frusta)
+        self.groups = glass.colours
+        self._clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
+                       for channels in self.groups] if glass.clear.any() else [None]
+
+    def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere) -> Rows:
+        """The rows of M points: M x 3 positions and unit normals, and the surface of each, or -1."""
+        factors, skies, buried = [], [], []
+        for clear in self._clear:
+            sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
+                                   column_of=self._column_of, clear=clear, progress=self._progress)
+            unit = 2.0**-sums.weight_bits
+            factors.append(sums.weights.astype(np.float64) * unit)
+            hit = sums.row_sums * unit
+            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background))
+            buried.append(hit - factors[-1].sum(axis=1) > BURIED)
+        return Rows(factors=factors, groups=self.groups, sky=joined(self.groups, skies),
+                    buried=np.logical_and.reduce(buried))
+
+    def _column_of(self, rays, hits):
+        front = np.einsum("rj,rj->r", rays.direction, self._scene.normals[hits.patch]) < 0
+        return self._elements.number(hits.patch, hits.u, hits.v, front)
+
+
+def joined(groups: list[list[int]], values: list[np.ndarray]) -> np.ndarray:
+    """One array of three channels from those of groups of channels, each right in its own channels."""
+    result = values[0].copy()
+    for channels, value in zip(groups, values, strict=True):
+        result[:, channels] = value[:, channels]
+    return result

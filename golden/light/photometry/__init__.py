@@ -1,0 +1,1 @@
+"""Light as the eye weighs it: lux and candela per square metre."""

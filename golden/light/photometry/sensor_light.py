@@ -1,0 +1,37 @@
+"""Light that arrives at sensors."""
+
+import numpy as np
+
+from golden.frustum import Hemisphere
+from golden.light.direct import DirectLight
+from golden.light.indirect import IndirectLight
+from golden.light.photometry.sensors import Sensors
+from golden.light.sampling import mix
+from golden.light.surface_points import SurfacePoints
+from golden.light.tally import Tally
+from golden.scene.scene import Scene
+
+__all__ = ["sensor_light"]
+
+
+def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster, tally: Tally, *,
+                 hemisphere: Hemisphere, light_samples: int, seed: int) -> np.ndarray:
+    """Irradiance over pi at S sensors, S x 3 in units of radiance: direct light by shadow rays, the rest by rows.
+
+    Parameters
+    ----------
+    scene, sensors, indirect
+        The patches, the points, and the light of the elements.
+    caster, tally
+        Caster of shadow rays, and the counts of rays.
+    hemisphere
+        The grid of rays at each sensor.
+    light_samples
+        Shadow rays per sensor to area lights.
+    seed
+        Seed of the shadow rays.
+    """
+    points = SurfacePoints(sensors.position, sensors.normal, sensors.patches(scene, caster))
+    direct = DirectLight(scene, caster, tally, light_samples)
+    return (direct.irradiance(points, mix(seed, 7, np.arange(len(points))))
+            + indirect.at_points(points.position, points.normal, points.sources(scene), hemisphere))
