@@ -8,6 +8,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 from cocotb.triggers import FallingEdge
 
+from golden.errors import InputError
 from hw.export import verilog_of
 from tb.lib.clocking import start
 from tb.lib.runner import Simulation
@@ -77,6 +78,23 @@ def test_a_mutant_that_is_found_is_not_proved(mutants):
 
 def test_no_mutant_is_the_component_itself(mutants):
     assert is_equivalent(mutants, 0)
+
+
+@pytest.mark.parametrize(("line", "proved"), [
+    ("ERROR: Called with -verify and proof did fail!", False),
+    ("ERROR: Called with -verify and proof did time out!", False),
+    ("ERROR: No such command: sat", None)])
+def test_only_the_proof_itself_may_fail(mutants, monkeypatch, line, proved):
+    def yosys(log, *commands):
+        log.write_text(f"-- Running command --\n{line}\n")
+        raise InputError(line)
+
+    monkeypatch.setattr(equivalence, "yosys", yosys)
+    if proved is None:
+        with pytest.raises(InputError, match="No such command"):
+            is_equivalent(mutants, 1)
+    else:
+        assert is_equivalent(mutants, 1) is proved
 
 
 def test_of_large_memories_nothing_is_proved(mutants, monkeypatch):
