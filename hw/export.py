@@ -2,7 +2,7 @@
 
 import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from amaranth.back import verilog
@@ -16,11 +16,14 @@ from hw.zero_memories import omit_zeros
 __all__ = ["verilog_of"]
 
 
-def verilog_of(component: wiring.Component, name: str) -> str:
-    """A component as the module ``name``, its ports by the names of its members."""
+def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[str], str] = str) -> str:
+    """A component as the module ``name``.
+
+    Its ports have the names of its members, joined by two underscores, or what ``port_name`` makes of them.
+    """
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
     with omit_zeros() as omitted, _without_collection():
-        text = verilog.convert(_Flat(component), name=name, emit_src=False, strip_internal_attrs=True)
+        text = verilog.convert(_Flat(component, port_name), name=name, emit_src=False, strip_internal_attrs=True)
     return add_zero_loops(merge_equal_words(trigger_constants(remove_empty_wires(text))), omitted.count)
 
 
@@ -39,11 +42,14 @@ def _without_collection() -> Iterator[None]:
 class _Flat(Elaboratable):
     """A component with the ports that its module shall have."""
 
-    def __init__(self, component):
+    def __init__(self, component, port_name):
         self._component, members = component, {}
         for path, member, value in flatten(component):
-            members[path] = member.flow(len(value))
-            setattr(self, path, value)
+            name = port_name(path)
+            if name in members:
+                raise ValueError(f"Names of ports must differ, not be {name} twice")
+            members[name] = member.flow(len(value))
+            setattr(self, name, value)
         self.signature = wiring.Signature(members)
 
     def elaborate(self, platform):

@@ -14,6 +14,7 @@ from golden.memory_map.layout import VERSION as IMAGE_VERSION
 from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
+from hw.package.port_names import port_name
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, MAGIC, VERSION
@@ -59,7 +60,8 @@ def _ports(component):
     """Names, directions, widths and fields."""
     ports = []
     for path, member, value in flatten(component):
-        ports.append({"name": path, "direction": "input" if member.flow is In else "output", "width": len(value)})
+        ports.append({"name": port_name(path), "direction": "input" if member.flow is In else "output",
+                      "width": len(value)})
         if isinstance(member.shape, Layout):
             ports[-1]["fields"] = list(_fields(member.shape))
     return ports

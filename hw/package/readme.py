@@ -35,8 +35,8 @@ Everything happens at the rising edge of `clk`. `rst` is synchronous and active 
 {ports}
 """
 _ENGINE = """
-* `host__*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
-* `axi__*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
+* `s_axil_*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
+* `m_axi_*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
   registers `read_base` to `write_limit` define, and nowhere else. The layout of memory: `docs/memory-map.md`.
 * `irq` is active high until the host acknowledges it: completion records have been written, or the queue has
   halted. It is 0 unless the register `interrupt` enables it. The layout of jobs: `docs/job-format.md`.
@@ -44,8 +44,8 @@ _ENGINE = """
 _ENGINE_FILES = """
 | `{name}.rdl` | the registers in SystemRDL 2.0; PeakRDL writes pages, C headers and IP-XACT from it |"""
 _STREAMS = """
-Ports named `*__valid`, `*__ready` and `*__payload` are streams: a transfer occurs at an edge at which both are high; a
-stream without `*__ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
+Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a
+stream without `*_ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
 """
 
 

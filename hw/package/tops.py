@@ -13,6 +13,7 @@ from hw.export import verilog_of
 from hw.icu.intersection_unit import IntersectionUnit
 from hw.noc.noc_tables import CHECK_BITS, route
 from hw.noc.router import Router
+from hw.package.port_names import port_name
 
 __all__ = ["TOPS", "Top", "engine_verilog"]
 
@@ -42,13 +43,14 @@ class Top:
     text: Callable[[Config, str], str] | None = None
 
     def verilog(self, config: Config, name: str) -> str:
-        """The module ``name`` and all below it."""
-        return self.text(config, name) if self.text else verilog_of(self.make(config), name)
+        """The module ``name``, its ports by `port_name`, and all below it."""
+        return self.text(config, name) if self.text else verilog_of(self.make(config), name, port_name=port_name)
 
 
 def engine_verilog(config: Config, name: str = "top") -> str:
     """The engine, and the module of its clusters, which are all the same."""
-    return verilog_of(Engine(config=config, black_boxes=True), name) + verilog_of(Cluster(config=config), CLUSTER)
+    return (verilog_of(Engine(config=config, black_boxes=True), name, port_name=port_name)
+            + verilog_of(Cluster(config=config), CLUSTER))
 
 
 def _cluster(config):

@@ -1,8 +1,13 @@
 """Exported Verilog in simulators: hits are those of the golden model."""
 
 import pytest
+from amaranth.lib.wiring import In
 
 from golden.config import PRESETS
+from hw.lib.black_box import flatten
+from hw.lib.inspection import inspect
+from hw.package.port_names import port_name
+from hw.package.tops import TOPS
 from tb.lib.runner import SIMULATORS, simulate
 from tb.package.test_core_files import written
 
@@ -10,11 +15,14 @@ CYCLES = 20_000_000
 
 
 def exported(top, preset, folder):
-    """Its Verilog; benches find their component by the name ``top``."""
-    module = f"module radiosity_{top}("
+    """Its Verilog in a module ``top`` whose ports have the names by which benches find them."""
     text = written(folder, "--top", top, "--preset", preset)[f"radiosity_{top}.v"].decode()
-    assert text.count(module) == 1
-    return text.replace(module, "module top(")
+    members = inspect(lambda: TOPS[top].make(PRESETS[preset]), lambda one: [
+        (path, "input" if member.flow is In else "output", len(value)) for path, member, value in flatten(one)])
+    ports = [("clk", "input", 1), ("rst", "input", 1), *members]
+    declared = ", ".join(f"{direction} wire [{width - 1}:0] {path}" for path, direction, width in ports)
+    connected = ", ".join(f".{port_name(path)}({path})" for path, *_ in ports)
+    return f"{text}\nmodule top({declared});\n  radiosity_{top} core({connected});\nendmodule\n"
 
 
 @pytest.mark.nightly
