@@ -23,7 +23,7 @@ SOURCE, DESTINATION, LENGTH, MESSAGE, MADE, ENTERED, LEFT, TAKEN, _NEXT = range(
 # Of the counts: packets sent and not yet accepted, packets accepted in this cycle.
 UNARRIVED, TAKEN_NOW, _BUSY, _RETURNED, _SENDING, _SINKING = range(6)
 
-_NODES, _PORTS, _CHANNELS, _KIND, _ENTRIES, _MESSAGES, _DELAY, _BY_AGE = range(8)
+_PORTS, _CHANNELS, _KIND, _ENTRIES, _MESSAGES, _BY_AGE = range(6)
 _PORT, _CHANNEL, _ENTRY = range(3)
 _BEHIND, _BEFORE = range(2)
 # Of a flit, in a queue and on a wire.
@@ -43,7 +43,7 @@ class PacketNetwork(NamedTuple):
     Parameters
     ----------
     shape
-        Nodes, ports, channels, channels of a kind of messages, entries, kinds, cycles of a router, by age.
+        Ports, channels, channels of a kind of messages, entries, kinds, by age.
     route
         3 x N x N, port, channel and entry of `Routing`.
     linked
@@ -132,8 +132,8 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
     of_nodes = array(nodes, 4)
     of_nodes[:, _LAST_MESSAGE] = messages - 1
     return PacketNetwork(
-        shape=np.array([nodes, ports, channels, routing.virtual_channels, buffer_flits, messages, router_cycles,
-                        arbitration == "age"], dtype=np.int64),
+        shape=np.array([ports, channels, routing.virtual_channels, buffer_flits, messages, arbitration == "age"],
+                       dtype=np.int64),
         route=np.stack([routing.port, routing.channel, routing.entry]),
         linked=np.stack([behind, before], axis=1), flits=array(count, buffer_flits, 3), queues=state, busy=array(count),
         ports=granted, requested=array(nodes * ports),

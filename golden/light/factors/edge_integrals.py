@@ -95,7 +95,7 @@ def _inverse_square(s_low, s_high, t_low, t_high, cosine, sine, height):
 
 
 def _nearly_parallel(between, unit_1, unit_2, length_1, length_2):
-    """Over the second segment in closed form, over the first by Gauss points that crowd at the singular places."""
+    """Over the second segment in closed form, over the first by Gauss points that crowd at the singular points."""
     ends = between[:, None] + np.stack([0 * length_2, length_2], axis=1)[:, :, None] * unit_2[:, None]
     across = np.cross(unit_1, unit_2)
     crossing = np.einsum("ij,ij->i", np.cross(between, unit_2), across) / np.einsum("ij,ij->i", across, across)
@@ -115,7 +115,7 @@ def _nearly_parallel(between, unit_1, unit_2, length_1, length_2):
 
 
 def _along(low, high, distance):
-    """The integral of ln r over a line between two places, from a point at a distance from the line."""
+    """The integral of ln r over a line between two points, from a point at a distance from the line."""
     return _integrated(high, distance) - _integrated(low, distance)
 
 

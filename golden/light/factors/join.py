@@ -11,7 +11,7 @@ from golden.light.factors.row_block import RowBlock
 
 __all__ = ["Estimate", "join"]
 
-# Of the places of entries.
+# Of the positions of entries.
 _BITS = 32
 
 
@@ -73,14 +73,14 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
 
     width = len(area)
     rays, sky, back = (joined(name) for name in ("rays", "sky", "back"))
-    indices, indptr, place = _both_directions(
+    indices, indptr, position = _both_directions(
         joined("column"), np.cumsum(np.concatenate([[0], *(np.diff(block.start) for block in blocks)])), width)
     row, upper, pair = entry_pairs(indices, indptr)
     low, high = row[upper], indices[upper]
     # What is no entry stands last.
-    forth, reverse = ((places - 1).astype(np.int32) for places in (place[upper] & (1 << _BITS) - 1,
-                                                                  place[upper] >> _BITS))
-    del place, upper
+    forth, reverse = ((positions - 1).astype(np.int32) for positions in (position[upper] & (1 << _BITS) - 1,
+                                                                      position[upper] >> _BITS))
+    del position, upper
 
     def both(name, last):
         values = np.append(joined(name), last)
@@ -113,13 +113,13 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
 
 
 def _both_directions(column, start, width):
-    """Indices and indptr of all entries and their mirrors; 1 + an entry's place, and 1 + its mirror's in upper bits.
+    """Indices and indptr of all entries and their mirrors; 1 + an entry's position, and 1 + its mirror's in upper bits.
 
-    Places are 0 where there is no such entry.
+    Positions are 0 where there is no such entry.
     """
-    place = np.arange(1, len(column) + 1)
-    forth = sparse.csr_array((place, column, start), shape=(width, width))
-    reverse = sparse.csr_array((place << _BITS, column, start), shape=(width, width)).T.tocsr()
+    position = np.arange(1, len(column) + 1)
+    forth = sparse.csr_array((position, column, start), shape=(width, width))
+    reverse = sparse.csr_array((position << _BITS, column, start), shape=(width, width)).T.tocsr()
     both = forth + reverse
     both.sort_indices()
     # The sum's arrays are parts of longer ones.

@@ -157,7 +157,7 @@ def _middle(patch):
 
 @compiled
 def _far(patch, corner, x, y, z):
-    """The largest coordinate of a corner from a place."""
+    """The largest difference of a coordinate of a corner and of a point."""
     return np.maximum(np.maximum(np.abs(patch[corner, 0] - x), np.abs(patch[corner, 1] - y)),
                       np.abs(patch[corner, 2] - z))
 

@@ -25,8 +25,8 @@ def _sobol_table():
         odd = list(first) if degree else [1] * 32
         for bit in range(len(odd), 32):
             value = odd[bit - degree] ^ odd[bit - degree] << degree
-            for place in range(1, degree):
-                value ^= (inner >> degree - 1 - place & 1) * odd[bit - place] << place
+            for digit in range(1, degree):
+                value ^= (inner >> degree - 1 - digit & 1) * odd[bit - digit] << digit
             odd.append(value)
         for bit in range(32):
             table[dimension, bit // 8] ^= np.uint64(odd[bit] << 52 - bit) * (numbers >> bit % 8 & 1).astype(np.uint64)

@@ -43,6 +43,6 @@ class SkyDivision:
         band = (np.arcsin(np.clip(z, 0, 1)) / self._height).astype(np.int64)
         zenith = band >= len(self._bands)
         count = self._bands[np.where(zenith, 0, band)]
-        place = np.floor(np.arctan2(x, y) / (2 * np.pi) * count + 0.5).astype(np.int64) % count
-        number = self._start[np.minimum(band, len(self._bands))] + np.where(zenith, 0, place)
+        sector = np.floor(np.arctan2(x, y) / (2 * np.pi) * count + 0.5).astype(np.int64) % count
+        number = self._start[np.minimum(band, len(self._bands))] + np.where(zenith, 0, sector)
         return np.where(z < 0, 0, number)
