@@ -5,6 +5,7 @@ from golden.commands.command_line import command_line
 from golden.commands.config import show_config
 from golden.commands.exchange import exchange_command
 from golden.commands.formfactors import formfactors_command
+from golden.commands.image import image_command
 from golden.commands.intersect import intersect
 from golden.commands.render import render_command
 from golden.commands.scenes import export, list_scenes
@@ -33,6 +34,6 @@ def main():
 
 
 for _command in (render_command(*METHODS), formfactors_command(*METHODS), exchange_command, cast_command(*METHODS),
-                 schedule_command, intersect, list_scenes, export, show_config, export_stimulus, verilog, report,
-                 figures, registers, board, bench, machine, demo, pictures):
+                 schedule_command, image_command, intersect, list_scenes, export, show_config, export_stimulus, verilog,
+                 report, figures, registers, board, bench, machine, demo, pictures):
     main.add_command(_command)

@@ -7,6 +7,7 @@ __all__ = [
            "CURVES",
            "EXPORT_SUFFIXES",
            "FRUSTUM_METHODS",
+           "HIT_FORMATS",
            "PRESETS",
            "RAY_METHODS",
            "RECORD_METHODS",
@@ -29,6 +30,8 @@ RECORD_METHODS = ("shelling", "naive")
 REFERENCES = ("naive", "oracle")
 SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "overshooting", "proximity",
            "conjugate-gradient")
+# `golden.jobs.result_formats.HitFormat`.
+HIT_FORMATS = ("none", "full", "compact", "ids")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
 SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")

@@ -14,6 +14,7 @@ from golden.memory_map.layout import VERSION as IMAGE_VERSION
 from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
+from hw.memsys.cache_policy import CachePolicy
 from hw.package.port_names import port_name
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
@@ -86,6 +87,7 @@ def _program_view():
                     "descriptor": {"version": DESCRIPTOR_VERSION}},
         "registers": [{"name": one.name, "address": offsets[one.name], "bits": one.width, "access": one.access.value,
                        "reset": one.reset, "about": one.about, "fields": _bits(one)} for one in ENGINE_REGISTERS],
+        "policies": {one.name.lower(): one.value for one in CachePolicy},
         "errors": [{"code": one.value, "name": one.name, "about": ABOUT[one.name]} for one in ErrorCode],
         "regions": [{"bit": bit, "name": one.name, "life": one.life, "record_bytes": one.dtype.itemsize}
                     for bit, one in enumerate(REGIONS)]}

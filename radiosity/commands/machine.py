@@ -4,13 +4,12 @@ from pathlib import Path
 
 import click
 
+from golden.commands.choices import HIT_FORMATS
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
 
 __all__ = ["machine"]
-
-_HITS = ("none", "full", "compact", "ids")
 
 
 @click.group("machine", cls=CommandLine, no_args_is_help=False, short_help="Simulate machines of many clusters.")
@@ -29,8 +28,8 @@ def machine():
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of each "
               "hemisphere.")
 @METHOD_CELL
-@click.option("--hits", type=click.Choice(_HITS), default="none", help="Have hits of this format written beside the "
-              "sums.")
+@click.option("--hits", type=click.Choice(HIT_FORMATS), default="none", help="Have hits of this format written "
+              "beside the sums.")
 @click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in cycles.")
 @click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder, for "
               "machines of other sizes.")

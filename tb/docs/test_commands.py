@@ -36,8 +36,9 @@ COMMANDS = [command for commands in PAGES.values() for command in commands]
 # Programs that are not the project's.
 FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 
-# What takes longer than a commit's tests may: a simulator's build, place and route, images.
-SLOW = re.compile(r"--method machine|radiosity (render|formfactors|verilog|board|report)|-m hw (report|verilog|board)")
+# What takes longer than a commit's tests may: a simulator's build, place and route, images; or reads what this writes.
+SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors|verilog|board|report)"
+                  r"|-m hw (report|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.
 BENCHMARK = re.compile(r"radiosity bench \w")
 # Place and route of whole blocks and of the board, which take hours: they run here without the tools of synthesis.

@@ -1,8 +1,11 @@
 """The manifest of an engine has what a driver needs that was written without this package."""
 
+import json
+
 import pytest
 
 from golden.config import PRESETS
+from golden.jobs.core_manifest import read_manifest
 from golden.jobs.load_regions import region_bits
 from golden.memory_map import REGIONS
 from hw.package.manifest import manifest
@@ -10,6 +13,7 @@ from hw.package.tops import TOPS
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import addresses
+from tb.golden.jobs.manifests import write_manifest
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +56,13 @@ def test_units_have_no_registers(top, monkeypatch):
     monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
     found = manifest(top, f"radiosity_{top}", config=PRESETS["tiny"], preset="tiny", text="")
     assert not {"registers", "errors", "regions", "formats"} & set(found)
+
+
+def test_jobs_read_it(facts, tmp_path):
+    """A manifest that stands for an exported one in tests of jobs has nothing that this one has not."""
+    (tmp_path / "core.json").write_text(json.dumps(facts))
+    assert read_manifest(tmp_path / "core.json").config == PRESETS["tiny"]
+    other = json.loads(write_manifest(tmp_path / "other.json", PRESETS["tiny"]).read_text())
+    assert set(other) <= set(facts)
+    assert other["policies"] == facts["policies"]
+    assert all(facts["formats"][name]["version"] == one["version"] for name, one in other["formats"].items())

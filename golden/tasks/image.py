@@ -1,0 +1,153 @@
+"""A job for an exported core: main memory before the doorbell, its addresses, and what must come out."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from golden.config import Config
+from golden.errors import InputError
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.jobs.core_manifest import read_manifest
+from golden.jobs.expected_results import expected_results
+from golden.jobs.job_header import job_header
+from golden.jobs.phase_request import phase_request
+from golden.jobs.result_formats import HitFormat
+from golden.jobs.whole_job import memory_before, whole_job
+from golden.output import whole_file
+from golden.plural import counted
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+from golden.schedule.cell_choice import choose_cell
+from golden.schedule.job_shelling import job_shelling
+from golden.tasks.cast import FrustumChoice
+
+__all__ = ["ImageFrusta", "write_image"]
+
+# Rays of a frustum for each ray cast to schedule it.
+RATIO = 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageFrusta:
+    """The frusta of a job: hemispheres on patches or at a point, or a screen.
+
+    Parameters
+    ----------
+    patches, every_patch
+        Hemispheres from the middle of the fronts of these patches, or of all.
+    origin, normal, screen, rays
+        As of `FrustumChoice`.
+
+    Raises
+    ------
+    InputError
+        Not exactly one of the four kinds is chosen.
+    """
+
+    patches: tuple[int, ...] = ()
+    every_patch: bool = False
+    origin: tuple[float, ...] | None = None
+    normal: tuple[float, ...] | None = None
+    screen: tuple[int, int] | None = None
+    rays: tuple[int, int] = (256, 64)
+
+    def __post_init__(self):
+        given = [name for name, value in (
+            ("--patch", self.patches), ("--every-patch", self.every_patch), ("--origin", self.origin is not None),
+            ("--screen", self.screen)) if value]
+        if len(given) != 1:
+            raise InputError("image: one of --patch, --every-patch, --origin and --screen must be given, "
+                             f"not {' and '.join(given) or 'none'}")
+        if (self.origin is None) != (self.normal is None):
+            raise InputError("image: --origin and --normal must be given together")
+
+    def records(self, scene: Scene, config: Config):
+        """The records of the frusta, the patches in their coordinates, and the weights of a hemisphere's rows.
+
+        Raises
+        ------
+        InputError
+            The scene has no such patch, or a frustum cannot be made.
+        """
+        if self.origin is not None or self.screen:
+            choice = FrustumChoice(origin=self.origin, normal=self.normal, rays=self.rays, screen=self.screen)
+            record, geometry, weights = choice.record(scene, config)
+            return [record], geometry, weights
+        patches = np.arange(len(scene)) if self.every_patch else np.array(self.patches)
+        for patch in patches:
+            if not 0 <= patch < len(scene):
+                raise InputError(f"image: Patch must be 0 to {len(scene) - 1}, not {patch}")
+        points, hemisphere = scene.centres[patches], Hemisphere(*self.rays)
+        geometry = PatchGeometry.of(scene, config.numbers, points)
+        records = [hemisphere_record(hemisphere, geometry.coordinates, point, scene.normals[patch],
+                                     source=int(scene.surface[patch]))
+                   for patch, point in zip(patches, points, strict=True)]
+        return records, geometry, hemisphere.polar_weights
+
+
+def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *, cell: float | None = None,
+                base: int = 0, hits: str = "full", sums: bool = False, expected: bool = False) -> tuple[dict, str]:
+    """Write ``job.bin``, ``job.h`` and, if they are requested, the expected results ``job.txt`` into a folder.
+
+    Parameters
+    ----------
+    scene
+        A name as `open_scene` takes it.
+    frusta
+        The frusta of the job.
+    manifest, folder
+        The manifest of the core, and where the files go.
+    cell
+        Cell size as a share of the scene's longest side; None: the one with the fewest predicted cycles.
+    base
+        First byte of main memory, rounded up to a multiple of 64.
+    hits, sums
+        Format of the hits, and whether sums are written.
+    expected
+        Whether the results are computed.
+
+    Returns
+    -------
+    The report for JSON, and as lines.
+
+    Raises
+    ------
+    InputError
+        The manifest is none, or the core cannot cast the frusta.
+    """
+    if hits == "none" and not sums:
+        raise InputError("image: one of --hits and --sums must be given, not none")
+    core = read_manifest(manifest)
+    records, geometry, weights = frusta.records(open_scene(scene), core.config)
+    if sums and weights is None:
+        raise InputError("image: --sums needs hemispheres: the rays of a screen have no weights")
+    if cell is None:
+        cell = choose_cell(records[:1], geometry, core.config).cell
+    table = job_shelling(geometry, core.config, cell=cell).table
+    request = phase_request(records, geometry, table, core.config, ratio=RATIO, weights=weights,
+                            hit_format=HitFormat[hits.upper()], sums=sums)
+    job = whole_job([request], core.config, base=base)
+    memory = memory_before(job)
+    about = f"{scene}: {_frusta_text(records)}, {counted(len(geometry), 'patch')}, cell {cell:g}."
+    contents = {"job.bin": memory, "job.h": job_header(job, core, about=about, size=len(memory)).encode()}
+    if expected:
+        contents["job.txt"] = "".join(f"{line}\n" for line in expected_results(job)).encode()
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as files:
+        for name, data in contents.items():
+            files.enter_context(whole_file(folder / name)).write_bytes(data)
+    paths = [str(folder / name) for name in contents]
+    report = {"output": paths, "scene": scene, "frusta": len(records), "rays": sum(map(len, records)),
+              "patches": len(geometry), "cell": cell, "descriptors": len(job.descriptors), "base": job.base,
+              "bytes": len(memory), "end": job.end}
+    return report, "\n".join([f"{about[:-1]}; {counted(len(job.descriptors), 'descriptor')}",
+                              f"{len(memory)} bytes at {job.base:#x}, memory in use ends at {job.end:#x}", *paths])
+
+
+def _frusta_text(records):
+    first = records[0]
+    kind = "screen" if first.is_screen else "hemisphere"
+    return f"{counted(len(records), kind)} of {first.columns} x {first.rows} rays"
