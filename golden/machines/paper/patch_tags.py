@@ -1,5 +1,6 @@
 """Patch tags: the address that steers a patch through the distributor, from the cuts of the sections."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,7 @@ class PatchTags:
         return 1 + int(np.cumprod(1 + self.both[patch].astype(np.int64)).sum())
 
 
-def patch_tags(partition: Partition, window: Window) -> PatchTags:
+def patch_tags(partition: Partition, windows: Sequence[Window]) -> PatchTags:
     """The tags of patches.
 
     Bit l is the side of the level-l cut. Each part has a cut of its own. A patch that is on both sides of one, or on
@@ -57,18 +58,19 @@ def patch_tags(partition: Partition, window: Window) -> PatchTags:
     ----------
     partition
         The sections.
-    window
-        Windows of P patches in the frustum. Those without rays are not sent.
+    windows
+        Windows of P patches in each frustum that is cast with the partition: a patch is where it is in any of them.
+        A patch without rays in all of them is not sent.
 
     Source: Shen & Deprettere, sections 1.3.2 and 1.3.3; they leave open where a patch on both sides goes.
     """
-    count = len(window.row_first)
+    count = len(windows[0].row_first)
     side, both = np.zeros((2, count, len(partition.levels) - 1), dtype=bool)
     for level, parts in enumerate(partition.levels[1:]):
-        reached = _reached(window, parts, partition.columns)
+        reached = np.any([_reached(window, parts, partition.columns) for window in windows], axis=0)
         low, high = reached[:, 0::2].any(axis=1), reached[:, 1::2].any(axis=1)
         side[:, level], both[:, level] = high & ~low, high & low
-    return PatchTags(side=side, both=both, sent=window.rays > 0)
+    return PatchTags(side=side, both=both, sent=np.any([window.rays > 0 for window in windows], axis=0))
 
 
 def reached_sections(partition: Partition, window: Window) -> np.ndarray:

@@ -26,7 +26,7 @@ def drawn():
 
 def test_a_bit_is_the_side_of_its_cut():
     partition = cut_sections(np.ones((ROWS, COLUMNS)), clusters=4)
-    tags = patch_tags(partition, window((2, 3, 1, 2), (40, 3, 1, 2), (2, 3, 12, 2), (40, 3, 12, 2)))
+    tags = patch_tags(partition, [window((2, 3, 1, 2), (40, 3, 1, 2), (2, 3, 12, 2), (40, 3, 12, 2))])
     assert tags.side.tolist() == [[False, False], [True, False], [False, True], [True, True]]
     assert not tags.both.any()
     assert [tags.destinations(patch).tolist() for patch in range(4)] == [[0], [2], [1], [3]]
@@ -34,7 +34,7 @@ def test_a_bit_is_the_side_of_its_cut():
 
 def test_a_patch_on_a_cut_goes_to_both_sides():
     partition = cut_sections(np.ones((ROWS, COLUMNS)), clusters=4)
-    tags = patch_tags(partition, window((30, 4, 1, 2), (30, 4, 7, 2), (2, 3, 7, 2)))
+    tags = patch_tags(partition, [window((30, 4, 1, 2), (30, 4, 7, 2), (2, 3, 7, 2))])
     assert tags.both.tolist() == [[True, False], [True, True], [False, True]]
     assert [tags.destinations(patch).tolist() for patch in range(3)] == [[0, 2], [0, 1, 2, 3], [0, 1]]
     assert [tags.links(patch) for patch in range(3)] == [1 + 2 + 2, 1 + 2 + 4, 1 + 1 + 2]
@@ -42,7 +42,7 @@ def test_a_patch_on_a_cut_goes_to_both_sides():
 
 def test_a_window_that_wraps_is_on_both_sides():
     partition = cut_sections(np.ones((ROWS, COLUMNS)), clusters=2)
-    assert patch_tags(partition, window((62, 4, 0, 1))).destinations(0).tolist() == [0, 1]
+    assert patch_tags(partition, [window((62, 4, 0, 1))]).destinations(0).tolist() == [0, 1]
 
 
 def test_different_sides_of_two_parts_are_both_sides():
@@ -50,14 +50,14 @@ def test_different_sides_of_two_parts_are_both_sides():
     work = np.ones((ROWS, COLUMNS))
     work[:4, :32], work[12:, 32:] = 50, 50
     partition = cut_sections(work, clusters=4)
-    tags = patch_tags(partition, window((30, 4, 7, 1)))
+    tags = patch_tags(partition, [window((30, 4, 7, 1))])
     assert reached_sections(partition, window((30, 4, 7, 1))).tolist() == [[False, True, True, False]]
     assert tags.destinations(0).tolist() == [0, 1, 2, 3]
 
 
 def test_every_section_that_a_window_meets_is_a_destination(drawn):
     partition, windows = drawn
-    tags, reached = patch_tags(partition, windows), reached_sections(partition, windows)
+    tags, reached = patch_tags(partition, [windows]), reached_sections(partition, windows)
     home, more = classify(partition, windows), 0
     for patch in range(400):
         destinations = tags.destinations(patch).tolist()
@@ -70,12 +70,12 @@ def test_every_section_that_a_window_meets_is_a_destination(drawn):
 
 def test_a_patch_without_rays_is_not_sent(drawn):
     partition, windows = drawn
-    tags, empty = patch_tags(partition, windows), np.flatnonzero(windows.rays == 0)
+    tags, empty = patch_tags(partition, [windows]), np.flatnonzero(windows.rays == 0)
     assert len(empty)
     assert all(len(tags.destinations(patch)) == tags.links(patch) == 0 for patch in empty)
 
 
 def test_one_section_has_tags_without_bits():
     partition = cut_sections(np.ones((ROWS, COLUMNS)), clusters=1)
-    tags = patch_tags(partition, window((2, 3, 1, 2)))
+    tags = patch_tags(partition, [window((2, 3, 1, 2))])
     assert (tags.destinations(0).tolist(), tags.links(0)) == ([0], 1)
