@@ -1,5 +1,6 @@
 """``machine``: simulators of whole machines."""
 
+import sys
 from pathlib import Path
 
 import click
@@ -7,9 +8,11 @@ import click
 from golden.commands.choices import HIT_FORMATS
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
+from golden.commands.parameters import ASSIGNMENTS, CELL, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
 
 __all__ = ["machine"]
+
+_SUPPLIES = ("pushed", "pulled", "main")
 
 
 @click.group("machine", cls=CommandLine, no_args_is_help=False, short_help="Simulate machines of many clusters.")
@@ -54,11 +57,71 @@ def engine(scene, nodes, groups, frusta, rays, cell, hits, latency, casts, prese
     with progress_bar(desc="cast", unit="section", delay=2, disable=not console().progress) as bar:
         run = simulated.run(nodes, groups, note=lambda done: bar.update(done - bar.n))
     report = run.report()
-    console().report(report, _text(report))
+    console().report(report, _engine_text(report))
 
 
-def _text(report):
-    each = report["of_a_node"]
+@machine.command("paper", cls=Task, named={"Nodes": "--nodes", "Traversal units": "--units", "Ratio": "--ratio",
+                                           "Samples": "--samples", "Cell size": "--cell", "Azimuths": "--rays",
+                                           "Polars": "--rays"},
+                 epilog=SCENE_HELP, extra="sim", short_help="Simulate the paper's machine with up to 1024 clusters.")
+@SCENE
+@click.option("--nodes", type=int, default=16, help="Set the number of intersection units, each of which is a cluster: "
+              "a power of two up to 1024.")
+@click.option("--units", type=int, help="Set the number of traversal units of the pool."
+              "  [default: two for each cluster]")
+@click.option("--supply", type=click.Choice(_SUPPLIES), default="pushed", help="Choose who moves patches: the host "
+              "pushes them by tags, clusters pull them, or main memory alone has them.")
+@click.option("--steps", type=click.IntRange(1, 1000), default=1, help="Cast this many refinement steps.")
+@click.option("--samples", type=click.IntRange(1, 16), default=1, help="Cast hemispheres from this many points along "
+              "each side of a step's patch.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of each "
+              "hemisphere.")
+@CELL
+@click.option("--ratio", type=int, default=64, help="Cast one ray of so many at low density, a power of two.")
+@click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in cycles.")
+@PRESET
+@ASSIGNMENTS
+def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latency, preset, assignments):
+    """Simulate refinement steps on the machine of Shen and Deprettere's paper in SCENE.
+
+    Hits are compared with golden's. No cycles are compared with hardware, which there is none of.
+    """
+    from golden.config import PRESETS
+    from golden.machines.paper.supply import Supply
+    from radiosity.paper_machine import PaperMachine, PaperSpec
+
+    spec = PaperSpec(scene=scene, steps=steps, samples=samples, rays=rays, cell=cell, ratio=ratio)
+    simulated = PaperMachine(spec, PRESETS[preset].with_parameters(assignments), nodes=nodes, units=units,
+                             latency=latency)
+    report = {**simulated.run(Supply(supply)).report(), "differences": simulated.differences()}
+    console().report(report, _paper_text(report))
+    if report["differences"]:
+        sys.exit(1)
+
+
+def _paper_text(report):
+    traffic, memory = report["traffic"], report["memory"]
+    return "\n".join([
+        f"{report['steps']} refinement steps, {report['frusta']} hemispheres, {report['rays']} rays, cell "
+        f"{report['cell']:g}, {report['patches']} patches; {report['nodes']} clusters, {report['traversal_units']} "
+        f"traversal units, patches {report['supply']}",
+        f"cycles {report['cycles']}" + " (extrapolated)" * report["is_extrapolated"]
+        + f"; efficiency {report['efficiency']:.3f}, {report['rays_per_cycle']:.3f} rays per cycle; "
+        f"golden: {report['differences']} differences",
+        f"tree: {traffic['pushed']} patches pushed, {traffic['requested']} requested, {traffic['dropped']} dropped, "
+        f"root link {traffic['root_share']:.3f} of the cycles; {traffic['messages']} messages",
+        f"references: {memory['resident_references']} to resident sets, {memory['cache_hits']} to caches, "
+        f"{memory['main_references']} to main memory; at most {memory['most_held']} patches and "
+        f"{memory['most_deferred']} deferred rays of a cluster",
+        *_node_lines(report)])
+
+
+def _node_lines(report):
+    return [f"{name.replace('_', ' ')} of a cluster: {counts['least']} to {counts['most']}, mean {counts['mean']:.1f}"
+            for name, counts in report["of_a_node"].items()]
+
+
+def _engine_text(report):
     return "\n".join([
         f"{report['frusta']} hemispheres, {report['rays']} rays, cell {report['cell']:g}, {report['patches']} patches; "
         f"{report['nodes']} clusters in {report['groups']} groups, {report['sections']} sections",
@@ -68,5 +131,4 @@ def _text(report):
         "lower bounds: " + ", ".join(f"{name} {cycles}" for name, cycles in report["bounds"].items()),
         "memory port {port_share:.3f} and dispatcher {dispatch_share:.3f} of the cycles after the load".format(
             **report["traffic"]),
-        *(f"{name.replace('_', ' ')} of a cluster: {counts['least']} to {counts['most']}, mean {counts['mean']:.1f}"
-          for name, counts in each.items())])
+        *_node_lines(report)])
