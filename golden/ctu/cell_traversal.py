@@ -11,7 +11,7 @@ import numpy as np
 from golden.ctu.grid_rays import FRACTION
 
 __all__ = ["BEGIN_BITS", "INDEX_BITS", "NEVER", "PARAMETER_BITS", "POSITION_FRACTION", "RECIPROCAL_BITS", "Traversal",
-           "reciprocal", "reciprocal_table"]
+           "reciprocal", "reciprocal_table", "traversal_start"]
 
 # Bits of a reciprocal's mantissa and of the magnitude that it inverts; the leading ROW_BITS select the table's row.
 RECIPROCAL_BITS = 20
@@ -58,6 +58,31 @@ def reciprocal(magnitude: np.ndarray):
     return _VALUE[row] - (_SLOPE[row] * offset >> rest) >> GUARD, RECIPROCAL_BITS - 1 + length - FRACTION
 
 
+def traversal_start(origin: np.ndarray, direction: np.ndarray, begin: np.ndarray):
+    """Where K grid rays are at the parameter ``begin``, and how far the next cell borders are.
+
+    Parameters
+    ----------
+    origin, direction
+        As of `Traversal`.
+    begin
+        K x 1 int64, or one for all: where the shell begins.
+
+    Returns
+    -------
+    K x 3 int64 each: the cell; the parameter, from ``begin`` on, of the next border on each axis; and that from one
+    border to the next. Both are at most `NEVER`, which they are on an axis along which a ray does not move.
+    """
+    position = np.asarray(origin) + (direction * begin >> FRACTION)
+    mantissa, shift = reciprocal(np.maximum(np.abs(direction), 1))
+    within = position & (1 << POSITION_FRACTION) - 1
+    # A ray of negative direction may start on its next border.
+    distance = np.where(direction > 0, (1 << POSITION_FRACTION) - within, within)
+    next_, between = (np.where(direction == 0, NEVER, np.minimum(length * mantissa >> shift, NEVER))
+                      for length in (distance, 1 << POSITION_FRACTION))
+    return position >> POSITION_FRACTION, next_, between
+
+
 class Traversal:
     """Grid rays of one shell in traversal.
 
@@ -90,16 +115,8 @@ class Traversal:
             raise ValueError(f"Begin and end must be below 2^{BEGIN_BITS} and at most {NEVER} apart, not {begin!r} and "
                              f"{end!r}")
         self._length, self._shape = end - begin, np.asarray(shape)
-        position = np.asarray(origin) + (direction * begin >> FRACTION)
-        self.ray, self.index, self._step = np.arange(len(direction)), position >> POSITION_FRACTION, np.sign(direction)
-        magnitude = np.abs(direction)
-        mantissa, shift = reciprocal(np.maximum(magnitude, 1))
-        within = position & (1 << POSITION_FRACTION) - 1
-        # To the next border; a ray of negative direction may start on it.
-        distance = np.where(direction > 0, (1 << POSITION_FRACTION) - within, within)
-        never = direction == 0
-        self._next = np.where(never, NEVER, np.minimum(distance * mantissa >> shift, NEVER))
-        self._between = np.where(never, NEVER, np.minimum((mantissa << POSITION_FRACTION) >> shift, NEVER))
+        self.ray, self._step = np.arange(len(direction)), np.sign(direction)
+        self.index, self._next, self._between = traversal_start(origin, direction, begin)
         self._drop(np.ones(len(direction), dtype=bool))
 
     @property

@@ -53,7 +53,7 @@ class TraversalStart(wiring.Component):
     ------
     Latency: ``product_registers + 20`` cycles. One ray per cycle; stalls while the ray at the end waits.
 
-    Golden counterpart: `golden.ctu.cell_traversal.Traversal`, its constructor. Source: Shen 1993, section 5.3.4.5.
+    Golden counterpart: `golden.ctu.cell_traversal.traversal_start`. Source: Shen 1993, section 5.3.4.5.
     """
 
     def __init__(self, *, config: Config, tag):

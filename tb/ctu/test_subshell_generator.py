@@ -63,6 +63,10 @@ def lists(seed):
     entries[30]["patch"] = 1 << int(random.integers(CONFIG.icu.patch_bits, WORD)) | 5
     entries[40]["shell"] = 0
     entries[50]["shell"] = 1 << 31
+    # Wider than any number of a patch.
+    for entry in entries[51:]:
+        entry["patch"] = int(random.integers(1 << CONFIG.icu.patch_bits, 1 << random.integers(
+            CONFIG.icu.patch_bits + 1, WORD)))
     whole = {"first": 0, "patches": PATCHES}
     return entries, [
         {**whole, "count": 20}, {**whole, "count": 0}, {**whole, "first": TABLE, "count": 0},
@@ -70,7 +74,20 @@ def lists(seed):
         {**whole, "first": 25, "count": 9}, {**whole, "first": 38, "count": 3}, {**whole, "first": 40, "count": 1},
         {**whole, "count": TABLE + 1}, {**whole, "first": 60, "count": 5}, {**whole, "first": TABLE + 1, "count": 0},
         {**whole, "first": 1 << 31, "count": 1 << 31}, {**whole, "first": 3, "count": (1 << 32) - 1},
-        {**whole, "first": 1, "count": 12, "patches": 1 << 31}]
+        {**whole, "first": 1, "count": 12, "patches": 1 << 31}, *_at_limits(entries, random)]
+
+
+def _at_limits(entries, random):
+    """Lists of one patch that is the last one or one beyond, and lists just inside and outside the table."""
+    for first, entry in enumerate(entries):
+        is_last = entry["patch"] < 1 << CONFIG.icu.patch_bits and random.integers(2)
+        yield {"first": first, "count": 1, "patches": entry["patch"] + int(is_last)}
+    for bit in range(TABLE.bit_length(), WORD):
+        yield {"first": 1 << bit, "count": 0, "patches": PATCHES}
+        yield {"first": 0, "count": 1 << bit, "patches": PATCHES}
+    for first in random.integers(TABLE, size=8).tolist():
+        for count in (TABLE - first, TABLE - first + 1):
+            yield {"first": first, "count": count, "patches": PATCHES}
 
 
 def expected(entries, given):

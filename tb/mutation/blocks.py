@@ -11,6 +11,7 @@ from tb.ctu import (
     test_near_window,
     test_subshell_generator,
     test_subshell_windows,
+    test_traversal_start,
 )
 from tb.ctu import test_ray_banks as test_grid_ray_banks
 from tb.ctu import test_ray_memory as test_grid_ray_memory
@@ -65,7 +66,7 @@ BLOCKS: dict[str, dict[str, Callable[[], None]]] = {
         "ct_ray_generator": _bench(test_ct_ray_generator), "near_window": _bench(test_near_window),
         "subshell_generator": _bench(test_subshell_generator), "subshell_windows": _bench(test_subshell_windows),
         "grid_entries": _bench(test_grid_entries), "grid_direction": _bench(test_grid_direction),
-        "cell_traversal": _bench(test_cell_traversal),
+        "traversal_start": _bench(test_traversal_start), "cell_traversal": _bench(test_cell_traversal),
         "ray_memory": _bench(test_grid_ray_memory), "ray_banks": _bench(test_grid_ray_banks)},
     "istructure": {"istructure": _bench(test_istructure)},
     "cache": {"cache": lambda: test_cache.test_in_the_simulator(next(iter(test_cache.SIZES)), "verilator")},
