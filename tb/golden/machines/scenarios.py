@@ -7,14 +7,26 @@ import numpy as np
 
 from golden.config import PRESETS
 from golden.machines.event_heap import event_heap, pop, push
+from golden.machines.gather.hypercube import hypercube
+from golden.machines.gather.node_matrix import NodeMatrix
+from golden.machines.gather.node_memory import NodeMemory
+from golden.machines.gather.node_programs import run_program
+from golden.machines.gather.node_timing import NodeTiming
+from golden.machines.gather.projection_work import ProjectionWork
+from golden.machines.gather.redistribution import redistributed
+from golden.machines.gather.row_phase import SCHEMES, GatherScheme, make_matrix_rows
+from golden.machines.gather.solution_programs import iteration_program
 from golden.machines.job_queue import JobSections, run_queue
 from golden.machines.job_timing import JobTiming
 from golden.machines.joint_cast import joint_cast
 from golden.machines.section_trace import SectionTrace
 from golden.noc.routing import route
 from golden.noc.topology import Topology
+from golden.scene.builtin import builtin_scene
+from golden.scene.halve import halved
 from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import joint_timing
+from tb.golden.machines.gather.nodes import drawn_matrix, drawn_work
 from tb.golden.machines.packet_runs import run_packets
 from tb.noc.packets import packets
 
@@ -74,11 +86,30 @@ def joint_runs(run, *, columns, rows, slots=8, run_ahead=1):
     return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]]) for one in times])
 
 
+def _gather():
+    """Rows that nodes share and request, the circulation of blocks, and iterations of Gauss-Jacobi."""
+    found = []
+    for scheme in SCHEMES:
+        for free in (40, 400):
+            work, memory = drawn_work(3, 14), NodeMemory()
+            memory = NodeMemory(size=memory.size - memory.free(14) + free)
+            found.append(make_matrix_rows(GatherScheme(name=scheme), np.full(14, 3), work, hypercube(4, work.timing),
+                                          memory).ends)
+    matrix = redistributed(NodeMatrix.of_rows(drawn_matrix(1, 12, most=5), np.array([0, 3, 6, 9, 12])))
+    program = iteration_program("gauss-jacobi", matrix, NodeTiming())
+    return np.stack([*found, run_program(program, hypercube(4, NodeTiming()), np.zeros(4), rounds=2)])
+
+
+def _projections():
+    return ProjectionWork(halved(builtin_scene("cornell"), 24), NodeTiming()).of_rows
+
+
 def _joint():
     return joint_runs(joint_cast, columns=2, rows=2)
 
 
-SCENARIOS = {"heap": _heap, "network": _network, "job": _job, "joint": _joint}
+SCENARIOS = {"heap": _heap, "network": _network, "job": _job, "joint": _joint, "gather": _gather,
+             "projections": _projections}
 
 if __name__ == "__main__":
     json.dump({name: np.asarray(run()).tolist() for name, run in SCENARIOS.items()}, sys.stdout)

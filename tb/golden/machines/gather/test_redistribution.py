@@ -1,0 +1,84 @@
+"""Entries move until all nodes have as many, but for one; only what changes its node moves."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from golden.machines.gather.hypercube import WORDS, hypercube
+from golden.machines.gather.node_matrix import NodeMatrix
+from golden.machines.gather.node_programs import run_program
+from golden.machines.gather.node_timing import NodeTiming
+from golden.machines.gather.redistribution import moves_of, redistributed, redistribution_program
+from tb.golden.machines.gather.nodes import drawn_matrix
+
+
+def given(seed, nodes, *, rows=60, most=20):
+    rng = np.random.default_rng(seed)
+    bounds = np.concatenate([[0], np.sort(rng.integers(0, rows + 1, nodes - 1)), [rows]])
+    return NodeMatrix.of_rows(drawn_matrix(seed, rows, most=most), bounds)
+
+
+@pytest.mark.parametrize("nodes", [1, 2, 8, 16])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_first_nodes_have_one_entry_more(nodes, seed):
+    before = given(seed, nodes)
+    after, total = redistributed(before), before.matrix.nnz
+    assert after.entry_counts.tolist() == [total // nodes + (node < total % nodes) for node in range(nodes)]
+    assert after.matrix is before.matrix
+    assert after.sharers <= 2
+    # A node shares at most its first row with the node before it, and its last one with the node behind it.
+    assert np.bincount(after.part_node[~after.is_owner], minlength=nodes).max() <= 1
+
+
+def test_a_split_row_belongs_to_its_last_node():
+    matrix = sparse.csr_array((np.ones(8), np.arange(8) % 4, [0, 3, 3, 5, 8]), shape=(4, 4))
+    after = redistributed(NodeMatrix.of_rows(matrix, np.array([0, 4, 4])))
+    assert after.entries.tolist() == [0, 4, 8]
+    # Rows 0 and 1 are whole, or empty, in front of entry 4; row 2 ends behind it.
+    assert after.rows.tolist() == [0, 2, 4]
+    assert after.part_row.tolist() == [0, 1, 2, 2, 3]
+    assert after.is_owner.tolist() == [True, True, False, True, True]
+    assert after.is_split.tolist() == [False, True]
+
+
+def test_a_heavy_row_is_shared_by_many_nodes():
+    lengths = [60] + [1] * 15
+    columns = np.concatenate([np.arange(length) % 16 for length in lengths])
+    matrix = sparse.csr_array((np.ones(75), columns, np.cumsum([0, *lengths])), shape=(16, 16))
+    assert redistributed(NodeMatrix.of_rows(matrix, np.arange(17))).sharers == 13
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_messages_take_each_node_from_what_it_has_to_what_it_gets(seed):
+    before = given(seed, 8)
+    after = redistributed(before)
+    moves = moves_of(before, after)
+    assert (moves.source != moves.target).all()
+    gain = np.bincount(moves.target, moves.entries, 8) - np.bincount(moves.source, moves.entries, 8)
+    assert np.array_equal(before.entry_counts + gain, after.entry_counts)
+    kept = np.minimum(before.entries[1:], after.entries[1:]) - np.maximum(before.entries[:-1], after.entries[:-1])
+    assert moves.entries.sum() == before.matrix.nnz - np.maximum(kept, 0).sum()
+    assert (moves.rows >= 1).all()
+    assert (moves.entries >= moves.rows - (np.diff(before.matrix.indptr) == 0).sum()).all()
+
+
+def test_only_counts_travel_where_nothing_moves():
+    timing = NodeTiming()
+    before = NodeMatrix.of_rows(sparse.csr_array(np.ones((8, 8))), np.arange(0, 9, 2))
+    moves = moves_of(before, redistributed(before))
+    assert not len(moves.source)
+    cube = hypercube(4, timing)
+    ends = run_program(redistribution_program(moves, 4, timing), cube, np.zeros(4))
+    assert (ends == 2 * timing.setup + 3 * timing.word + 8 * timing.operation).all()
+
+
+def test_entries_travel_behind_the_structure_of_their_rows():
+    timing = NodeTiming(setup=100, word=10, operation=1)
+    before = NodeMatrix.of_rows(sparse.csr_array(np.ones((4, 4))), np.array([0, 3, 4]))
+    moves, cube = moves_of(before, redistributed(before)), hypercube(2, timing)
+    assert (moves.source.tolist(), moves.target.tolist(), moves.entries.tolist(), moves.rows.tolist()) == (
+        [0], [1], [4], [1])
+    ends = run_program(redistribution_program(moves, 2, timing), cube, np.zeros(2))
+    counts = 100 + 10 + 4
+    assert cube.sent[:2, WORDS].tolist() == [1 + 4 * 2 + 2, 1]
+    assert ends.tolist() == [counts + 10 + 100, counts + 10 + 100 + 10 * 10 + 10]

@@ -1,0 +1,47 @@
+"""The largest patches are halved until there are enough; halves stay in the place of their patch."""
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.scene.builtin import builtin_scene
+from golden.scene.halve import MOST_PATCHES, halved
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+
+
+@pytest.mark.parametrize("patches", [20, 21, 100, 333])
+def test_area_and_surfaces_stay(patches):
+    scene = builtin_scene("cornell")
+    found = halved(scene, patches)
+    assert len(found) == patches
+    assert np.allclose(np.bincount(found.surface, found.areas), np.bincount(scene.surface, scene.areas), rtol=1e-12)
+    assert (np.diff(found.surface) >= 0).all()
+    assert np.array_equal(np.unique(found.material), np.unique(scene.material))
+    assert np.allclose(found.normals, scene.normals[np.searchsorted(scene.surface, found.surface)])
+
+
+def test_the_largest_patch_is_cut_across_its_longest_side():
+    scene = scene_of((rectangle((0, 0, 0), (4, 0, 0), (0, 1, 0)), BLACK),
+                     (rectangle((0, 0, 1), (1, 0, 0), (0, 3, 0)), BLACK))
+    found = halved(scene, 4)
+    assert np.allclose(found.areas, [2, 2, 1.5, 1.5])
+    assert found.vertices[0].tolist() == [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]
+    assert found.vertices[3].tolist() == [[0, 1.5, 1], [1, 1.5, 1], [1, 3, 1], [0, 3, 1]]
+    assert found.surface.tolist() == [0, 0, 1, 1]
+
+
+def test_halves_of_a_triangle_are_triangles():
+    triangle = np.array([(0, 0, 0), (4, 0, 0), (0, 3, 0), (0, 3, 0.0)])
+    found = halved(scene_of((triangle, BLACK)), 3)
+    assert found.is_triangle.all()
+    assert np.isclose(found.areas.sum(), 6)
+    assert np.allclose(found.normals, (0, 0, 1))
+    assert np.allclose(np.sort(found.areas), (1.5, 1.5, 3))
+
+
+@pytest.mark.parametrize(("patches", "error", "message"), [
+    (19, InputError, f"scene 'cornell': Patches must be 20 to {MOST_PATCHES}, not 19"),
+    (MOST_PATCHES + 1, InputError, "Patches must be 20 to"), (20.0, TypeError, "Patches must be an int, not 20.0")])
+def test_numbers_out_of_range_are_refused(patches, error, message):
+    with pytest.raises(error, match=message):
+        halved(builtin_scene("cornell"), patches)
