@@ -136,6 +136,7 @@ BAD = {
                                "it is the input"),
     "no efficacy": ({}, (*RENDER, "--efficacy", "0"), "--efficacy"),
     "image of one number": ({}, (*RENDER, "--size", "512"), "--size"),
+    "image of a digit that is no decimal one": ({}, (*RENDER, "--size", "12x²"), "'12x²' is not two whole numbers"),
     "image without pixels": ({}, (*RENDER, "--size", "0x10"), "Width must be"),
     "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
     "image too large": ({}, (*RENDER, "--size", "16384x16384"), "pixels"),

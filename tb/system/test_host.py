@@ -252,6 +252,23 @@ def test_an_endless_job_times_out(port):
     assert len(job().descriptors) == 18
 
 
+def test_a_job_whose_clusters_stop_times_out_after_its_last_record(port):
+    """Not before: the limit is that of the cycles without a record."""
+    host, port.speed = begun(port), 1
+    original = port.wait
+
+    async def wait(cycles):
+        port.speed = int(len(records) < 9 and port.waited // POLL % 3 == 2)
+        before = port.get("completed")
+        await original(cycles)
+        records.extend(range((port.get("completed") - before) % (1 << 32)))
+
+    records, port.wait = [], wait
+    with pytest.raises(EngineTimeoutError, match=r"completed 9 of 18 descriptors, and none for 400 cycles"):
+        run(host.run(job(), timeout=4 * POLL))
+    assert port.waited > 9 * 3 * POLL
+
+
 def resumes(port, **ends):
     """The status of a queue that is halted, loads from cycle 300 on, and ends so at cycle 700."""
     original, port.values[ADDRESSES["status"]] = port.wait, register("status").pack(halted=1)

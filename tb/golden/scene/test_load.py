@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.load import load_scene
 
 BOX = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0), (0, 0, 1), (2, 0, 1), (2, 3, 1), (0, 3, 1)]
@@ -167,6 +167,12 @@ def test_obj_corners_may_have_textures_normals_and_negative_numbers(tmp_path):
     assert scene.is_triangle.tolist() == [False, True]
     # The farthest one back is the first vertex of the file.
     assert len(load_scene(write(tmp_path, "b.obj", SQUARE + "f -4 -3 -2 -1\n"))) == 1
+
+
+def test_a_face_of_an_obj_may_continue_over_several_lines(tmp_path):
+    scene = load_scene(write(tmp_path, "a.obj", SQUARE + "f 1 2 \\\n 3 \\\n 4\n"))
+    assert scene.is_triangle.tolist() == [False]
+    assert scene.areas.tolist() == [1]
 
 
 MTL = """newmtl wall
@@ -352,6 +358,17 @@ def test_a_gltf_camera_below_other_nodes_is_where_they_put_it(tmp_path):
     assert camera.eye == pytest.approx((4, 5, 0))
     assert camera.axes == pytest.approx(np.array([(0, 0, -1), (0, 1, 0), (-1, 0, 0)]), abs=1e-12)
     assert camera.fov == pytest.approx(30)
+
+
+def test_the_first_perspective_camera_of_gltf_is_the_scenes(tmp_path):
+    nodes = [{"children": [1, 2, 3, 4]}, {"camera": 0, "translation": [0, 0, 7]},
+             {"camera": 1, "translation": [0, 0, 4]}, {"camera": 2, "translation": [0, 0, 9]}, {"mesh": 0}]
+    cameras = [{"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 9, "znear": 0.1}},
+               *({"type": "perspective", "perspective": {"yfov": np.radians(angle), "znear": 0.1}}
+                 for angle in (30, 60))]
+    with pytest.warns(InputWarning, match="cameras beside the first"):
+        camera = load_scene(gltf(tmp_path, nodes=nodes, cameras=cameras)).camera
+    assert (camera.eye, camera.fov) == (pytest.approx((0, 0, 4)), pytest.approx(30))
 
 
 def test_a_node_with_a_camera_keeps_its_mesh(tmp_path):

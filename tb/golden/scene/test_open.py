@@ -31,6 +31,8 @@ def test_a_file_of_a_built_in_name_is_reached_by_its_path(tmp_path, monkeypatch)
     ("gone.obj", "gone.obj: no such file"),
     ("furnace:0", "scene 'furnace': Size must be 1 to 64, not 0"),
     ("furnace:x", "scene 'furnace:x': Size must be a whole number, not 'x'"),
+    # A digit, but no decimal one.
+    ("furnace:²", "scene 'furnace:²': Size must be a whole number, not '²'"),
     ("cornell:3", "scene 'cornell': it has one size, so cornell:3 does not exist"),
     ("/", "/: it is a directory, not a scene file"),
 ])

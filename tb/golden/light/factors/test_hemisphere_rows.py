@@ -44,3 +44,12 @@ def test_an_entry_of_one_direction_has_both():
     found = view_factors(scene, projected=True)
     assert found.unprojected[0, 1] == 0 < found.unprojected[1, 0]
     assert found.F[0, 1] == pytest.approx(found.F[1, 0] * 0.02**2)
+
+
+def test_samples_count_by_their_shares_of_the_patch():
+    """In the middle of a floor a ceiling hides more of the sky than at its rim; no ray meets a back."""
+    floor, ceiling = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0))
+    found = view_factors(scene_of(([floor, ceiling], BLACK)), samples=3)
+    assert len(np.unique(found.row_sums[0])) > 1
+    assert found.closure <= 1e-12
+    assert found.back.max() <= 1e-12

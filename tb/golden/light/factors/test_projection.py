@@ -4,7 +4,7 @@ from scipy import sparse
 
 from golden.errors import InputError
 from golden.light.factors.join import Estimate
-from golden.light.factors.projection import project
+from golden.light.factors.projection import _SLACKS, _Problem, project
 
 
 def estimate(F, error, *, sky=None, sky_error=None):
@@ -143,3 +143,11 @@ def test_areas_of_another_scene_are_refused(room):
     message = r"projection: Area must have one entry for each of 40 rows, not shape \(3,\)"
     with pytest.raises(InputError, match=message):
         project(estimate(room[0], 0.1), area=np.ones(3))
+
+
+def test_the_search_ends_when_all_rows_close(room, noisy, monkeypatch):
+    """Two steps for each slack or fewer; what would follow them only moves roundings."""
+    steps, step = [], _Problem._newton_step
+    monkeypatch.setattr(_Problem, "_newton_step", lambda *given: steps.append(1) or step(*given))
+    project(estimate(*noisy), area=room[1])
+    assert 0 < len(steps) <= 2 * len(_SLACKS)

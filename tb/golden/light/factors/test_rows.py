@@ -122,9 +122,16 @@ def test_no_row_is_measured_twice_to_the_same_error(monkeypatch):
     monkeypatch.setattr(rows, "_block", lambda first, last, **given: measured.append(
         (first, last, given["limit"])) or block(first, last, **given))
     compute_view_factors(rows)
-    again = measured[1:]
-    assert [one[:2] for one in again] == [(1, 2)] * 3
-    assert len(set(again)) == 3
+    assert [one[:2] for one in measured[1:]] == [(1, 2)] * 3
+    # Standard errors are half of the errors.
+    assert [limit for *_, limit in measured] == pytest.approx([0.05, 0.05 / 4, 0.05 / 16, 0.05 / 64])
+
+
+@pytest.mark.parametrize("error", [5e-2, 5e-3])
+def test_hidden_pairs_have_the_requested_error(error):
+    """Segments are cast until twice the standard error is the error."""
+    found = compute_view_factors(rows_of(plates(0.3), error=error))
+    assert error / 4 < found.largest_error <= error
 
 
 def test_rows_of_a_block():
