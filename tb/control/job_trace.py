@@ -20,6 +20,8 @@ __all__ = ["Environment", "Plan", "TraceBench", "trace"]
 NUMBERS = {one.name: one.value for one in ErrorCode}
 CODES = {number: name for name, number in NUMBERS.items()}
 IN_FLIGHT = 3
+# Of the port; which one is a matter of the seed.
+WRITE_FAULTS = ("WRITE_TIMEOUT", "WRITE_PROTOCOL", "WRITE_OUTSIDE")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +148,8 @@ class Environment:
         elif event == "far":
             self._extra = (1 << self._plan.ring_bits) + len(self._plan.kinds)
         elif event in ("port reads", "port writes"):
-            self._memory = Fault("READ_OUTSIDE" if event == "port reads" else "WRITE_TIMEOUT", 0, 0x777)
+            writes = WRITE_FAULTS[self._plan.seed % len(WRITE_FAULTS)]
+            self._memory = Fault("READ_OUTSIDE" if event == "port reads" else writes, 0, 0x777)
 
     def _clusters(self):
         """Sections begin when the one before has been cast, and are cast and written in their order."""

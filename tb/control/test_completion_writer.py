@@ -251,5 +251,13 @@ def test_short_requests():
     Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1).check()
 
 
+@pytest.mark.parametrize("fails", [4, 6, 7])
+def test_a_record_is_written_again_if_any_of_its_requests_fails(fails):
+    """Four requests of two beats each; it is known with the last answer."""
+    writer = Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1, fails={fails})
+    writer.check()
+    assert [address for _, address in writer.failures] == [RING + SIZE]
+
+
 def test_one_cluster():
     Writer(nodes=1).run((5,), own=3).check()

@@ -9,7 +9,7 @@ import pytest
 
 from golden.config import PRESETS
 from hw.control.job_control import JobControl
-from tb.control.job_trace import Plan, TraceBench, trace
+from tb.control.job_trace import WRITE_FAULTS, Plan, TraceBench, trace
 from tb.lib.coverage import Coverage
 from tb.lib.timing import documented_latency
 
@@ -194,6 +194,12 @@ def test_records_that_cannot_be_written(benches):
         complete(around)
         assert any(said.error.code == "WRITE_REPLY" for _, said in found)
         assert found[-1][1].taken == 13
+
+
+@pytest.mark.parametrize("seed", range(len(WRITE_FAULTS)))
+def test_a_record_that_cannot_be_written_has_the_code_of_the_port(benches, seed):
+    found, _ = check(benches, Plan(cycles=60, seed=seed, events={38: "port writes", 40: "unwritten"}))
+    assert WRITE_FAULTS[seed] in {said.error.code for _, said in found if said.error}
 
 
 def test_commands_that_are_not_possible(benches):

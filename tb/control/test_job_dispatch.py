@@ -190,6 +190,9 @@ LIMITS = [
     # Tiles of the whole ray memory, and a row or a column more; unfinished tiles count.
     *({**WHOLE, "end_column": 16 * TILE + more, "columns": SIDE, "end_row": TILES // 16 * TILE + below, "rows": SIDE}
       for more in (-1, 0, 1) for below in (-1, 0, 1)),
+    # As many columns and rows as there are numbers for.
+    *({**WHOLE, "end_column": SIDE, "columns": SIDE, "end_row": end, "rows": SIDE}
+      for end in (TILES * TILE * TILE // SIDE, TILES * TILE * TILE // SIDE + 1, SIDE)),
     {"kind": 1, "hit_format": 9, "sums": 9, "near_cells": 1, "near_count": 1 << 20, "last_shell": 0, "end_column": 0},
     {"kind": 1, "hits": 32}, {"kind": 1, "context": 1}, {"kind": 1, "reserved": 2},
     *({"kind": 1, "cluster": value} for value in (0, 1, CLUSTERS - 1, CLUSTERS, 77, ANY_CLUSTER - 1, ANY_CLUSTER)),

@@ -35,8 +35,8 @@ class _Cluster:
         self.event = self.cycle
 
 
-def run(sections, *, seed=1, slow=6, late=0):
-    """The log of all events, and the cycles that were counted for each section."""
+def run(sections, *, seed=1, slow=6, late=0, read_out=5):
+    """The log of all events, and the cycles that were counted for each section; a read-out takes ``read_out`` steps."""
     dut, it = SectionCast(config=CONFIG), _Cluster(sections, seed, slow)
     counted, settings = [], {"columns": 0}
 
@@ -102,7 +102,7 @@ def run(sections, *, seed=1, slow=6, late=0):
                 assert (final, cells, done_at) == (True, 0, []), "a cast ends after its last cell and its last patch"
                 it.note("results")
                 counted.append(ctx.get(dut.cycles))
-                it.reading, begun, final, closed = it.pause() * 5, 0, False, False
+                it.reading, begun, final, closed = it.pause() * read_out, 0, False, False
             if enters:
                 done_at.append(max([it.cycle + 1 + it.pause() * 4, *done_at]))
                 cells -= 1
@@ -165,6 +165,8 @@ def test_few_cycles_lie_between_sections():
 
 def test_the_cycles_of_a_cast_are_counted():
     """From the start of its units to the end of its last patch; the wait for the read-out does not count."""
-    it, counted = run(sections_of(8, 6), seed=6, slow=6)
-    begins, ends = ([cycle for cycle, what in it.log if what == f"{name} offered"] for name in ("memory", "results"))
+    it, counted = run(sections_of(8, 6), seed=6, slow=6, read_out=100)
+    begins, ends, over = ([cycle for cycle, what in it.log if what == name] for name in (
+        "memory offered", "results offered", "results"))
+    assert over != ends, "some wait"
     assert counted == [end - begin for begin, end in zip(begins, ends, strict=True)]

@@ -111,6 +111,13 @@ def test_latencies_are_those_of_the_units_that_a_core_has(router):
     assert "memsys.PatchStore" not in thesis
 
 
+def test_the_router_is_that_of_a_node_with_most_links():
+    """In a mesh of 3 x 3 nodes the one in the middle: it has an output in each direction."""
+    made = TOPS["router"].make(PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 3}))
+    outputs = [name for _, name, _ in Fragment.get(made, None).subfragments if name.startswith("output_")]
+    assert len(outputs) == 5
+
+
 def test_latencies_of_black_boxes_are_listed():
     config = PRESETS["tiny"]
     found = unit_latencies(*(make(config) for make in (TOPS["engine"].make, *TOPS["engine"].parts)))

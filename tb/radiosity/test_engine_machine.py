@@ -1,15 +1,17 @@
 """The engine with any number of clusters is simulated by commands."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
 
 import radiosity.cli
 from golden.config import PRESETS
+from golden.jobs.result_formats import HitFormat
 from radiosity.benchmarks.job_runs import JobSpec
 from radiosity.benchmarks.scaling import divisions, strong_runs, weak_run
-from radiosity.engine_machine import EngineMachine
+from radiosity.engine_machine import CALIBRATED, EngineMachine, EngineRun
 
 SMALL = ("cornell", "--frusta", "4", "--rays", "16x16", "--cell", "1")
 SPEC = JobSpec(scene="cornell", rays=(16, 16), frusta=4, cell=1.0)
@@ -33,6 +35,18 @@ def test_text_marks_what_is_extrapolated():
     output = run(*SMALL, "--nodes", "32", "--groups", "4").output
     assert "(extrapolated)" in output
     assert "32 clusters in 4 groups, 32 sections" in output
+
+
+def test_what_is_larger_than_all_hardware_is_extrapolated():
+    runs = [EngineRun(prepared=None, job=None, nodes=nodes, groups=1, simulated=None, dispatch=0)
+            for nodes in (CALIBRATED, 2 * CALIBRATED)]
+    assert [run.is_extrapolated for run in runs] == [False, True]
+
+
+def test_the_longest_section_ends_with_its_results():
+    run = EngineMachine(replace(SPEC, hit_format=HitFormat.FULL), PRESETS["paper"]).run(1, 1)
+    times = run.simulated.times
+    assert run.bounds["longest section"] == (times.done - times.begins).max() > (times.ends - times.begins).max()
 
 
 @pytest.mark.parametrize(("words", "message"), [

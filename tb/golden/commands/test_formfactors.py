@@ -1,10 +1,16 @@
-"""`formfactors` on a disk that is full."""
+"""`formfactors` on a disk that is full, and within a time limit."""
 
 import resource
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
 
+from golden.cast.grid import Grid
+from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.rows import FactorRows
+from golden.scene.builtin import builtin_scene
+from golden.tasks.view_factors import ViewFactorTask
 from tb.golden.commands.runner import run
 
 SCENE = "furnace:6", "--rays", "64x16"
@@ -50,3 +56,21 @@ def test_a_run_that_met_a_full_disk_is_continued(folder):
     assert continued.exit_code == 0, continued.stderr
     assert (folder / "F.npz").read_bytes() == (folder / "whole.npz").read_bytes()
     assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
+
+
+@pytest.mark.parametrize(("limit", "attempts"), [(0, 1), (17.9, 1), (20.1, 3), (99, 4)])
+def test_an_attempt_begins_only_if_eight_times_the_last_ones_time_is_left(folder, monkeypatch, limit, attempts):
+    scene, clock, errors = builtin_scene("furnace:1"), [0.0], []
+    factors = compute_view_factors(FactorRows(scene, Grid(scene), error=0.1))
+
+    def attempt(error, **_):
+        errors.append(error)
+        clock[0] += 2
+        return factors
+
+    monkeypatch.setattr("golden.tasks.view_factors.time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr("golden.tasks.view_factors.compute_view_factors", attempt)
+    task = ViewFactorTask("furnace:1", folder / "F.npz")
+    text = task.run_within(limit, lambda error: error, error=1e-3, method="grid")[1]
+    assert errors == [0.05, 0.0125, 0.003125, 1e-3][:attempts]
+    assert ("the time limit ended the work" in text) == (attempts < 4)

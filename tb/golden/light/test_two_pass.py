@@ -226,6 +226,19 @@ def test_what_diffuse_mirror_and_glass_share_adds_up_under_a_uniform_sky():
     np.testing.assert_allclose(image, 1, rtol=1e-9)
 
 
+def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
+    """Those that mirrored and refracted rays of one hit meet, too."""
+    seeds = []
+    monkeypatch.setattr(DirectLight, "irradiance", lambda self, points, keys: seeds.append(keys) or np.ones(
+        (len(points), 3)))
+    wall = Material(name="wall", diffuse=(0.5, 0.5, 0.5))
+    sheet = FLOOR, Material(name="sheet", transparent=(0.5, 0.5, 0.5), specular=(0.5, 0.5, 0.5), thin=True)
+    result = picture(scene_of(sheet, (WIDE - DEEP, wall), (WIDE[::-1] + DEEP, wall), background=SKY), at_angle(20))
+    assert result.stats["rays"]["reflection"]["hits"] == result.stats["rays"]["refraction"]["hits"] == 120
+    seeds = np.concatenate(seeds)
+    assert len(np.unique(seeds)) == len(seeds)
+
+
 def test_a_point_light_on_a_floor_is_exact():
     light = PointLight(position=(0.0, 0.0, 2.0), intensity=(10, 20, 30))
     scene = scene_of((FLOOR, Material(name="grey", diffuse=(0.5, 0.5, 0.5))), lights=(light,))

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 
@@ -75,14 +76,14 @@ def drawn_trace(rng, *, stages, cells, patches, least):
         tests=rng.integers(1, 30, patches))
 
 
-def joint_runs(run, *, columns, rows, slots=8, run_ahead=1):
-    """Begins and ends of sections that clusters cast together."""
+def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, **path):
+    """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`."""
     rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
     traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number) for number in range(clusters)]
     times = run(traces, rng.integers(0, clusters, 30 + 10 * clusters), cluster_timing(PRESETS["paper"]),
-                joint_timing(PRESETS["paper"]), routing=route(Topology("mesh", columns, rows), noc.virtual_channels),
-                buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
-                slots=slots, run_ahead=run_ahead)
+                replace(joint_timing(PRESETS["paper"]), **path),
+                routing=route(Topology("mesh", columns, rows), noc.virtual_channels), buffer_flits=noc.buffer_flits,
+                arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=slots, run_ahead=run_ahead)
     return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]]) for one in times])
 
 

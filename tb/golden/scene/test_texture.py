@@ -110,12 +110,12 @@ def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says
     assert says in refusal(textured(tmp_path, f"f {face}\n"))
 
 
-def picture_file(folder, image, *, emits=False, **sampler):
-    """A square with a texture, of which it shows the lower left quarter, as glTF counts: red."""
+def picture_file(folder, image, *, emits=False, shift=(0, 0), **sampler):
+    """A square with a texture, of which it shows the upper left quarter: red. Its coordinates may be shifted."""
     data = io.BytesIO()
     image.save(data, format="PNG")
     (folder / "picture.png").write_bytes(data.getvalue())
-    uv = np.array([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)], dtype="<f4")
+    uv = (np.array([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)]) + shift).astype("<f4")
     (folder / "uv.bin").write_bytes(uv.tobytes())
     info = {"index": 0}
     material = {"pbrMetallicRoughness": {"metallicFactor": 0, **({} if emits else {"baseColorTexture": info})}}
@@ -137,6 +137,14 @@ def picture_file(folder, image, *, emits=False, **sampler):
 def test_a_face_of_gltf_has_the_colour_of_its_part(tmp_path, emits):
     scene = load_scene(picture_file(tmp_path, ATLAS, emits=emits))
     assert scene.channels("emission" if emits else "diffuse") == pytest.approx(np.array([RED]) / 255, abs=1e-9)
+
+
+@pytest.mark.parametrize(("sampler", "colour"), [
+    ({}, RED), ({"wrapS": 33071}, GREEN), ({"wrapT": 33071}, BLUE), ({"wrapS": 33071, "wrapT": 33071}, WHITE)])
+def test_each_side_of_a_texture_of_gltf_has_its_wrap(tmp_path, sampler, colour):
+    """Behind the right and the lower border."""
+    scene = load_scene(picture_file(tmp_path, ATLAS, shift=(1, 1), **sampler))
+    assert scene.channels("diffuse") == pytest.approx(np.array([colour]) / 255, abs=1e-9)
 
 
 def test_a_texture_of_gltf_that_cannot_be_read_is_refused(tmp_path):

@@ -49,3 +49,16 @@ def test_black_surfaces_do_not_upset_the_scaling(share):
                              emission=system.emission, area=system.area)
     np.testing.assert_allclose(conjugate_gradient(system).radiosity, gauss_seidel(system, tolerance=1e-12).radiosity,
                                rtol=0, atol=5e-6)
+
+
+def test_a_solution_is_converged_only_if_the_recomputed_residual_is_small():
+    """Black patches count as nearly black: the residual that the steps carry along is that of another system."""
+    system, tolerance = lit_cube("analytic"), 1e-9
+    system = RadiositySystem(form_factors=system.matrix, reflectance=system.reflectance * (np.arange(len(system)) > 9)[
+        :, None], emission=system.emission, area=system.area)
+    whole = conjugate_gradient(system, tolerance=tolerance)
+    assert whole.converged
+    for steps in range(1, whole.steps):
+        found = conjugate_gradient(system, tolerance=tolerance, max_steps=steps)
+        error = np.abs(system.residual(found.radiosity)).sum(axis=0) / found.radiosity.max(axis=0)
+        assert found.converged == (error < tolerance).all()
