@@ -4,6 +4,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
+from golden.noc.packing import reply_flits, request_flits
 from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface
 from hw.noc.patch_network import PatchNetwork
@@ -77,4 +78,36 @@ def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
         assert ctx.get(network.stalls) == 0
 
     simulator.add_testbench(requester)
+    simulator.run()
+
+
+@pytest.mark.parametrize("networks", ["virtual", "physical"])
+def test_flits_are_those_of_requests_and_of_replies(networks):
+    """Two routers pass each of them."""
+    config = PRESETS["tiny"].replace({"noc.networks": networks})
+    network, corners = PatchNetwork(config=config), [(1, 2, 3)] * 4
+    simulator = Simulator(network)
+    simulator.add_clock(1e-8)
+
+    async def clusters(ctx):
+        for end in network.o_request, network.o_reply:
+            for port in end:
+                ctx.set(port.ready, 1)
+        given = network.i_request[0]
+        ctx.set(given.payload, {"node": 1, "patch": 7})
+        ctx.set(given.valid, 1)
+        await ctx.tick().until(given.ready)
+        ctx.set(given.valid, 0)
+        given = network.i_reply[1]
+        for corner in corners:
+            ctx.set(given.payload, {"node": 0, "vertex": {"patch": 7, "surface": 0, "vertex": corner}})
+            ctx.set(given.valid, 1)
+            await ctx.tick().until(given.ready)
+        ctx.set(given.valid, 0)
+        await ctx.tick().repeat(100)
+        count = len(request_flits(config, source=0, destination=1, patch=7)) + len(reply_flits(
+            config, source=1, destination=0, patch=7, surface=0, vertices=corners))
+        assert ctx.get(network.flits) == 2 * count
+
+    simulator.add_testbench(clusters)
     simulator.run()
