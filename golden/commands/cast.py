@@ -16,7 +16,7 @@ from golden.commands.parameters import (
     PRESET,
     SCENE,
     SCENE_HELP,
-    Triple,
+    Numbers,
     WholePair,
 )
 
@@ -45,8 +45,9 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Cast one hemisphere or screen in fixed point.")
     @SCENE
-    @click.option("--origin", type=Triple(), help="Set the point where the rays of a hemisphere start; needs --normal.")
-    @click.option("--normal", type=Triple(), help="Set the direction of the middle of the hemisphere.")
+    @click.option("--origin", type=Numbers(), help="Set the point where the rays of a hemisphere start; needs "
+                  "--normal.")
+    @click.option("--normal", type=Numbers(), help="Set the direction of the middle of the hemisphere.")
     @click.option("--patch", type=int, metavar="NUMBER",
                   help="Cast the hemisphere from the middle of this patch's front.")
     @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "

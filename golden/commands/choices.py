@@ -13,6 +13,7 @@ __all__ = [
            "RECORD_METHODS",
            "REFERENCES",
            "SCENE_SUFFIXES",
+           "SKIES",
            "SKY_DIVISIONS",
            "SOLVERS",
            "STIMULUS_BLOCKS",
@@ -34,6 +35,7 @@ SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "ov
 HIT_FORMATS = ("none", "full", "compact", "ids")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
+SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")
 SCENE_SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 EXPORT_SUFFIXES = (".glb", ".obj", ".ply", ".stl")
 STIMULUS_SUFFIXES = (".npz", ".jsonl")

@@ -9,8 +9,20 @@ from click.shell_completion import CompletionItem
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 from golden.commands.console import console
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "CellSize",
-           "Positive", "Triple", "WholePair"]
+__all__ = [
+    "ASSIGNMENTS",
+    "AZIMUTHS",
+    "CELL",
+    "FILE",
+    "METHOD_CELL",
+    "PRESET",
+    "SCENE",
+    "SCENE_HELP",
+    "CellSize",
+    "Numbers",
+    "Positive",
+    "WholePair",
+]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -65,8 +77,11 @@ class WholePair(click.ParamType):
 AZIMUTHS = WholePair("AZIMUTHSxPOLARS")
 
 
-class Triple(click.ParamType):
-    """Three finite numbers ``x,y,z`` of at least ``least``."""
+_COUNTS = {2: "two", 3: "three"}
+
+
+class Numbers(click.ParamType):
+    """Finite numbers of at least ``least``, as many as ``name`` has names: three, ``x,y,z``, or two."""
 
     def __init__(self, name: str = "X,Y,Z", least: float = -math.inf):
         self.name, self._least = name, least
@@ -76,13 +91,14 @@ class Triple(click.ParamType):
         if isinstance(value, tuple):
             return value
         try:
-            triple = tuple(float(part) for part in value.split(","))
+            numbers = tuple(float(part) for part in value.split(","))
         except ValueError:
-            triple = ()
-        if len(triple) != 3 or not all(map(math.isfinite, triple)) or min(triple) < self._least:
+            numbers = ()
+        count = self.name.count(",") + 1
+        if len(numbers) != count or not all(map(math.isfinite, numbers)) or min(numbers) < self._least:
             limit = "" if self._least == -math.inf else f" of at least {self._least:g}"
-            self.fail(f"{value!r} is not three finite numbers{limit} like {self.name}", param, ctx)
-        return triple
+            self.fail(f"{value!r} is not {_COUNTS[count]} finite numbers{limit} like {self.name}", param, ctx)
+        return numbers
 
 
 class Positive(click.ParamType):

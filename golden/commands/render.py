@@ -8,7 +8,8 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive, Triple, WholePair
+from golden.commands.daylight_options import DAYLIGHT, DAYLIGHT_NAMED, daylight_of
+from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Numbers, Positive, WholePair
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
 
 __all__ = ["render_command"]
@@ -18,7 +19,8 @@ _FRUSTA = ("hemisphere", "primary")
 _NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
           "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
           "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
-          "Target": "--target", "Up": "--up", "Clusters": "--clusters", "Sensor table": "--sensor-table"}
+          "Target": "--target", "Up": "--up", "Clusters": "--clusters", "Sensor table": "--sensor-table",
+          **DAYLIGHT_NAMED}
 
 
 def render_command(*methods: CastingMethod) -> click.Command:
@@ -30,14 +32,13 @@ def render_command(*methods: CastingMethod) -> click.Command:
                        "repeated.")
     @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the image in "
                   "pixels.")
-    @click.option("--eye", type=Triple(), help="Set the position of the camera.  [default: the scene's view, or one "
+    @click.option("--eye", type=Numbers(), help="Set the position of the camera.  [default: the scene's view, or one "
                   "of all "
                   "of it]")
-    @click.option("--target", type=Triple(), help="Set the point that the camera looks at.")
-    @click.option("--up", type=Triple(), help="Set the direction that is up in the image.")
+    @click.option("--target", type=Numbers(), help="Set the point that the camera looks at.")
+    @click.option("--up", type=Numbers(), help="Set the direction that is up in the image.")
     @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
-    @click.option("--sky", type=Triple("R,G,B", least=0),
-                  help="Set the radiance from outside the scene.  [default: the scene's]")
+    @add_options(DAYLIGHT)
     @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
                   "16 ... 1024.")
     @click.option("--light-samples", type=int, default=16, help="Set the number of shadow rays to area lights per "
@@ -71,6 +72,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
                      jobs, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         chosen, options = options_of(methods, method, given)
+        daylight = daylight_of(given)
         from golden.light.two_pass import RenderSettings
         from golden.tasks.photometry import Photometry
         from golden.tasks.render import RenderFiles, View, render_scene
@@ -79,10 +81,10 @@ def render_command(*methods: CastingMethod) -> click.Command:
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
                                   depth=depth, rays=rays, solver=solver, max_edge=max_edge, max_area=max_area,
                                   method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
-        files = RenderFiles(images=output, stats=stats, heatmap=heatmap,
-                            photometry=Photometry(**{name: given.pop(name) for name in PHOTOMETRIC_NAMES}),
+        photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
+        files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry,
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
-        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")})
+        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")}, daylight=daylight)
         if chosen:
             chosen.check(frustum=tuple(settings.side * count for count in size), **options)
 

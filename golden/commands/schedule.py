@@ -5,7 +5,7 @@ import click
 from golden.commands.choices import TOPOLOGIES
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET, SCENE, SCENE_HELP, Triple
+from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET, SCENE, SCENE_HELP, Numbers
 
 __all__ = ["schedule_command"]
 
@@ -17,8 +17,8 @@ _NAMED = {"Ratio": "--ratio", "Clusters": "--clusters", "Azimuths": "--rays", "P
 @SCENE
 @click.option("--clusters", type=int, default=8, help="Set the number of clusters, a power of two.")
 @click.option("--ratio", type=int, default=64, help="Predict the work by a sparse casting: one ray of so many.")
-@click.option("--origin", type=Triple(), help="Set the reference point.  [default: the first of 16 on the ceiling]")
-@click.option("--normal", type=Triple(), help="Set the direction of the middle of its hemisphere.")
+@click.option("--origin", type=Numbers(), help="Set the reference point.  [default: the first of 16 on the ceiling]")
+@click.option("--normal", type=Numbers(), help="Set the direction of the middle of its hemisphere.")
 @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of two.")
 @CELL
 @click.option("--ray-capacity", "--room", type=click.IntRange(min=1), help="Set the maximum number of rays of a "

@@ -33,11 +33,14 @@ class HemisphereSums:
         exceeds the row of ``weights`` by the rays without a column (backs of one-sided patches).
     weight_bits
         W: the weights are in units of 2^-W.
+    sky
+        M x 3 float64: sum of the weights times the radiance of the sky, of all rays that hit nothing; or None.
     """
 
     weights: sparse.csr_array
     row_sums: np.ndarray
     weight_bits: int
+    sky: np.ndarray | None = None
 
 
 def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
@@ -52,7 +55,7 @@ def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
                     column_of: Callable[[Rays, Hits], np.ndarray], clear: ClearRays | None = None,
-                    progress: bool = False) -> HemisphereSums:
+                    sky: Callable[[np.ndarray], np.ndarray] | None = None, progress: bool = False) -> HemisphereSums:
     """Cast a hemisphere from each of M points and sum the weights of its rays by column.
 
     Parameters
@@ -72,6 +75,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         patch; another may distinguish sides or elements of a patch.
     clear
         Passes clear patches: the weight that passes belongs to what is behind. Default: all patches end rays.
+    sky
+        Function from K x 3 directions to K x 3 radiances, for rays that hit nothing. Default: none is summed.
     progress
         Shows a progress bar after two seconds.
 
@@ -87,8 +92,16 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
     frames = frame(normals)
     cast = caster.hemispheres(hemisphere, points, frames, surfaces)
-    row_sums = np.zeros(count, dtype=np.int64)
+    row_sums, seen_sky = np.zeros(count, dtype=np.int64), np.zeros((count, 3))
     parts = []
+
+    def see_sky(owner, weight, direction):
+        if sky is None or not len(owner):
+            return
+        low, high = owner[0], owner[-1] + 1
+        light = weight * sky(direction).T
+        seen_sky[low:high] += np.stack([np.bincount(owner - low, channel, high - low) for channel in light], axis=1)
+
     with progress_bar(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
               disable=not progress) as bar:
         for first in range(0, count * size, _BLOCK):
@@ -97,7 +110,7 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             rays = _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
             hits = cast(sample, ray, rays)
             bar.update(len(rays))
-            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, clear):
+            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, clear, see_sky):
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
                 row_sums[low:high] += np.bincount(owner - low, weight, high - low).astype(np.int64)
                 column = column_of(arrived, met)
@@ -107,7 +120,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
                 parts.append((part.data, part.row + low, part.col))
     data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True)) if parts else np.zeros((3, 0), int)
     weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
-    return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits)
+    return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits,
+                          sky=None if sky is None else seen_sky)
 
 
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -194,11 +208,15 @@ def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
     return Rays(points[sample], direction, source=surfaces[sample])
 
 
-def _ends(sample, weight, rays, hits, clear):
-    """Yields the rays that hit anything, with the weight that ends there; then those that passed, and so on."""
+def _ends(sample, weight, rays, hits, clear, see_sky):
+    """Yields the rays that hit anything, with the weight that ends there; then those that passed, and so on.
+
+    ``see_sky`` takes the samples, weights and directions of those that hit nothing.
+    """
     passes = 0 if clear is None else SHEETS
     for left in range(passes, -1, -1):
-        met = np.flatnonzero(hits.patch >= 0)
+        missed, met = np.flatnonzero(hits.patch < 0), np.flatnonzero(hits.patch >= 0)
+        see_sky(sample[missed], weight[missed], rays.direction[missed])
         sample, weight, rays, hits = sample[met], weight[met], rays[met], _at(hits, met)
         if not left:
             yield sample, weight, rays, hits

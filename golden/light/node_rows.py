@@ -11,6 +11,7 @@ from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import ClearRays, Glass
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
+from golden.scene.sky.sky import Sky
 
 __all__ = ["NodeRows", "Rows", "joined"]
 
@@ -70,13 +71,15 @@ class NodeRows:
     def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere) -> Rows:
         """The rows of M points: M x 3 positions and unit normals, and the surface of each, or -1."""
         factors, skies, buried = [], [], []
+        sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
         for clear in self._clear:
             sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
-                                   column_of=self._column_of, clear=clear, progress=self._progress)
+                                   column_of=self._column_of, clear=clear, sky=sky, progress=self._progress)
             unit = 2.0**-sums.weight_bits
             factors.append(sums.weights.astype(np.float64) * unit)
             hit = sums.row_sums * unit
-            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background))
+            # Of a uniform sky the share that is not hit is exact.
+            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background) if sky is None else sums.sky * unit)
             buried.append(hit - factors[-1].sum(axis=1) > BURIED)
         return Rows(factors=factors, groups=self.groups, sky=joined(self.groups, skies),
                     buried=np.logical_and.reduce(buried))

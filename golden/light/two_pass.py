@@ -33,9 +33,8 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take, of
-# nodes and of sensors.
-ELEMENTS, HEMISPHERE_RAYS, SENSOR_RAYS = 3000, 12_000_000, 3_000_000
+# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
+ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
 # Shadow rays of a sensor, which has no neighbours to average its noise with, for one of a point in the image.
 SENSOR_SAMPLES = 16
 
@@ -176,7 +175,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
 
     Source: Shen 1993, section 2.4.
     """
-    if not scene.lights and not any(scene.background) and not scene.channels("emission").any():
+    if not scene.is_lit:
         raise InputError(f"scene {scene.name!r}: it has no light: no material emits, and it has no point light and "
                          f"no background")
     tally = Tally()
@@ -187,7 +186,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
         warn_of_near_lights(scene, refinement, caster)
-    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), HEMISPHERE_RAYS, (256, 64))))
+    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=settings.light_samples, seed=settings.seed, progress=progress)
     measured = None
@@ -195,7 +194,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         with tally.stage("sensors"):
             measured = sensor_light(
                 scene, sensors, indirect, caster, tally, light_samples=SENSOR_SAMPLES * settings.light_samples,
-                hemisphere=Hemisphere(*_hemisphere_rays(len(sensors), SENSOR_RAYS, (512, 128))), seed=settings.seed)
+                hemisphere=Hemisphere(*_hemisphere_rays(len(sensors), (1024, 256))), seed=settings.seed)
     primary = tally.counting("primary", frusta)
     shader = _Shader(scene, caster, tally, indirect, settings, with_received)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
@@ -213,10 +212,10 @@ def _refinement(scene, settings) -> Refinement:
     return refine(scene, max_edge=settings.max_edge, max_area=settings.max_area)
 
 
-def _hemisphere_rays(count, most, finest):
-    """The finest grid, its half or its quarter: the first of which ``count`` have at most so many rays."""
+def _hemisphere_rays(count, finest):
+    """The finest grid, its half or its quarter: the first of which ``count`` are within the default number of rays."""
     grids = [tuple(number // part for number in finest) for part in (1, 2, 4)]
-    return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
+    return next((grid for grid in grids if grid[0] * grid[1] * count <= HEMISPHERE_RAYS), grids[-1])
 
 
 def _image(caster, shader, screen, settings, *, regular, progress):
@@ -272,7 +271,7 @@ class _Shader:
         """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
-        light = np.tile(np.asarray(self._scene.background, dtype=np.float64), (len(weight), 1))
+        light = self._scene.background_along(rays.direction)
         met = np.flatnonzero(hits.patch >= 0)
         patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
         direction = rays.direction[met] / np.linalg.norm(rays.direction[met], axis=1, keepdims=True)

@@ -10,6 +10,7 @@ from golden.errors import InputError
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material, Rgb
+from golden.scene.sky.sky import Sky
 
 __all__ = ["Scene"]
 
@@ -46,7 +47,7 @@ class Scene:
     lights
         Lights without an area (area lights are patches whose material emits).
     background
-        Radiance along rays that leave the scene.
+        Radiance along rays that leave the scene: the same in all directions, or a sky.
     up
         Up direction of the default camera.
     files
@@ -67,7 +68,7 @@ class Scene:
     two_sided: np.ndarray | None = None
     camera: Camera | None = None
     lights: tuple[PointLight | DirectionalLight, ...] = ()
-    background: Rgb = (0.0, 0.0, 0.0)
+    background: Rgb | Sky = (0.0, 0.0, 0.0)
     up: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0))
     files: tuple[Path, ...] = ()
 
@@ -100,6 +101,18 @@ class Scene:
 
     def __len__(self) -> int:
         return len(self.vertices)
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether it has a light of any kind."""
+        is_sky = isinstance(self.background, Sky) or any(self.background)
+        return bool(self.lights) or is_sky or bool(self.channels("emission").any())
+
+    def background_along(self, direction: np.ndarray) -> np.ndarray:
+        """Radiance along K x 3 vectors that leave the scene, K x 3."""
+        if isinstance(self.background, Sky):
+            return self.background.radiance(direction)
+        return np.tile(np.asarray(self.background, dtype=np.float64), (len(direction), 1))
 
     @cached_property
     def is_triangle(self) -> np.ndarray:

@@ -12,6 +12,7 @@ from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_outputs, whole_file
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
+from golden.scene.sky.daylight import Daylight
 from golden.scene.view import default_camera
 from golden.summary import summary
 from golden.tasks.photometry import Photometry
@@ -29,6 +30,8 @@ class View:
         See `golden.scene.camera.Camera`.
     sky
         Radiance from outside the scene.
+    daylight
+        Sky and sun instead of it, or None.
     """
 
     eye: tuple[float, ...] | None = None
@@ -36,11 +39,14 @@ class View:
     up: tuple[float, ...] | None = None
     fov: float | None = None
     sky: tuple[float, ...] | None = None
+    daylight: Daylight | None = None
 
-    def scene(self, name: str) -> Scene:
-        """The scene with this background."""
+    def scene(self, name: str, efficacy: float) -> Scene:
+        """The scene with this background, for ``efficacy`` in lm/W."""
         opened = open_scene(name, up=self.up)
-        return opened if self.sky is None else replace(opened, background=self.sky)
+        if self.sky is not None:
+            opened = replace(opened, background=self.sky)
+        return opened if self.daylight is None else self.daylight.scene(opened, efficacy)
 
     def camera(self, scene: Scene):
         """The scene's camera, or one of all of it, with the parts that are given."""
@@ -141,7 +147,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     InputError
         See `golden.light.two_pass.render`.
     """
-    opened = view.scene(scene)
+    opened = view.scene(scene, files.photometry.efficacy)
     check_inputs_stay(scene, *opened.files, *filter(None, [files.photometry.sensors]), outputs=files.outputs)
     sensors = files.photometry.read()
     camera = view.camera(opened)

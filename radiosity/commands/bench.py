@@ -49,7 +49,7 @@ def _first_sentence(path):
 def bench():
     """Run a benchmark and write its tables to out/bench/.
 
-    Minutes of processor time: schedule and traversal 1 each, network 4, network_load 6, view_factors 12, machines with
-    --calibrate 6, scaling 3, thesis_networks 1, engine with --clusters 1 --clusters 4 4, jobs 10 for
+    Minutes of processor time: daylight, schedule and traversal 1 each, network 4, network_load 6, view_factors 12,
+    machines with --calibrate 6, scaling 3, thesis_networks 1, engine with --clusters 1 --clusters 4 4, jobs 10 for
     each scene. All of `make bench` take about two hours.
     """

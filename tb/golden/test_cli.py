@@ -161,6 +161,19 @@ BAD = {
     "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
     "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
     "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),
+    "unknown sky": ({}, (*RENDER, "--sky", "blue"), "--sky"),
+    "sun without a sky": ({}, (*RENDER, "--sun", "180,40"), "--sun needs --sky"),
+    "clear sky without a sun": ({}, (*RENDER, "--sky", "cie-clear"), "--sun: Sun must be above the horizon"),
+    "clear sky at night": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T23:00+00:00", "--place", "48,11"),
+                           "--sun: Sun must be above the horizon"),
+    "date without a place": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T12:00Z"), "need each other"),
+    "date without an offset": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T12:00", "--place", "48,11"),
+                               "--date: Date must have an offset"),
+    "date that is none": ({}, (*RENDER, "--sky", "cie-clear", "--date", "today", "--place", "48,11"), "--date"),
+    "two suns": ({}, (*RENDER, "--sky", "cie-clear", "--sun", "180,40", "--date", "2026-06-21T12:00Z", "--place",
+                      "48,11"), "--sun excludes"),
+    "weather of another sky": ({}, (*RENDER, "--sky", "uniform", "--weather", "500,100"), "--weather: Weather must"),
+    "north upwards": ({}, (*RENDER, "--sky", "uniform", "--north", "0,0,1"), "--north: North must not be"),
     "export of an unknown scene": ({}, ("scene", "atrium", "-o", "a.glb"), "'atrium'"),
     "export to an unknown format": ({}, ("scene", "furnace", "-o", "a.blend"), ".blend"),
     "form factors with the wrong ending": ({}, ("formfactors", "furnace", "-o", "F.csv"), ".csv"),
@@ -430,6 +443,20 @@ def test_render_measures_light(folder):
             rows = list(csv.DictReader(file))
         assert len(rows) == count
         assert np.mean([float(row["illuminance"]) for row in rows]) == pytest.approx(200 * np.pi, rel=0.1)
+
+
+def test_render_has_a_sky(folder):
+    """The sun of a summer's noon lights a floor in the open as its altitude says."""
+    (folder / "floor.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n")
+    (folder / "points.txt").write_text("0.5 0.5 -0.5 0 1 0\n0.5 0.5 -0.5 0 0 1\n")
+    succeed("render", "floor.obj", "-o", "a.png", "--sky", "cie-clear", "--date", "2026-06-21T13:16+02:00", "--place",
+            "48,11", "--sensors", "points.txt", "--sensor-table", "s.csv", *FAST)
+    with (folder / "s.csv").open(newline="") as file:
+        level, south = (float(row["illuminance"]) for row in csv.DictReader(file))
+    sine = np.sin(np.radians(90 - 48 + 23.44))
+    sun = 127_500 * np.exp(-0.21 / sine)
+    assert level == pytest.approx(sun * sine + 800 + 15_500 * np.sqrt(sine), rel=0.01)
+    assert sun * np.sqrt(1 - sine**2) < south < level
 
 
 def test_an_image_does_not_depend_on_what_is_measured(folder):

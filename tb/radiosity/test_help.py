@@ -23,6 +23,7 @@ from golden.light.tone import CURVES
 from golden.light.two_pass import RenderSettings
 from golden.noc.topology import TOPOLOGIES
 from golden.scene import export, load
+from golden.scene.sky.daylight import SKIES
 from golden.stimulus import BLOCKS, files
 from hw.commands import choices as hardware
 from hw.memsys.cache_policy import CachePolicy
@@ -189,6 +190,7 @@ def test_names_are_those_of_the_registries():
     assert tuple(SOLVERS) == choices.SOLVERS
     assert tuple(CURVES) == choices.CURVES
     assert tuple(SKY_DIVISIONS) == choices.SKY_DIVISIONS
+    assert SKIES == choices.SKIES
     assert tuple(load.SUFFIXES) == choices.SCENE_SUFFIXES
     assert tuple(export.FORMATS) == choices.EXPORT_SUFFIXES
     assert tuple(files.SUFFIXES) == choices.STIMULUS_SUFFIXES

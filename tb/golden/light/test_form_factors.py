@@ -10,11 +10,13 @@ from golden.light import form_factors
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import b_4, c_11, c_14, c_41
 from golden.light.form_factors import PatchRows, gauss_points, hemisphere_sums, patch_columns
+from golden.light.glass import ClearRays, Glass
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
 from tb.golden.light.cube import cube
 from tb.golden.light.hemisphere_factors import hemisphere_factors
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 PLATE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 RAYS = (1024, 256)
@@ -214,3 +216,18 @@ def test_points_without_normals_are_refused():
     with pytest.raises(InputError, match="Normals must be one for each of 2 points, not 1"):
         hemisphere_sums(Naive(scene), Hemisphere(4, 4), np.zeros((2, 3)), [(0, 0, 1)], -1, columns=6,
                         column_of=patch_columns(scene))
+
+
+@pytest.mark.parametrize("glazed", [False, True])
+def test_the_sky_is_summed_over_the_rays_that_meet_nothing(glazed):
+    """By its radiance in their directions, behind glass too: here the cosine, whose mean over a sky is 2/3."""
+    pane = Material(name="pane", transparent=(1, 1, 1), refraction_index=1.0)
+    lid = rectangle((-99, -99, 1), (198, 0, 0), (0, 198, 0))
+    scene = scene_of((lid, pane if glazed else BLACK))
+    clear = ClearRays(scene, Glass(scene), Grid(scene), 0) if glazed else None
+    sums = hemisphere_sums(Grid(scene), Hemisphere(64, 16), [(0, 0, 2), (0, 0, 0)], [(0, 0, 1), (0, 0, 1)], -1,
+                           columns=1, column_of=patch_columns(scene), clear=clear,
+                           sky=lambda direction: direction[:, 2:] * (1, 2, 3))
+    assert sums.sky[0] / 2**sums.weight_bits == pytest.approx(np.array((1, 2, 3)) * 2 / 3, rel=0.02)
+    below = np.array((1, 2, 3)) * 2 / 3 if glazed else np.zeros(3)
+    assert sums.sky[1] / 2**sums.weight_bits == pytest.approx(below, rel=0.02)

@@ -13,6 +13,7 @@ from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
+from golden.scene.sky.daylight import Daylight
 from golden.scene.tessellate import sphere
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -24,6 +25,7 @@ FLOOR = rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0))
 WIDE = rectangle((-99, -99, 0), (198, 0, 0), (0, 198, 0))
 DEEP = np.array((0.0, 0, 3))
 MIRROR = Material(name="mirror", specular=(1, 1, 1))
+GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
 
 
 def picture(scene, camera=None, **settings):
@@ -88,6 +90,18 @@ def test_received_light_is_that_of_the_surface_that_a_pixel_shows():
         assert 0.3 < shown.mean() < 0.9
         np.testing.assert_allclose(result.received[shown], luminance(COLOUR), rtol=1e-12)
     assert picture(scene, camera).received is None
+
+
+def test_a_sky_is_seen_by_direction_and_lights_a_floor():
+    """The zenith is three times as bright as the horizon; a floor in the open reflects a half of its irradiance."""
+    scene = Daylight(sky="cie-overcast", sky_illuminance=7 * np.pi / 9, ground=0.0).scene(
+        scene_of((FLOOR, GREY)), 1.0)
+    up = picture(scene, looking((0, 0, 1), (0, 0, 9), 1)).image
+    np.testing.assert_allclose(up, 1, rtol=1e-3)
+    low = picture(scene, looking((0, 0, 1), (1e3, 0, 1.5), 0.01)).image
+    np.testing.assert_allclose(low, 1 / 3, rtol=5e-3)
+    floor = picture(scene, looking((0, 0, 1), (0, 0, 0), 1), rays=(256, 64)).image
+    np.testing.assert_allclose(floor, 0.5 * 7 / 9, rtol=1e-3)
 
 
 def test_the_back_of_a_one_sided_lamp_is_black_and_that_of_a_two_sided_one_is_not():
@@ -358,8 +372,7 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
     assert result.stats["elements"] == 6 * 4 * 4
     result = picture(furnace(1), width=2, height=2, rays=None, light_samples=1)
     assert result.stats["settings"]["rays"] == [256, 64]
-    rays, finest = two_pass.HEMISPHERE_RAYS, (256, 64)
-    assert [two_pass._hemisphere_rays(count, rays, finest) for count in (732, 733, 2929, 2930)] == \
+    assert [two_pass._hemisphere_rays(count, (256, 64)) for count in (732, 733, 2929, 2930)] == \
         [(256, 64), (128, 32), (128, 32), (64, 16)]
 
 

@@ -1,0 +1,1 @@
+"""Skies with the sun."""

@@ -1,0 +1,139 @@
+"""Sun and sky of a scene, by their illuminances or by the weather."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.lights import DirectionalLight
+from golden.scene.scene import Scene
+from golden.scene.sky.distributions import cie_clear, cie_overcast, perez, uniform
+from golden.scene.sky.sky import Sky
+from golden.scene.sky.weather import Weather
+
+__all__ = ["SKIES", "Daylight"]
+
+SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")
+
+# Illuminance in lux of a sky whose sun is unknown: a hundredth of it is one per cent of daylight factor.
+UNKNOWN = 10_000.0
+# Illuminance in lux of the sun's light outside the atmosphere, and its extinction in a clear one.
+_EXTRATERRESTRIAL, _EXTINCTION = 127_500.0, 0.21
+
+
+@dataclass(frozen=True, kw_only=True)
+class Daylight:
+    """A sky, the ground below it, and the sun.
+
+    Parameters
+    ----------
+    sky
+        One of `SKIES`.
+    sun
+        Azimuth from north towards east and elevation of the sun in degrees, or None.
+    sky_illuminance
+        Illuminance of the sky on the horizontal plane, lux. Default: that of the weather, else by the sun's elevation
+        300 + 21000 sin(e) if it is overcast and 800 + 15500 sin(e)^(1/2) if it is clear, else 10,000.
+    sun_illuminance
+        Illuminance of the sun across its light, lux. Default: that of the weather, else 127,500 exp(-0.21 / sin(e))
+        under a clear sky, else none.
+    weather
+        Direct normal and diffuse horizontal irradiance in W/m2: what sky ``perez`` depends on, and no other.
+    ground
+        Reflectance of the ground, 0 to 1, outside the scene.
+    north
+        Direction of the north; its part along the scene's up is left out. Default: +y if up is +z, -z if up is +y.
+
+    Raises
+    ------
+    InputError
+        A value is out of range, or one that the sky depends on is missing.
+
+    Sources: CIE S 011 (2003); Gillette, Pierpoint, Treado, A general illuminance model for daylight availability
+    (1984); Perez and others, Modeling daylight availability (1990).
+    """
+
+    sky: str = "uniform"
+    sun: tuple[float, float] | None = None
+    sky_illuminance: float | None = None
+    sun_illuminance: float | None = None
+    weather: tuple[float, float] | None = None
+    ground: float = 0.2
+    north: tuple[float, float, float] | None = None
+
+    def __post_init__(self):
+        if self.sky not in SKIES:
+            raise InputError(f"daylight: Sky must be one of {', '.join(SKIES)}, not {self.sky!r}")
+        if self.sun is not None and not (np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
+            raise InputError(f"daylight: Sun must be an azimuth and an elevation of -90 to 90 degrees, not "
+                             f"{self.sun!r}")
+        if self.sky in ("cie-clear", "perez") and (self.sun is None or self.sun[1] <= 0):
+            found = "nowhere" if self.sun is None else f"at an elevation of {self.sun[1]:.4g} degrees"
+            raise InputError(f"daylight: Sun must be above the horizon with sky {self.sky}, not {found}")
+        for name in ("sky_illuminance", "sun_illuminance"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value >= 0):
+                raise InputError(f"daylight: {name.capitalize().replace('_', ' ')} must be finite and at least 0, not "
+                                 f"{value!r}")
+        if self.sun_illuminance and self.sun is None:
+            raise InputError("daylight: Sun illuminance must have a sun, not be alone")
+        if not 0 <= self.ground <= 1:
+            raise InputError(f"daylight: Ground must be 0 to 1, not {self.ground!r}")
+        if (self.weather is not None) != (self.sky == "perez"):
+            raise InputError(f"daylight: Weather must be given with sky perez alone, not with sky {self.sky}"
+                             if self.weather else "daylight: Weather must be given with sky perez, not be missing")
+        if self.weather is not None:
+            self._weather.check()
+
+    def scene(self, scene: Scene, efficacy: float) -> Scene:
+        """The scene with this background and with the sun among its lights, for ``efficacy`` in lm/W."""
+        up, north = self._axes(scene)
+        toward = up if self.sun is None else self._toward(up, north)
+        sine = float(up @ toward)
+        diffuse, direct = self._illuminances(sine)
+        if sine <= 0:
+            direct = 0.0
+        level = diffuse + direct * sine
+        sky = Sky(distribution=self._distribution(), diffuse=diffuse / efficacy, up=up, sun=toward,
+                  ground=self.ground * level / efficacy / np.pi)
+        sun = () if not direct else (DirectionalLight(direction=tuple((-toward).tolist()),
+                                                      irradiance=(direct / efficacy,) * 3),)
+        return replace(scene, background=sky, lights=scene.lights + sun)
+
+    def _axes(self, scene):
+        """Unit vectors to the zenith and to the north."""
+        up = np.array(scene.up, dtype=np.float64) / np.linalg.norm(scene.up)
+        north = np.array(((0, 0, -1) if abs(up[1]) > abs(up[2]) else (0, 1, 0)) if self.north is None else self.north)
+        north = north - (north @ up) * up
+        length = np.linalg.norm(north)
+        if not (np.isfinite(length) and length > 1e-9):
+            raise InputError(f"daylight: North must not be zero or along the scene's up, not {self.north!r}")
+        return up, north / length
+
+    def _toward(self, up, north):
+        azimuth, elevation = np.radians(self.sun)
+        level = np.cos(azimuth) * north + np.sin(azimuth) * np.cross(north, up)
+        return np.cos(elevation) * level + np.sin(elevation) * up
+
+    def _illuminances(self, sine):
+        """Of the sky on the horizontal plane, and of the sun across its light."""
+        diffuse, direct = UNKNOWN, 0.0
+        if self.sky == "perez":
+            diffuse, direct = self._weather.illuminances
+        elif self.sky == "cie-clear":
+            diffuse, direct = 800 + 15_500 * sine**0.5, _EXTRATERRESTRIAL * np.exp(-_EXTINCTION / sine)
+        elif self.sky == "cie-overcast" and self.sun is not None:
+            diffuse = 300 + 21_000 * max(sine, 0)
+        return (diffuse if self.sky_illuminance is None else self.sky_illuminance,
+                direct if self.sun_illuminance is None else self.sun_illuminance)
+
+    def _distribution(self):
+        if self.sky == "perez":
+            return perez(self._weather.clearness, self._weather.brightness, self._weather.zenith)
+        return {"uniform": uniform, "cie-overcast": cie_overcast, "cie-clear": cie_clear}[self.sky]()
+
+    @cached_property
+    def _weather(self):
+        direct, diffuse = self.weather
+        return Weather(direct=direct, diffuse=diffuse, zenith=float(np.radians(90 - self.sun[1])))

@@ -1,0 +1,15 @@
+import pytest
+
+from radiosity.benchmarks.daylight_cases import CASES
+
+# One of each kind; `make nightly` measures the others.
+QUICK = ("cie-overcast sky", "roof, uniform sky", "cube of 0.5", "lamps", "glazing")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)
+                                  for name in CASES])
+def test_illuminances_are_within_a_hundredth_of_the_truth(name):
+    cases = list(CASES[name]())
+    assert cases
+    for case in cases:
+        assert abs(case.error) < 0.01, case
