@@ -9,20 +9,8 @@ from click.shell_completion import CompletionItem
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 from golden.commands.console import console
 
-__all__ = [
-    "ASSIGNMENTS",
-    "AZIMUTHS",
-    "CELL",
-    "FILE",
-    "METHOD_CELL",
-    "PRESET",
-    "SCENE",
-    "SCENE_HELP",
-    "CellSize",
-    "Numbers",
-    "Positive",
-    "WholePair",
-]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "CellSize",
+           "Numbers", "Place", "Positive", "WholePair"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -77,7 +65,7 @@ class WholePair(click.ParamType):
 AZIMUTHS = WholePair("AZIMUTHSxPOLARS")
 
 
-_COUNTS = {2: "two", 3: "three"}
+_COUNTS = {2: "two", 3: "three", 4: "four"}
 
 
 class Numbers(click.ParamType):
@@ -99,6 +87,19 @@ class Numbers(click.ParamType):
             limit = "" if self._least == -math.inf else f" of at least {self._least:g}"
             self.fail(f"{value!r} is not {_COUNTS[count]} finite numbers{limit} like {self.name}", param, ctx)
         return numbers
+
+
+class Place(Numbers):
+    """A point, and an angle in degrees that may be left out: four numbers."""
+
+    def __init__(self):
+        super().__init__("X,Y,Z,TURN")
+
+    def convert(self, value, param, ctx):
+        """The value of what the user typed."""
+        if isinstance(value, str) and value.count(",") == 2:
+            return (*Numbers().convert(value, param, ctx), 0.0)
+        return super().convert(value, param, ctx)
 
 
 class Positive(click.ParamType):

@@ -9,7 +9,17 @@ from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.daylight_options import DAYLIGHT, DAYLIGHT_NAMED, daylight_of
-from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Numbers, Positive, WholePair
+from golden.commands.parameters import (
+    AZIMUTHS,
+    FILE,
+    METHOD_CELL,
+    SCENE,
+    SCENE_HELP,
+    Numbers,
+    Place,
+    Positive,
+    WholePair,
+)
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
 
 __all__ = ["render_command"]
@@ -39,6 +49,9 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--up", type=Numbers(), help="Set the direction that is up in the image.")
     @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
     @add_options(DAYLIGHT)
+    @click.option("--luminaire", type=(FILE, Place()), multiple=True, metavar="FILE X,Y,Z[,TURN]",
+                  help="Hang the luminaire of this .ies (LM-63) or .ldt (EULUMDAT) at a point, its C0 turned by TURN "
+                  "degrees from x. May be repeated.")
     @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
                   "16 ... 1024.")
     @click.option("--light-samples", type=int, default=16, help="Set the number of shadow rays to area lights per "
@@ -74,6 +87,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
         chosen, options = options_of(methods, method, given)
         daylight = daylight_of(given)
         from golden.light.two_pass import RenderSettings
+        from golden.scene.luminaires.luminaire import Luminaire
         from golden.tasks.photometry import Photometry
         from golden.tasks.render import RenderFiles, View, render_scene
 
@@ -84,7 +98,9 @@ def render_command(*methods: CastingMethod) -> click.Command:
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry,
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
-        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")}, daylight=daylight)
+        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")}, daylight=daylight,
+                    luminaires=tuple(Luminaire(path=path, place=place[:3], turn=place[3])
+                                     for path, place in given["luminaire"]))
         if chosen:
             chosen.check(frustum=tuple(settings.side * count for count in size), **options)
 

@@ -145,9 +145,10 @@ class DirectLight:
         cosine = np.einsum("kj,kj->k", points.normal, toward)
         some = np.flatnonzero((cosine > 0) & (distance2 > 0))
         share = cosine[some] / (np.pi * distance2[some] ** 1.5)
-        if light.cone is not None:
-            share *= light.cone.share(toward[some])
-            some, share = some[share > 0], share[share > 0]
+        for shape in (light.cone, light.web):
+            if shape is not None:
+                share *= shape.share(toward[some])
+                some, share = some[share > 0], share[share > 0]
         result = np.zeros((len(points), 3))
         result[some] = share[:, None] * light.intensity * self._visibility(points, some, toward[some], 1.0)
         return result

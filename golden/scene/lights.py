@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.errors import InputError
+from golden.scene.luminaires.photometric_web import PhotometricWeb
 from golden.scene.material import Rgb
 
 __all__ = ["Cone", "DirectionalLight", "PointLight"]
@@ -64,11 +65,15 @@ class Cone:
 
 @dataclass(frozen=True, kw_only=True)
 class PointLight:
-    """A point light: ``intensity`` in W/sr per channel at ``position``, in all directions or within a cone."""
+    """A point light: ``intensity`` in W/sr per channel at ``position``.
+
+    It shines in all directions, within a cone, or with its intensity times that of a photometric web.
+    """
 
     position: tuple[float, float, float]
     intensity: Rgb
     cone: Cone | None = None
+    web: PhotometricWeb | None = None
 
     def __post_init__(self):
         for name in ("position", "intensity"):

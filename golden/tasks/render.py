@@ -10,6 +10,7 @@ from golden.image import false_colour, write_exr, write_png
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_outputs, whole_file
+from golden.scene.luminaires.luminaire import Luminaire
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
 from golden.scene.sky.daylight import Daylight
@@ -32,6 +33,8 @@ class View:
         Radiance from outside the scene.
     daylight
         Sky and sun instead of it, or None.
+    luminaires
+        Lights that are added.
     """
 
     eye: tuple[float, ...] | None = None
@@ -40,13 +43,21 @@ class View:
     fov: float | None = None
     sky: tuple[float, ...] | None = None
     daylight: Daylight | None = None
+    luminaires: tuple[Luminaire, ...] = ()
 
     def scene(self, name: str, efficacy: float) -> Scene:
-        """The scene with this background, for ``efficacy`` in lm/W."""
+        """The scene with this background and these lights, for ``efficacy`` in lm/W."""
         opened = open_scene(name, up=self.up)
         if self.sky is not None:
             opened = replace(opened, background=self.sky)
-        return opened if self.daylight is None else self.daylight.scene(opened, efficacy)
+        for light in (self.daylight, *self.luminaires):
+            opened = opened if light is None else light.scene(opened, efficacy)
+        return opened
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What is read beside the scene."""
+        return tuple(light.path for light in self.luminaires)
 
     def camera(self, scene: Scene):
         """The scene's camera, or one of all of it, with the parts that are given."""
@@ -148,7 +159,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         See `golden.light.two_pass.render`.
     """
     opened = view.scene(scene, files.photometry.efficacy)
-    check_inputs_stay(scene, *opened.files, *filter(None, [files.photometry.sensors]), outputs=files.outputs)
+    inputs = (scene, *opened.files, *view.files, *filter(None, [files.photometry.sensors]))
+    check_inputs_stay(*inputs, outputs=files.outputs)
     sensors = files.photometry.read()
     camera = view.camera(opened)
     with caster(opened) as cast:

@@ -20,7 +20,8 @@ def main(output: Path) -> None:
     rows, largest = [], 0.0
     for name, measure in CASES.items():
         for case in measure():
-            rows.append([case.name, f"{case.truth:.5g}", f"{case.found:.5g}", f"{round(100 * case.error, 2) + 0.0:+.2f} %"])
+            difference = round(100 * case.error, 2) + 0.0
+            rows.append([case.name, f"{case.truth:.5g}", f"{case.found:.5g}", f"{difference:+.2f} %"])
             largest = max(largest, abs(case.error))
         console().note(name)
     write_report(output, ["# Daylight and lamps", "", f"{provenance('numpy', 'scipy')}.", "",

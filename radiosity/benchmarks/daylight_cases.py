@@ -15,6 +15,7 @@ from golden.scene.builder import SceneBuilder
 from golden.scene.builtin.shapes import FACES, box
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
+from golden.scene.luminaires.photometric_web import PhotometricWeb
 from golden.scene.material import Material
 from golden.scene.scene import Scene
 from golden.scene.sky.daylight import Daylight
@@ -157,6 +158,21 @@ def lamps() -> Iterator[Case]:
             yield Case(name=f"{name} 2 above, {place[0]:g} x {place[1]:g} aside, lux", truth=truth, found=value)
 
 
+def luminaire() -> Iterator[Case]:
+    """A photometric web of 1000 cos(gamma) cd in steps of 5 degrees: its lumens, and a plane 2 below."""
+    gamma = np.arange(0, 91, 5.0)
+    web = PhotometricWeb(gamma=gamma, planes=[0], candela=[1000 * np.cos(np.radians(gamma))],
+                         axes=[(1, 0, 0), (0, -1, 0), (0, 0, -1)])
+    yield Case(name="luminaire of 1000 cos(gamma) cd, lumens", truth=1000 * np.pi, found=web.lumens)
+    builder = SceneBuilder("luminaire")
+    builder.add(4 * (ROOF - ROOF.mean(axis=0))[::-1], BLACK)
+    scene = builder.build(lights=(PointLight(position=(0, 0, 2), intensity=(1 / EFFICACY,) * 3, web=web),))
+    places = np.array([(0.0, 0, 0), (1, 0, 0), (2, 2, 0)])
+    for place, value in zip(places, _received(scene, places), strict=True):
+        yield Case(name=f"luminaire 2 above, {place[0]:g} x {place[1]:g} aside, lux",
+                   truth=1000 * 4 / (place @ place + 4) ** 2, found=value)
+
+
 def _transmittance(angle):
     """Of a pane of index 1.5 by the angles of Snell's law."""
     if angle == 0:
@@ -191,5 +207,5 @@ CASES: dict[str, Callable[[], Iterator[Case]]] = {
     **{f"{opening}, {sky} sky": partial(sky_component, sky, opening) for opening in ("roof", "facade")
        for sky in SKIES},
     **{f"cube of {share:g}": partial(reflections, share) for share in (0.1, 0.5, 0.9)},
-    "lamps": lamps, "glazing": glazing}
+    "lamps": lamps, "luminaire": luminaire, "glazing": glazing}
 """By name what measures some cases."""

@@ -174,6 +174,11 @@ BAD = {
                       "48,11"), "--sun excludes"),
     "weather of another sky": ({}, (*RENDER, "--sky", "uniform", "--weather", "500,100"), "--weather: Weather must"),
     "north upwards": ({}, (*RENDER, "--sky", "uniform", "--north", "0,0,1"), "--north: North must not be"),
+    "luminaire of an unknown kind": ({"a.txt": ""}, (*RENDER, "--luminaire", "a.txt", "0,0,1"), "a.txt: Suffix"),
+    "luminaire that is not there": ({}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "a.ies: cannot be read"),
+    "luminaire without a tilt": ({"a.ies": "rubbish"}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "no line TILT="),
+    "luminaire that ends": ({"a.ldt": "maker\n1\n"}, (*RENDER, "--luminaire", "a.ldt", "0,0,1,90"), "a.ldt: line 2: "),
+    "luminaire nowhere": ({"a.ies": ""}, (*RENDER, "--luminaire", "a.ies", "0,0"), "--luminaire"),
     "export of an unknown scene": ({}, ("scene", "atrium", "-o", "a.glb"), "'atrium'"),
     "export to an unknown format": ({}, ("scene", "furnace", "-o", "a.blend"), ".blend"),
     "form factors with the wrong ending": ({}, ("formfactors", "furnace", "-o", "F.csv"), ".csv"),
@@ -457,6 +462,16 @@ def test_render_has_a_sky(folder):
     sun = 127_500 * np.exp(-0.21 / sine)
     assert level == pytest.approx(sun * sine + 800 + 15_500 * np.sqrt(sine), rel=0.01)
     assert sun * np.sqrt(1 - sine**2) < south < level
+
+
+def test_a_luminaire_lights_a_floor(folder):
+    """An isotropic one of 1000 cd at a height of 2, by its file alone."""
+    (folder / "a.ies").write_text("TILT=NONE\n1 -1 1000 2 1 1 2 0 0 0\n1 1 9\n0 180\n0\n1 1\n")
+    (folder / "floor.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n")
+    (folder / "points.txt").write_text("0.5 0 -0.5 0 1 0\n")
+    stats = json.loads(succeed("render", "floor.obj", "-o", "a.png", "--luminaire", "a.ies", "0.5,2,-0.5", "--sensors",
+                               "points.txt", *FAST, "--json"))
+    assert stats["sensors"][0]["mean"] == pytest.approx(250)
 
 
 def test_an_image_does_not_depend_on_what_is_measured(folder):

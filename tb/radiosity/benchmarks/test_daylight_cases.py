@@ -3,7 +3,7 @@ import pytest
 from radiosity.benchmarks.daylight_cases import CASES
 
 # One of each kind; `make nightly` measures the others.
-QUICK = ("cie-overcast sky", "roof, uniform sky", "cube of 0.5", "lamps", "glazing")
+QUICK = ("cie-overcast sky", "roof, uniform sky", "cube of 0.5", "lamps", "luminaire", "glazing")
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)

@@ -1,0 +1,1 @@
+"""Luminaires from files of their photometry."""

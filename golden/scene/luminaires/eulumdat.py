@@ -1,0 +1,86 @@
+"""Luminaires in EULUMDAT files."""
+
+import numpy as np
+
+from golden.errors import InputError
+from golden.scene.luminaires.photometry_file import MOST_ANGLES, PhotometryFile, Words, mirrored
+
+__all__ = ["read_eulumdat"]
+
+# Numbers of lines, from 0: the head has 26 lines, a set of lamps 6, and ten direct ratios follow the sets.
+_SYMMETRY, _PLANES, _GAMMAS, _LENGTH, _WIDTH, _FACTOR, _SETS = 2, 3, 5, 15, 16, 23, 25
+_SET, _RATIOS, _MOST_SETS = 6, 10, 20
+
+
+def read_eulumdat(text: str) -> PhotometryFile:
+    """The photometry of an EULUMDAT text.
+
+    Intensities per 1000 lumens are multiplied by the conversion factor and by the flux of the first set of lamps. C90
+    is along the luminaire's length.
+
+    Raises
+    ------
+    InputError
+        The text is none, or a value cannot be used; the line is named.
+
+    Source: A. Stockmar, EULUMDAT: ein Leuchtendatenformat für den europäischen Beleuchtungsplaner (1990).
+    """
+    lines = text.splitlines()
+    symmetry, count, gammas, sets = (_value(lines, number, whole=True) for number in (
+        _SYMMETRY, _PLANES, _GAMMAS, _SETS))
+    for name, number, value, low, high in (("Symmetry", _SYMMETRY, symmetry, 0, 4),
+                                           ("Number of C planes", _PLANES, count, 1, MOST_ANGLES),
+                                           ("Number of G angles", _GAMMAS, gammas, 2, MOST_ANGLES),
+                                           ("Number of sets of lamps", _SETS, sets, 1, _MOST_SETS)):
+        if not low <= value <= high:
+            raise InputError(f"line {number + 1}: {name} must be {low} to {high}, not {value}")
+    if symmetry in (2, 3, 4) and count % (4 if symmetry != 2 else 2):
+        raise InputError(f"line {_PLANES + 1}: Number of C planes must be a multiple of {4 if symmetry != 2 else 2} "
+                         f"with symmetry {symmetry}, not {count}")
+    length, width = (_value(lines, number) / 1000 for number in (_LENGTH, _WIDTH))
+    if min(length, width) < 0:
+        raise InputError(f"line {_LENGTH + 1}: Sizes of the luminous area must be at least 0, not {length:g} and "
+                         f"{width:g}")
+    flux = _value(lines, _SETS + 3)
+    data = _SETS + 1 + _SET * sets + _RATIOS
+    words = Words(lines[data:], data + 1)
+    angles = words.numbers(count, "C angles")
+    gamma = words.numbers(gammas, "G angles")
+    given = {0: count, 1: 1, 2: count // 2 + 1, 3: count // 2 + 1, 4: count // 4 + 1}[symmetry]
+    values = words.numbers(given * gammas, "intensities").reshape(given, gammas)
+    planes, candela = _whole_turn(symmetry, angles, values * (_value(lines, _FACTOR) * flux / 1000))
+    # A round opening states its diameter as the length alone.
+    return PhotometryFile(gamma=gamma, planes=planes, candela=candela, opening=(width or length, length))
+
+
+def _value(lines, number, *, whole=False):
+    """The number in a line of its own."""
+    if number >= len(lines):
+        raise InputError(f"line {len(lines)}: the file ends before line {number + 1}")
+    word = lines[number].strip().replace(",", ".")
+    try:
+        value = float(word)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value) or (whole and value != int(value)):
+        raise InputError(f"line {number + 1}: it must be a {'whole' if whole else 'finite'} number, not {word!r}")
+    return int(value) if whole else value
+
+
+def _whole_turn(symmetry, angles, candela):
+    """The C planes of a whole turn from those of the file, which begin at 0 but for symmetry 3: that begins at 270."""
+    if symmetry == 1:
+        return np.zeros(1), candela
+    if symmetry == 0:
+        return np.append(angles, 360), np.concatenate([candela, candela[:1]])
+    if symmetry == 3:
+        half = len(candela) - 1
+        planes = np.concatenate([angles[-(half // 2):] - 360, angles[:half // 2 + 1]])
+        planes, candela = mirrored(planes, candela, 90)
+        start = half // 2
+        turned = np.concatenate([planes[start:], planes[1:start + 1] + 360])
+        return turned, np.concatenate([candela[start:], candela[1:start + 1]])
+    for centre in ((180,) if symmetry == 2 else (90, 180)):
+        angles = angles[:len(candela)]
+        angles, candela = mirrored(angles, candela, centre)
+    return angles, candela

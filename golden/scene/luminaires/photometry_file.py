@@ -1,0 +1,89 @@
+"""What files of photometry have in common."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from golden.errors import InputError
+
+__all__ = ["PhotometryFile", "Words", "mirrored"]
+
+# Most angles of a file, and intensities.
+MOST_ANGLES, MOST_VALUES = 4096, 1 << 22
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PhotometryFile:
+    """The photometry of a luminaire.
+
+    Parameters
+    ----------
+    gamma, planes, candela
+        See `golden.scene.luminaires.photometric_web.PhotometricWeb`; C0 and C90 are the file's.
+    opening
+        Size of the luminous opening along C0 and along C90 in metres, at least 0.
+    """
+
+    gamma: np.ndarray
+    planes: np.ndarray
+    candela: np.ndarray
+    opening: tuple[float, float]
+
+
+class Words:
+    """The numbers of a text, one after the other.
+
+    Parameters
+    ----------
+    lines
+        Lines of text.
+    first
+        The number of the first of them, for errors.
+    """
+
+    def __init__(self, lines: list[str], first: int):
+        self._words = [(word, number) for number, line in enumerate(lines, first)
+                       for word in line.replace(",", " ").split()]
+        self._next = 0
+        self._last = first + max(0, len(lines) - 1)
+
+    def number(self, what: str) -> float:
+        """The next number.
+
+        Raises
+        ------
+        InputError
+            The text ends, or the next word is none.
+        """
+        if self._next >= len(self._words):
+            raise InputError(f"line {self._last}: the file ends before {what}")
+        word, line = self._words[self._next]
+        self._next += 1
+        try:
+            value = float(word)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            raise InputError(f"line {line}: {what.capitalize()} must be a finite number, not {word!r}")
+        return value
+
+    def count(self, what: str) -> int:
+        """The next number, which is whole and 1 to `MOST_ANGLES`."""
+        value = self.number(what)
+        if value != int(value) or not 1 <= value <= MOST_ANGLES:
+            line = self._words[self._next - 1][1]
+            raise InputError(f"line {line}: {what.capitalize()} must be a whole number of 1 to {MOST_ANGLES}, not "
+                             f"{value:g}")
+        return int(value)
+
+    def numbers(self, count: int, what: str) -> np.ndarray:
+        """The next ``count`` numbers."""
+        if count > MOST_VALUES:
+            raise InputError(f"{what.capitalize()} must be at most {MOST_VALUES} numbers, not {count}")
+        return np.array([self.number(what) for _ in range(count)])
+
+
+def mirrored(planes: np.ndarray, candela: np.ndarray, centre: float) -> tuple[np.ndarray, np.ndarray]:
+    """C planes on both sides of a plane of symmetry: those given, which end there, and their mirror images."""
+    keep = slice(-2, None, -1)
+    return np.concatenate([planes, 2 * centre - planes[keep]]), np.concatenate([candela, candela[keep]])

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from golden.errors import InputError, InputWarning
+from golden.scene.luminaires.ies import read_ies
+from golden.scene.luminaires.photometric_web import PhotometricWeb
+from tb.golden.scene.luminaires.texts import ies
+
+
+def candela(text):
+    """By C angle the intensities of the file."""
+    found = read_ies(text)
+    return dict(zip(found.planes.tolist(), found.candela.tolist(), strict=True))
+
+
+def test_multiplier_and_ballast_factor_scale_the_intensities():
+    assert candela(ies(multiplier=2, ballast=0.5)) == {0: [100, 100, 100]}
+    assert candela(ies(multiplier=3)) == {0: [300, 300, 300]}
+
+
+@pytest.mark.parametrize(("horizontal", "values", "whole"), [
+    ((0,), [1], {0: 1}),
+    ((0, 45, 90), [1, 2, 3], {0: 1, 45: 2, 90: 3, 135: 2, 180: 1, 225: 2, 270: 3, 315: 2, 360: 1}),
+    ((0, 60, 180), [1, 2, 3], {0: 1, 60: 2, 180: 3, 300: 2, 360: 1}),
+    ((90, 180, 270), [1, 2, 3], {0: 2, 90: 1, 180: 2, 270: 3, 360: 2}),
+    ((0, 90, 200, 360), [1, 2, 3, 1], {0: 1, 90: 2, 200: 3, 360: 1})])
+def test_symmetric_lights_are_completed(horizontal, values, whole):
+    rows = np.repeat(np.array(values, dtype=float), 3).reshape(-1, 3)
+    assert {plane: row[0] for plane, row in candela(ies(horizontal=horizontal, candela=rows)).items()} == whole
+
+
+@pytest.mark.parametrize(("unit", "size", "opening"), [
+    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096)), (2, (-0.5, -0.5, 0), (0.5, 0.5))])
+def test_the_opening_is_in_metres_with_its_length_along_c0(unit, size, opening):
+    assert read_ies(ies(unit=unit, size=size)).opening == pytest.approx(opening)
+
+
+def test_a_tilt_is_read_over_with_a_warning():
+    text = ies().replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8")
+    with pytest.warns(InputWarning, match="lamp's tilt"):
+        assert candela(text) == {0: [100, 100, 100]}
+
+
+def test_the_text_may_have_other_ends_of_lines_and_breaks():
+    text = ies(candela=[(5, 6, 7)]).replace("\n", "\r\n").replace("5.0 6.0 7.0", "5.0\r\n6.0,\r\n7.0")
+    assert candela(text) == {0: [5, 6, 7]}
+
+
+def test_a_lambertian_file_has_its_lumens():
+    """pi times the intensity of the axis, but for the interpolation between steps of 2.5 degrees."""
+    gamma = np.arange(0, 92.5, 2.5)
+    found = read_ies(ies(vertical=gamma, candela=[1000 * np.cos(np.radians(gamma))]))
+    web = PhotometricWeb(gamma=found.gamma, planes=found.planes, candela=found.candela, axes=np.eye(3))
+    assert web.lumens == pytest.approx(1000 * np.pi, rel=5e-4)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "it has no line TILT="), ("IESNA:LM-63-2002\n[TEST]\n", "it has no line TILT="),
+    ("TILT=NONE\n", "the file ends before lamps"), (ies(kind=2), "Photometric type must be 1"),
+    (ies(unit=3), "Type of units must be"), (ies(horizontal=(0, 120)), "Horizontal angles must be 0 alone"),
+    (ies().replace("100.0 100.0 100.0", "100.0 100.0"), "the file ends before candela values"),
+    (ies().replace("0 45 90", "0 x 90"), "line 6: Vertical angles must be a finite number, not 'x'"),
+    (ies().replace("1.0 3 1", "1.0 0 1"), "line 4: Number of vertical angles must be a whole number of 1"),
+    (ies().replace("1.0 3 1", "1.0 99999999 1"), "Number of vertical angles must be a whole number"),
+    (ies().replace("1.0 3 1", "1.0 3 4000"), "the file ends before horizontal angles"),
+    (ies().replace("1 1000", "1 nan"), "Lamps and their lumens must be a finite number, not 'nan'")])
+def test_bad_texts_are_one_line(text, message):
+    with pytest.raises(InputError, match=message) as caught:
+        read_ies(text)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from golden.cast.naive import Naive
+from golden.errors import InputError, InputWarning
+from golden.light.direct import DirectLight
+from golden.light.sampling import mix
+from golden.light.surface_points import SurfacePoints
+from golden.light.tally import Tally
+from golden.scene.luminaires.luminaire import Luminaire
+from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.scene.luminaires.texts import eulumdat, ies
+
+FLOOR = rectangle((-9, -9, 0), (18, 0, 0), (0, 18, 0))
+GAMMA = np.arange(0, 91, 1.0)
+LAMBERTIAN = 1000 * np.cos(np.radians(GAMMA))
+
+
+def hung(folder, text, *, name="a.ies", place=(0, 0, 2), turn=0.0, up=(0, 0, 1)):
+    path = folder / name
+    path.write_text(text, encoding="latin-1")
+    return Luminaire(path=path, place=place, turn=turn).scene(scene_of((FLOOR, BLACK), up=up), 100.0)
+
+
+def lux(scene, *places):
+    points = SurfacePoints(np.array(places, dtype=float), np.tile((0.0, 0, 1), (len(places), 1)),
+                           np.zeros(len(places), dtype=int))
+    arriving = DirectLight(scene, Naive(scene), Tally(), 1).irradiance(points, mix(1, np.arange(len(places))))
+    return 100 * np.pi * arriving[:, 1]
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("a.ies", ies(vertical=GAMMA, candela=[LAMBERTIAN])),
+    ("a.LDT", eulumdat(gamma=GAMMA, candela=[LAMBERTIAN / 4], flux=4000))])
+def test_a_lambertian_point_lights_a_floor_as_its_closed_form(tmp_path, name, text):
+    scene = hung(tmp_path, text, name=name)
+    distance = np.array([0.0, 0.7, 2, 5])
+    found = lux(scene, *((x, 0, 0) for x in distance))
+    np.testing.assert_allclose(found, 1000 * 2**2 / (distance**2 + 4) ** 2, rtol=1e-3)
+
+
+def test_an_opening_shares_its_light_among_points(tmp_path):
+    """As a square lamp of the same intensity does: 1000 cd/m2 of 1 m2, seen from 2 m below, has 230.84 lx."""
+    scene = hung(tmp_path, ies(vertical=GAMMA, candela=[LAMBERTIAN], size=(1, 1, 0)))
+    assert len(scene.lights) == 16
+    assert lux(scene, (0, 0, 0)) == pytest.approx(230.84, rel=0.01)
+
+
+@pytest.mark.parametrize(("turn", "bright"), [(0, (1, 0, 0)), (90, (0, 1, 0)), (180, (-1, 0, 0))])
+def test_c0_is_along_x_and_turns_counter_clockwise(tmp_path, turn, bright):
+    values = np.zeros((4, 3))
+    values[[0, 3]] = 100
+    scene = hung(tmp_path, ies(horizontal=(0, 80, 280, 360), candela=values), turn=turn)
+    found = lux(scene, (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0))
+    np.testing.assert_array_equal(found > 1, [(place == np.array(bright)).all() for place in (
+        (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0))])
+
+
+def test_a_luminaire_aims_against_the_scenes_up(tmp_path):
+    scene = hung(tmp_path, ies(), up=(0, 1, 0))
+    np.testing.assert_allclose(scene.lights[0].web.axes, [(1, 0, 0), (0, 0, -1), (0, -1, 0)], atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "text", "message"), [
+    ("a.txt", "", "Suffix must be .ies or .ldt, not '.txt'"), ("a.ies", "", "it has no line TILT="),
+    ("a.ies", ies(candela=[(1, 1, -1)]), "Intensities must be finite and at least 0"),
+    ("a.ies", ies(vertical=(0, 90, 45)), "Vertical angles must ascend"),
+    ("a.ldt", "\0\1\2", "the file ends before")])
+def test_bad_files_are_one_line_with_their_path(tmp_path, name, text, message):
+    with pytest.raises(InputError) as caught:
+        hung(tmp_path, text, name=name)
+    assert str(caught.value).startswith(f"{tmp_path / name}: ")
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    for path in (tmp_path / "nothing.ies", tmp_path):
+        with pytest.raises(InputError, match=r"cannot be read|Suffix must"):
+            Luminaire(path=path, place=(0, 0, 0)).scene(scene_of((FLOOR, BLACK)), 100.0)
+    with pytest.raises(InputError, match="Place and turn must be finite"):
+        Luminaire(path=tmp_path, place=(0, 0, np.nan))
+
+
+def test_a_warning_names_the_file(tmp_path):
+    with pytest.warns(InputWarning, match=r"a\.ies: the dependence on the lamp's tilt"):
+        hung(tmp_path, ies(tilt="tilt.txt"))
