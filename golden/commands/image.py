@@ -7,7 +7,7 @@ import click
 from golden.commands.choices import HIT_FORMATS
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Triple, WholePair
+from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Numbers, WholePair
 
 __all__ = ["image_command"]
 
@@ -38,8 +38,8 @@ class _Address(click.ParamType):
 @click.option("--patch", "patches", type=int, multiple=True, metavar="NUMBER",
               help="Cast the hemisphere from the middle of this patch's front. May be repeated.")
 @click.option("--every-patch", is_flag=True, help="Cast the hemispheres of all patches.")
-@click.option("--origin", type=Triple(), help="Set the point where the rays of a hemisphere start; needs --normal.")
-@click.option("--normal", type=Triple(), help="Set the direction of the middle of the hemisphere.")
+@click.option("--origin", type=Numbers(), help="Set the point where the rays of a hemisphere start; needs --normal.")
+@click.option("--normal", type=Numbers(), help="Set the direction of the middle of the hemisphere.")
 @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
 @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of two.")
 @METHOD_CELL
