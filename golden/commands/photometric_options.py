@@ -15,7 +15,7 @@ PHOTOMETRIC = (
     click.option("--sensors", type=FILE, help="Measure illuminance at the points and on the work planes of this file: "
                  "lines x y z nx ny nz, and plane x y z ux uy uz vx vy vz m n."),
     click.option("--sensor-table", type=FILE, help="Write the illuminance of each sensor to this .csv."),
-    click.option("--efficacy", type=Positive(), default=179.0, help="Set the lumens of a watt; 1 if the scene's values "
+    click.option("--efficacy", type=Positive(), default=179.0, help="Set the luminous efficacy in lm/W; 1 if the scene's values "
                  "are candela, lux and cd/m2."))
 """The options: each sets the field of its name of `golden.tasks.photometry.Photometry`."""
 

@@ -41,7 +41,7 @@ class Photometry:
     sensor_table
         A .csv for the illuminance of each sensor, or None.
     efficacy
-        Lumens of a watt, above 0.
+        Luminous efficacy in lm/W, above 0.
 
     Raises
     ------
@@ -95,9 +95,9 @@ class Photometry:
         if self.sensor_table:
             write_table(self.sensor_table, sensor_rows(sensors, illuminance))
         figures = plane_figures(sensors, illuminance)
-        lines = [f"{'illuminance, lux':18} {'mean':>10} {'least':>10} {'largest':>10} {'uniformity':>10}"]
+        lines = [f"{'illuminance, lux':18} {'mean':>10} {'minimum':>10} {'maximum':>10} {'uniformity':>10}"]
         for row in figures:
             what = f"plane {row['plane']}" if row["plane"] is not None else counted(row["sensors"], "sensor")
-            lines.append(f"{what:18} {row['mean']:10.5g} {row['least']:10.5g} {row['largest']:10.5g} "
+            lines.append(f"{what:18} {row['mean']:10.5g} {row['minimum']:10.5g} {row['maximum']:10.5g} "
                          f"{row['uniformity']:10.3f}")
         return {"sensors": figures}, "\n".join(lines)

@@ -26,7 +26,7 @@ def patch_rows(scene: Scene, indirect: IndirectLight, efficacy: float) -> list[t
     scene, indirect
         The patches, and the light of their elements.
     efficacy
-        Lumens of a watt.
+        Luminous efficacy, lm/W.
     """
     elements = indirect.elements
     side = 2 * elements.patch + ~elements.front

@@ -7,7 +7,7 @@ from golden.light.tone import luminance
 __all__ = ["EFFICACY", "candela_per_m2", "lux"]
 
 EFFICACY = 179.0
-"""Lumens of one watt of the scene's white light: the value of the program Radiance, for equal-energy white."""
+"""Luminous efficacy of the scene's white light, lm/W: that of the program Radiance, for equal-energy white."""
 
 
 def candela_per_m2(radiance: np.ndarray, efficacy: float) -> np.ndarray:

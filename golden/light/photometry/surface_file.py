@@ -31,7 +31,7 @@ def write_surfaces(path: Path, scene: Scene, indirect: IndirectLight, *, efficac
     scene, indirect
         The patches, and the light of their elements.
     efficacy
-        Lumens of a watt.
+        Luminous efficacy, lm/W.
     exposure
         The factor of the colours. Default: that of `automatic_exposure`.
     """

@@ -18,6 +18,6 @@ def test_each_sensor_has_a_row():
 def test_each_plane_has_mean_extremes_and_uniformity():
     single, first, dark = plane_figures(SENSORS, LUX)
     assert single["plane"] is None
-    assert first == {"plane": 0, "sensors": 2, "mean": 400, "least": 300, "largest": 500,
+    assert first == {"plane": 0, "sensors": 2, "mean": 400, "minimum": 300, "maximum": 500,
                      "uniformity": pytest.approx(0.75)}
     assert dark["uniformity"] == 0
