@@ -15,8 +15,8 @@ PHOTOMETRIC = (
     click.option("--sensors", type=FILE, help="Measure illuminance at the points and on the work planes of this file: "
                  "lines x y z nx ny nz, and plane x y z ux uy uz vx vy vz m n."),
     click.option("--sensor-table", type=FILE, help="Write the illuminance of each sensor to this .csv."),
-    click.option("--efficacy", type=Positive(), default=179.0, help="Set the luminous efficacy in lm/W; 1 if the scene's values "
-                 "are candela, lux and cd/m2."))
+    click.option("--efficacy", type=Positive(), default=179.0, help="Set the luminous efficacy in lm/W; 1 if the "
+                 "scene's values are candela, lux and cd/m2."))
 """The options: each sets the field of its name of `golden.tasks.photometry.Photometry`."""
 
 PHOTOMETRIC_NAMES = ("illuminance", "false_colour", "surfaces", "sensors", "sensor_table", "efficacy")
