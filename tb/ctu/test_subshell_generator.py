@@ -82,9 +82,11 @@ def _at_limits(entries, random):
     for first, entry in enumerate(entries):
         is_last = entry["patch"] < 1 << CONFIG.icu.patch_bits and random.integers(2)
         yield {"first": first, "count": 1, "patches": entry["patch"] + int(is_last)}
-    for bit in range(TABLE.bit_length(), WORD):
-        yield {"first": 1 << bit, "count": 0, "patches": PATCHES}
-        yield {"first": 0, "count": 1 << bit, "patches": PATCHES}
+    for bit in range(WORD):
+        beyond = TABLE | 1 << bit if 1 << bit < TABLE else 1 << bit
+        if beyond > TABLE:
+            yield {"first": beyond, "count": 0, "patches": PATCHES}
+            yield {"first": 0, "count": beyond, "patches": PATCHES}
     for first in random.integers(TABLE, size=8).tolist():
         for count in (TABLE - first, TABLE - first + 1):
             yield {"first": first, "count": count, "patches": PATCHES}

@@ -179,6 +179,25 @@ async def one_after_the_other(dut):
 
 
 @cocotb.test()
+async def a_version_behind_writes(dut):
+    """Writes that are in flight when a version is requested are of the version before."""
+    await start(dut, cycles=5_000)
+    bench = Bench(dut)
+    await bench.start.send([0])
+    for apart in range(6):
+        came = len(bench.answer.items)
+        await bench.write.send(writes_of([5, 6], [apart, apart]))
+        await ClockCycles(dut.clk, apart)
+        await bench.start.send([0])
+        await bench.read.send(reads_of([6, 5], [1, 2]))
+        await ClockCycles(dut.clk, 2 * RELEASE)
+        assert len(bench.answer.items) == came, "what was written is of the version before"
+        await bench.write.send(writes_of([5, 6], [100 + apart, 200 + apart]))
+        await ClockCycles(dut.clk, 2 * RELEASE)
+        assert bench.answers[came:] == [(2, 100 + apart), (1, 200 + apart)]
+
+
+@cocotb.test()
 async def reset_in_flight(dut):
     """Nothing of before a reset comes out, whatever was in flight: reads, a chain, a sweep."""
     await start(dut, cycles=20_000)
@@ -305,8 +324,8 @@ async def versions(dut):
     assert not bench.refused.items
 
 
-ALL = ("every_pair_of_stalls", "one_after_the_other", "reset_in_flight", "one_access_per_cycle", "a_full_store",
-       "versions")
+ALL = ("every_pair_of_stalls", "one_after_the_other", "a_version_behind_writes", "reset_in_flight",
+       "one_access_per_cycle", "a_full_store", "versions")
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
