@@ -54,9 +54,9 @@ DAYLIGHT = (
                  "2026-06-21T12:00+02:00."),
     click.option("--place", type=Numbers("LATITUDE,LONGITUDE"), help="Compute it at this place, in degrees to the "
                  "north and to the east."),
-    click.option("--sky-illuminance", type=Positive(), help="Set the sky's illuminance on the horizontal plane in "
+    click.option("--sky-illuminance", type=Positive(), help="Set the diffuse horizontal illuminance in "
                  "lux.  [default: by the kind of the sky]"),
-    click.option("--sun-illuminance", type=Positive(), help="Set the sun's illuminance across its light in lux.  "
+    click.option("--sun-illuminance", type=Positive(), help="Set the direct normal illuminance of the sun in lux.  "
                  "[default: by the kind of the sky]"),
     click.option("--weather", type=Numbers("DIRECT,DIFFUSE", least=0), help="Set the direct normal and diffuse "
                  "horizontal irradiance in W/m2, for sky perez."),

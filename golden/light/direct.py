@@ -147,7 +147,7 @@ class DirectLight:
         share = cosine[some] / (np.pi * distance2[some] ** 1.5)
         for shape in (light.cone, light.web):
             if shape is not None:
-                share *= shape.share(toward[some])
+                share *= shape.factor(toward[some])
                 some, share = some[share > 0], share[share > 0]
         result = np.zeros((len(points), 3))
         result[some] = share[:, None] * light.intensity * self._visibility(points, some, toward[some], 1.0)

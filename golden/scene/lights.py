@@ -55,8 +55,8 @@ class Cone:
             raise InputError(f"spot light: Angles must be 0 to 90 degrees, the inner below the outer one, not "
                              f"{self.inner!r} and {self.outer!r}")
 
-    def share(self, toward: np.ndarray) -> np.ndarray:
-        """Share of the intensity in K directions towards the light, K x 3 of any length."""
+    def factor(self, toward: np.ndarray) -> np.ndarray:
+        """What multiplies the intensity in K directions towards the light, K x 3 of any length: 0 to 1."""
         direction = np.asarray(self.direction) / np.linalg.norm(self.direction)
         inner, outer = np.cos(np.radians((self.inner, self.outer)))
         cosine = -(toward @ direction) / np.linalg.norm(toward, axis=1)
@@ -84,7 +84,7 @@ class PointLight:
 
 @dataclass(frozen=True, kw_only=True)
 class DirectionalLight:
-    """A light at infinity: it shines along ``direction``, with ``irradiance`` in W/m2 per channel across it."""
+    """A light at infinity: it shines along ``direction``, with a normal ``irradiance`` in W/m2 per channel."""
 
     direction: tuple[float, float, float]
     irradiance: Rgb

@@ -57,8 +57,8 @@ class PhotometricWeb:
         if not (np.isfinite(self.candela).all() and (self.candela >= 0).all()):
             raise InputError("Intensities must be finite and at least 0")
 
-    def share(self, toward: np.ndarray) -> np.ndarray:
-        """Intensity in candela in K directions, given as vectors towards the luminaire, K x 3 of any length."""
+    def factor(self, toward: np.ndarray) -> np.ndarray:
+        """What multiplies a light's intensity in K directions towards the luminaire, K x 3 of any length: candela."""
         along, across, down = -(toward @ self.axes.T).T
         gamma = np.degrees(np.arctan2(np.hypot(along, across), down))
         plane = np.degrees(np.arctan2(across, along)) % 360

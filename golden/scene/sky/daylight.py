@@ -16,9 +16,9 @@ __all__ = ["SKIES", "Daylight"]
 
 SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")
 
-# Illuminance in lux of a sky whose sun is unknown: a hundredth of it is one per cent of daylight factor.
+# Diffuse horizontal illuminance in lux without a sun: a hundredth of it is a daylight factor of one per cent.
 UNKNOWN = 10_000.0
-# Illuminance in lux of the sun's light outside the atmosphere, and its extinction in a clear one.
+# Solar illuminance constant in lux, and the optical extinction of a clear atmosphere.
 _EXTRATERRESTRIAL, _EXTINCTION = 127_500.0, 0.21
 
 
@@ -33,10 +33,10 @@ class Daylight:
     sun
         Azimuth from north towards east and elevation of the sun in degrees, or None.
     sky_illuminance
-        Illuminance of the sky on the horizontal plane, lux. Default: that of the weather, else by the sun's elevation
+        Diffuse horizontal illuminance, lux. Default: that of the weather, else by the sun's elevation
         300 + 21000 sin(e) if it is overcast and 800 + 15500 sin(e)^(1/2) if it is clear, else 10,000.
     sun_illuminance
-        Illuminance of the sun across its light, lux. Default: that of the weather, else 127,500 exp(-0.21 / sin(e))
+        Direct normal illuminance, lux. Default: that of the weather, else 127,500 exp(-0.21 / sin(e))
         under a clear sky, else none.
     weather
         Direct normal and diffuse horizontal irradiance in W/m2: what sky ``perez`` depends on, and no other.
@@ -94,9 +94,9 @@ class Daylight:
         diffuse, direct = self._illuminances(sine)
         if sine <= 0:
             direct = 0.0
-        level = diffuse + direct * sine
+        horizontal = diffuse + direct * sine
         sky = Sky(distribution=self._distribution(), diffuse=diffuse / efficacy, up=up, sun=toward,
-                  ground=self.ground * level / efficacy / np.pi)
+                  ground=self.ground * horizontal / efficacy / np.pi)
         sun = () if not direct else (DirectionalLight(direction=tuple((-toward).tolist()),
                                                       irradiance=(direct / efficacy,) * 3),)
         return replace(scene, background=sky, lights=scene.lights + sun)
@@ -117,7 +117,7 @@ class Daylight:
         return np.cos(elevation) * level + np.sin(elevation) * up
 
     def _illuminances(self, sine):
-        """Of the sky on the horizontal plane, and of the sun across its light."""
+        """Diffuse horizontal and direct normal illuminance."""
         diffuse, direct = UNKNOWN, 0.0
         if self.sky == "perez":
             diffuse, direct = self._weather.illuminances

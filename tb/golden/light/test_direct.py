@@ -192,7 +192,7 @@ def test_a_spot_lights_within_its_cone_as_a_point_does(degrees):
     cone = Cone(direction=(-np.sin(angle), 0, -np.cos(angle)), inner=10, outer=30)
     lights = [PointLight(position=(0, 0, 2), intensity=(1, 2, 4), cone=one) for one in (None, cone)]
     bare, spot = (irradiance(scene_of(RECEIVER, lights=(one,)), points_at((0, 0, 0)))[0] for one in lights)
-    np.testing.assert_allclose(spot, cone.share(np.array([(0.0, 0, 2)]))[0] * bare, rtol=1e-13)
+    np.testing.assert_allclose(spot, cone.factor(np.array([(0.0, 0, 2)]))[0] * bare, rtol=1e-13)
     assert spot.any() == (degrees < 30)
 
 

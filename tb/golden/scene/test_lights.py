@@ -38,7 +38,7 @@ def test_a_cone_falls_off_as_the_extension_says():
     angles = np.radians([0, 19.9, 30, 40.1, 120])
     toward = 3 * np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=1)
     inner, middle, outer = np.cos(np.radians((20, 30, 40)))
-    assert cone.share(toward) == pytest.approx([1, 1, ((middle - outer) / (inner - outer)) ** 2, 0, 0])
+    assert cone.factor(toward) == pytest.approx([1, 1, ((middle - outer) / (inner - outer)) ** 2, 0, 0])
 
 
 @pytest.mark.parametrize(("make", "says"), [

@@ -20,18 +20,18 @@ def toward(gamma, plane=0.0):
 def test_intensities_between_given_angles_are_linear():
     light = web(gamma=(0, 40, 90), planes=(0, 90, 360), candela=[(100, 60, 0), (100, 20, 0), (100, 60, 0)])
     for gamma, plane, value in ((0, 0, 100), (20, 0, 80), (40, 90, 20), (40, 45, 40), (65, 0, 30), (40, 225, 40)):
-        assert light.share(toward(gamma, plane)) == pytest.approx(value), (gamma, plane)
+        assert light.factor(toward(gamma, plane)) == pytest.approx(value), (gamma, plane)
 
 
 def test_there_is_no_light_beyond_the_given_angles():
-    assert web().share(toward(90.1)) == 0
-    assert web().share(toward(89.9)) == pytest.approx(100)
-    assert web(gamma=(30, 60)).share(toward(20)) == 0
+    assert web().factor(toward(90.1)) == 0
+    assert web().factor(toward(89.9)) == pytest.approx(100)
+    assert web(gamma=(30, 60)).factor(toward(20)) == 0
 
 
 def test_axes_turn_the_light():
     light = web(gamma=(0, 45), candela=((100, 0),), axes=[(0, 1, 0), (0, 0, 1), (1, 0, 0)])
-    assert light.share(np.array([(-2.0, 0, 0), (0, 0, 2)])) == pytest.approx([100, 0])
+    assert light.factor(np.array([(-2.0, 0, 0), (0, 0, 2)])) == pytest.approx([100, 0])
 
 
 @pytest.mark.parametrize(("gamma", "candela", "lumens"), [
@@ -48,7 +48,7 @@ def test_lumens_are_the_integral_of_the_intensity():
         (10, 120, 550), (0, 360, 720)))
     gamma, plane = (grid.ravel() for grid in np.meshgrid(gamma, plane))
     vectors = np.stack([np.sin(gamma) * np.cos(plane), np.sin(gamma) * np.sin(plane), -np.cos(gamma)], axis=1)
-    total = (light.share(-vectors) * np.sin(gamma)).mean() * np.radians(110) * 2 * np.pi
+    total = (light.factor(-vectors) * np.sin(gamma)).mean() * np.radians(110) * 2 * np.pi
     assert light.lumens == pytest.approx(total, rel=1e-4)
 
 
