@@ -88,16 +88,17 @@ class Run:
                 patch = self.patches[number]
                 ctx.set(dut.i.payload, {"patch": patch, "node": 0, "is_remote": patch & 1})
             ctx.set(dut.o_fetch.ready, int(self.draw.random() >= self.stall))
-            if not sending:
-                due = [item for item in waiting if item[0] <= self.cycle]
-                if due and self.draw.random() < 0.8:
-                    item = self.draw.choice(due)
-                    waiting.remove(item)
-                    if item[2] in self.lost_fetches:
-                        failed.append(item[1])
-                    else:
-                        sending.extend({"patch": item[1], "surface": surface_of(item[1]), "vertex": vertex}
-                                       for vertex in self.vertices_of(item[1]))
+            due = [item for item in waiting if item[0] <= self.cycle]
+            # A failure is known at any time, also between two vertices of another patch.
+            for item in [item for item in due if item[2] in self.lost_fetches]:
+                waiting.remove(item)
+                due.remove(item)
+                failed.append(item[1])
+            if due and not sending and self.draw.random() < 0.8:
+                item = self.draw.choice(due)
+                waiting.remove(item)
+                sending.extend({"patch": item[1], "surface": surface_of(item[1]), "vertex": vertex}
+                               for vertex in self.vertices_of(item[1]))
             ctx.set(dut.i_fill.valid, int(bool(sending)))
             if sending:
                 ctx.set(dut.i_fill.payload, sending[0])

@@ -1,3 +1,4 @@
+import pytest
 from amaranth.sim import Simulator
 from hypothesis import given
 from hypothesis import strategies as st
@@ -78,6 +79,37 @@ def test_beats_of_bursts_in_any_order(steps):
                 ctx.set(dut.port.en, 1)
                 await ctx.tick()
                 assert ctx.get(dut.port.data) == data
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+
+
+@pytest.mark.parametrize(("at", "stored"), [("start", 0), ("offer", 0), ("acceptance", 1)])
+def test_a_beat_is_expected_when_memory_has_accepted_its_address(at, stored):
+    """Not in the cycle in which its burst begins, and not while the address is offered."""
+    dut, slot = ReadBuffer(config=CONFIG), SLOTS - 1
+
+    async def beat(ctx):
+        ctx.set(dut.i.payload, {"id": slot, "data": 7, "last": 0, "response": 0})
+        ctx.set(dut.i.valid, 1)
+        await ctx.tick()
+        assert (ctx.get(dut.stored), ctx.get(dut.unexpected)) == (stored, 1 - stored)
+
+    async def bench(ctx):
+        ctx.set(dut.slot, slot)
+        ctx.set(dut.length, BEATS - 1)
+        ctx.set(dut.start, 1)
+        if at == "start":
+            await beat(ctx)
+            return
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        # An offer of another slot's address does not matter.
+        ctx.set(dut.offered, 1)
+        ctx.set(dut.offered_slot, slot if at == "offer" else 0)
+        await beat(ctx)
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)

@@ -35,8 +35,8 @@ class Bench:
     def virtual(self):
         return self.config.noc.networks == "virtual"
 
-    def run(self, cycles, *, requests=(), replies=(), flits=((), ()), slow=False):
-        """``flits``: of requests and of replies that the network brings."""
+    def run(self, cycles, *, requests=(), replies=(), flits=((), ()), slow=False, most=1 << 20):
+        """``flits``: of requests and of replies that the network brings; ``most`` vertices of replies are accepted."""
         dut, simulator = self.dut, Simulator(self.dut)
         simulator.add_clock(1e-8)
         channels = self.config.noc.virtual_channels
@@ -55,7 +55,7 @@ class Bench:
 
         async def take(ctx, stream, items, read):
             while True:
-                ctx.set(stream.ready, not slow or self.random.random() < 0.3)
+                ctx.set(stream.ready, (not slow or self.random.random() < 0.3) and len(items) < most)
                 _, _, valid, payload, ready = await ctx.tick().sample(stream.valid, stream.payload, stream.ready)
                 if valid and ready:
                     items.append(read(payload))
@@ -146,6 +146,17 @@ def test_no_more_requests_than_reply_buffers():
     bench.run(120, requests=pairs, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
         bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
     assert len(bench.sent[0]) == 5
+
+
+@pytest.mark.parametrize("most", [0, 1, 3, 4, 7, 8])
+def test_a_credit_returns_when_a_whole_reply_has_left(most):
+    """A cluster that accepts the first vertices of a patch still needs its buffer."""
+    bench = Bench(VARIANTS[0], requests=2)
+    come = patches(bench.config, bench.random, 2)
+    bench.run(80, requests=[{"node": 0, "patch": number} for number in range(6)], most=most, flits=((), [
+        flit for node, patch, surface, vertices in come for flit in reply_flits(
+            bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
+    assert (len(bench.answered), len(bench.sent[0])) == (most, 2 + most // 4)
 
 
 def broken(flits, how, config):

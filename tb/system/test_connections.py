@@ -8,6 +8,7 @@ from amaranth.sim import Simulator
 
 import hw.cluster
 import hw.engine
+import hw.icu.intersection_unit
 from golden.config import PRESETS
 from golden.ctu.near_cells import near_cells
 from golden.frustum import Hemisphere
@@ -18,6 +19,7 @@ from hw.cluster import Cluster
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import NEAR_INDEX
 from hw.engine import FETCH, PRELOAD, Engine
+from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.inspection import inspect
 from hw.memsys.image_layout import RegionNumber
 from hw.noc.network_fault import NetworkFault
@@ -30,6 +32,7 @@ CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "no
 UNITS = ("MemorySystem", "IntersectionUnit", "TraversalUnit")
 BLOCKS = ("Registers", "JobControl", "MainMemoryPort", "CompletionWriter", "DescriptorFetch", "JobDispatch",
           "PreloadDma", "LoadControl", "WriteMerge", "LocalBus", "SystemBusInterface", "PatchNetwork", "Cluster")
+PARTS = ("PatchSetup", "IntersectionPipeline", "IcRayGenerator", "SettleMap", "ReadOut")
 # No two of them are the same.
 SCENE = {"cells": 700, "lists": 1234, "patches": 300}
 LIMIT = 100
@@ -107,6 +110,29 @@ def engine():
     return Connections(hw.engine, BLOCKS, lambda: Engine(config=CONFIG))
 
 
+@pytest.fixture(scope="module")
+def intersection():
+    """An intersection unit whose ray memory is its own."""
+    return Connections(hw.icu.intersection_unit, PARTS, lambda: IntersectionUnit(config=CONFIG))
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(4, 1 << 10), (1 << 10, 4), (5, 17), (64, 64), (1, 1)])
+def test_memories_begin_with_all_tiles_of_a_section(intersection, columns, rows):
+    """Rounded up to a power of two along each axis; a section may be as long as there are numbers for."""
+    dut, settle, side = intersection.dut, intersection.units["SettleMap"], 1 << CONFIG.icu.tile_bits
+    across, down = (-(-count // side) for count in (columns, rows))
+
+    async def bench(ctx):
+        ctx.set(dut.i_frustum.payload.section, {
+            "first_column": 0, "end_column": columns, "first_row": 0, "end_row": rows})
+        ctx.set(dut.i_frustum.payload.tiles_across, across)
+        ctx.set(dut.i_frustum.valid, 1)
+        await ctx.tick().until(settle.i_start.valid)
+        assert ctx.get(settle.tiles) == (1 << (across - 1).bit_length()) * (1 << (down - 1).bit_length())
+
+    intersection.simulate(bench)
+
+
 def test_units_begin_with_what_was_loaded(cluster, made):
     """The tables of the cluster, and the numbers of the section in its slot."""
     scene, plan, image = made
@@ -161,6 +187,26 @@ def test_units_begin_with_what_was_loaded(cluster, made):
         "subshells": {"first": 0, "count": len(image.subshells(1)), "patches": SCENE["patches"]}}
     assert [one["cell"] for one in cells if one["is_cell"]] == near.tolist()
     assert [one["last"] for one in cells] == [0] * (len(cells) - 1) + [1]
+
+
+def test_a_cell_between_traversal_and_memory_system_is_in_flight(cluster):
+    """The memory system is drained while it has not accepted the cell."""
+    memory, traversal = cluster.units["MemorySystem"], cluster.units["TraversalUnit"]
+
+    async def bench(ctx):
+        ctx.set(memory.drained, 1)
+        assert ctx.get(traversal.settled)
+        ctx.set(traversal.o.payload.cell, 9)
+        ctx.set(traversal.o.valid, 1)
+        await ctx.tick()
+        ctx.set(traversal.o.valid, 0)
+        for ready in 0, 1:
+            ctx.set(memory.i_cell.ready, ready)
+            assert (ctx.get(memory.i_cell.valid), ctx.get(traversal.settled)) == (1, 0)
+            await ctx.tick()
+        assert ctx.get(traversal.settled)
+
+    cluster.simulate(bench)
 
 
 def test_windows_are_taken_over_when_the_control_says_so(engine):
