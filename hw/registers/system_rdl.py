@@ -1,11 +1,11 @@
 """The registers in SystemRDL 2.0 (Accellera), from the tables that the hardware is made from."""
 
-import re
 from collections.abc import Mapping
 
 from hw.registers.axi_lite_signature import DATA_BITS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, CODE_BITS, ErrorCode
+from hw.registers.plain_text import plain_text
 from hw.registers.register import WORD_BYTES, Access, Field, Register, addresses
 
 __all__ = ["system_rdl"]
@@ -60,7 +60,7 @@ addrmap {name} {{
 
 def _codes():
     return "\n".join(f"    {one.name} = {CODE_BITS}'d{one.value} {{ name = \"{one.name}\"; "
-                     f"desc = \"{_plain(ABOUT[one.name])}\"; }};" for one in ErrorCode)
+                     f"desc = \"{plain_text(ABOUT[one.name])}\"; }};" for one in ErrorCode)
 
 
 def _register(one, offset):
@@ -71,7 +71,7 @@ def _register(one, offset):
         low += field.width
     wide = [f"        regwidth = {2 * DATA_BITS};"] if one.words > 1 else []
     return "\n".join([
-        "    reg {", f"        name = \"{one.name}\";", f"        desc = \"{_plain(one.about)}\";", *wide, *lines,
+        "    reg {", f"        name = \"{one.name}\";", f"        desc = \"{plain_text(one.about)}\";", *wide, *lines,
         f"    }} {one.name} @ {offset:#05x};", ""])
 
 
@@ -84,7 +84,7 @@ def _field(register: Register, field: Field, low: int):
     if register.name in _CODES:
         properties.append("encode = error_code;")
     if field.about:
-        properties.append(f"desc = \"{_plain(field.about)}\";")
+        properties.append(f"desc = \"{plain_text(field.about)}\";")
     reset = ""
     if register.access is not Access.READ:
         reset = f" = {field.width}'h{register.reset >> low & (1 << field.width) - 1:x}"
@@ -92,10 +92,5 @@ def _field(register: Register, field: Field, low: int):
 
 
 def _counter(name, about, offset):
-    return (f"        reg {{ name = \"{name}\"; field {{ sw = r; hw = w; desc = \"{_plain(about)}\"; }} "
+    return (f"        reg {{ name = \"{name}\"; field {{ sw = r; hw = w; desc = \"{plain_text(about)}\"; }} "
             f"value[{DATA_BITS - 1}:0]; }} {name} @ {offset:#04x};")
-
-
-def _plain(about):
-    """Text without links of Markdown, which lead nowhere outside the documentation, and with quotes escaped."""
-    return re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", about).replace("\\", "\\\\").replace('"', '\\"')
