@@ -38,6 +38,7 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
         "POLICY": (f"{core.policy}u", "of the caches"),
         "HIT_FORMAT": (f"{int(given.hit_format)}u", "0: no hits, 1: 16 bytes a ray, 2: 8 bytes, 3: patch ids"),
         "SUMS": (f"{int(given.sums)}u", "sums are written"),
+        "WEIGHT_BITS": (f"{_weight_bits(given)}u", "the weights of a hemisphere are 2^W together; screen: 0"),
         "PATCHES": (f"{len(given.geometry)}u", "of the scene"),
         "FRUSTA": (f"{len(given.records)}u", "of the job"),
         "COLUMNS": (f"{first.columns}u", "of rays of each frustum"),
@@ -52,6 +53,13 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
         "/* Of each descriptor: its frustum, -1 of a load. */", *_list("FRUSTUM_OF", map(str, frusta)),
         "/* Of each descriptor: the address of its sums. */",
         *_list("SUMS_ADDRESS", (_address(int(one)) for one in job.descriptors["sums_address"])), "", "#endif", ""])
+
+
+def _weight_bits(request):
+    """Binary logarithm of the sum of all weights; without weights 0."""
+    if request.weights is None:
+        return 0
+    return (int(request.weights.sum()) * request.records[0].columns).bit_length() - 1
 
 
 def _address(value):

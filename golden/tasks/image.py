@@ -9,8 +9,9 @@ import numpy as np
 from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import Hemisphere, hemisphere_record
-from golden.jobs.core_manifest import read_manifest
+from golden.jobs.core_manifest import CoreManifest, read_manifest
 from golden.jobs.expected_results import expected_results
+from golden.jobs.job import Job
 from golden.jobs.job_header import job_header
 from golden.jobs.phase_request import phase_request
 from golden.jobs.result_formats import HitFormat
@@ -24,7 +25,7 @@ from golden.schedule.cell_choice import choose_cell
 from golden.schedule.job_shelling import job_shelling
 from golden.tasks.cast import FrustumChoice
 
-__all__ = ["ImageFrusta", "write_image"]
+__all__ = ["ImageFrusta", "JobFiles", "job_files", "write_image"]
 
 # Rays of a frustum for each ray cast to schedule it.
 RATIO = 16
@@ -88,6 +89,50 @@ class ImageFrusta:
         return records, geometry, hemisphere.polar_weights
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JobFiles:
+    """A job as files.
+
+    Parameters
+    ----------
+    contents
+        Bytes by the names of the files: ``job.bin``, ``job.h`` and, if they are requested, the results ``job.txt``.
+    job
+        The job, of one phase.
+    cell
+        The cell size, as a share of the scene's longest side.
+    about
+        The job in a line.
+    """
+
+    contents: dict[str, bytes]
+    job: Job
+    cell: float
+    about: str
+
+
+def job_files(scene: str, frusta: ImageFrusta, core: CoreManifest, *, cell: float | None = None, base: int = 0,
+              hits: str = "full", sums: bool = False, expected: bool = False) -> JobFiles:
+    """The files of a job for a core; parameters and errors are those of `write_image`."""
+    if hits == "none" and not sums:
+        raise InputError("image: one of --hits and --sums must be given, not none")
+    records, geometry, weights = frusta.records(open_scene(scene), core.config)
+    if sums and weights is None:
+        raise InputError("image: --sums needs hemispheres: the rays of a screen have no weights")
+    if cell is None:
+        cell = choose_cell(records[:1], geometry, core.config).cell
+    table = job_shelling(geometry, core.config, cell=cell).table
+    request = phase_request(records, geometry, table, core.config, ratio=RATIO, weights=weights,
+                            hit_format=HitFormat[hits.upper()], sums=sums)
+    job = whole_job([request], core.config, base=base)
+    memory = memory_before(job)
+    about = f"{scene}: {_frusta_text(records)}, {counted(len(geometry), 'patch')}, cell {cell:g}"
+    contents = {"job.bin": memory, "job.h": job_header(job, core, about=about, size=len(memory)).encode()}
+    if expected:
+        contents["job.txt"] = "".join(f"{line}\n" for line in expected_results(job)).encode()
+    return JobFiles(contents=contents, job=job, cell=cell, about=about)
+
+
 def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *, cell: float | None = None,
                 base: int = 0, hits: str = "full", sums: bool = False, expected: bool = False) -> tuple[dict, str]:
     """Write ``job.bin``, ``job.h`` and, if they are requested, the expected results ``job.txt`` into a folder.
@@ -118,33 +163,20 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
     InputError
         The manifest is none, or the core cannot cast the frusta.
     """
-    if hits == "none" and not sums:
-        raise InputError("image: one of --hits and --sums must be given, not none")
-    core = read_manifest(manifest)
-    records, geometry, weights = frusta.records(open_scene(scene), core.config)
-    if sums and weights is None:
-        raise InputError("image: --sums needs hemispheres: the rays of a screen have no weights")
-    if cell is None:
-        cell = choose_cell(records[:1], geometry, core.config).cell
-    table = job_shelling(geometry, core.config, cell=cell).table
-    request = phase_request(records, geometry, table, core.config, ratio=RATIO, weights=weights,
-                            hit_format=HitFormat[hits.upper()], sums=sums)
-    job = whole_job([request], core.config, base=base)
-    memory = memory_before(job)
-    about = f"{scene}: {_frusta_text(records)}, {counted(len(geometry), 'patch')}, cell {cell:g}."
-    contents = {"job.bin": memory, "job.h": job_header(job, core, about=about, size=len(memory)).encode()}
-    if expected:
-        contents["job.txt"] = "".join(f"{line}\n" for line in expected_results(job)).encode()
+    made = job_files(scene, frusta, read_manifest(manifest), cell=cell, base=base, hits=hits, sums=sums,
+                     expected=expected)
+    job, contents = made.job, made.contents
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as files:
         for name, data in contents.items():
             files.enter_context(whole_file(folder / name)).write_bytes(data)
-    paths = [str(folder / name) for name in contents]
-    report = {"output": paths, "scene": scene, "frusta": len(records), "rays": sum(map(len, records)),
-              "patches": len(geometry), "cell": cell, "descriptors": len(job.descriptors), "base": job.base,
-              "bytes": len(memory), "end": job.end}
-    return report, "\n".join([f"{about[:-1]}; {counted(len(job.descriptors), 'descriptor')}",
-                              f"{len(memory)} bytes at {job.base:#x}, memory in use ends at {job.end:#x}", *paths])
+    paths, size = [str(folder / name) for name in contents], len(contents["job.bin"])
+    given, = (phase.request for phase in job.phases)
+    report = {"output": paths, "scene": scene, "frusta": len(given.records), "rays": sum(map(len, given.records)),
+              "patches": len(given.geometry), "cell": made.cell, "descriptors": len(job.descriptors),
+              "base": job.base, "bytes": size, "end": job.end}
+    return report, "\n".join([f"{made.about}; {counted(len(job.descriptors), 'descriptor')}",
+                              f"{size} bytes at {job.base:#x}, memory in use ends at {job.end:#x}", *paths])
 
 
 def _frusta_text(records):

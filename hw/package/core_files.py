@@ -4,10 +4,13 @@ import json
 from pathlib import Path
 
 from golden.config import Config
+from golden.output import whole_file
 from hw.cluster import COUNTERS
 from hw.output import write_text
 from hw.package.manifest import core_version, manifest
+from hw.package.pages import core_pages
 from hw.package.readme import readme
+from hw.package.software.software_files import software_files
 from hw.package.tops import TOPS
 from hw.registers.system_rdl import system_rdl
 
@@ -38,14 +41,19 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[P
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for name, text in core_files(top, config=config, preset=preset).items():
+    for name, content in core_files(top, config=config, preset=preset).items():
         paths.append(folder / name)
-        write_text(paths[-1], text)
+        paths[-1].parent.mkdir(exist_ok=True)
+        if isinstance(content, str):
+            write_text(paths[-1], content)
+        else:
+            with whole_file(paths[-1]) as part:
+                part.write_bytes(content)
     return paths
 
 
-def core_files(top: str, *, config: Config, preset: str) -> dict[str, str]:
-    """The texts of a core by the names of their files; the same every time.
+def core_files(top: str, *, config: Config, preset: str) -> dict[str, str | bytes]:
+    """The contents of a core's files by their paths in its folder; the same every time.
 
     Parameters
     ----------
@@ -72,10 +80,12 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str]:
         f"{name}.xdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
         f"{name}.lpf": f'FREQUENCY PORT "clk" {1000 / PERIOD_NS:g} MHZ;\n',
         f"{name}.core": _fusesoc(name, about),
-        "README.md": readme(top, name, facts, mhz=1000 / PERIOD_NS),
     }
     if top == "engine":
         files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
+        files |= core_pages(COUNTERS)
+        files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"])
+    files["README.md"] = readme(top, name, facts, mhz=1000 / PERIOD_NS, has_job="job/job.bin" in files)
     return files
 
 

@@ -23,7 +23,9 @@ Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine
 | `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |{files}
 
 Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough.
-{meaning}
+{meaning}{host}
+## The module
+
 ```verilog
 {name} instance_name (
 {connections}
@@ -35,21 +37,55 @@ Everything happens at the rising edge of `clk`. `rst` is synchronous and active 
 {ports}
 """
 _ENGINE = """
-* `s_axil_*` is an AXI4-Lite subordinate of 32 bits: the registers, see `docs/registers.md`.
+* `s_axil_*` is an AXI4-Lite subordinate of 32 bits: [the registers](registers.md).
 * `m_axi_*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
-  registers `read_base` to `write_limit` define, and nowhere else. The layout of memory: `docs/memory-map.md`.
+  registers `read_base` to `write_limit` define, and nowhere else. [What is in memory](formats.md).
 * `irq` is active high until the host acknowledges it: completion records have been written, or the queue has
-  halted. It is 0 unless the register `interrupt` enables it. The layout of jobs: `docs/job-format.md`.
+  halted. It is 0 unless the register `interrupt` enables it.
 """
 _ENGINE_FILES = """
-| `{name}.rdl` | the registers in SystemRDL 2.0; PeakRDL writes pages, C headers and IP-XACT from it |"""
+| `registers.md`, `formats.md` | registers, errors, counters; descriptors, completion records, results, memory images |
+| `{name}.rdl` | the registers in SystemRDL 2.0; PeakRDL writes pages, C headers and IP-XACT from it |
+| `driver/radiosity.h`, `.c` | a driver in C99: the registers, jobs, completion records, errors, counters |
+| `example/main.cpp`, `Makefile` | a simulation in Verilator: main memory behind AXI4, and the driver on AXI4-Lite |"""
+_JOB_FILES = """
+| `job/job.bin`, `.h`, `.txt` | a small job: memory before the doorbell, its addresses, and the results |"""
+# The sample exceeds a capacity of the engine.
+_NO_JOB = ", and a job that fits this engine"
+_HOST = """
+## The first cast
+
+`make -C example check` needs Verilator 5, make, gcc and g++ (`VERILATOR=PATH` names another Verilator){job}. It
+
+1. translates `{name}.v` to C++ and compiles it: minutes, but once for all jobs;
+2. compiles the driver, and `example/main.cpp` with the addresses of `job.h`;
+3. copies `job.bin` into the simulated main memory, gives the engine rings and windows, writes the doorbell, and waits
+   for an interrupt for each completion record;
+4. prints a line `hit FRUSTUM COLUMN ROW PATCH INVERSE U V` for each ray (patch -1: no hit), and `sum FRUSTUM PATCH SUM`
+   for each patch: the form factor of the patch times 2^`RADIOSITY_JOB_WEIGHT_BITS`;
+5. compares these lines with `job.txt`.
+
+`radiosity image SCENE --manifest {name}.json --patch NUMBER --expected -o FOLDER` writes other jobs, and
+`make -C example check JOB=FOLDER`, with an absolute path, casts them.
+
+## The driver
+
+`driver/radiosity.h` has the sequence of calls. The driver allocates nothing and needs no operating system: five
+functions of the host read and write registers and main memory, and wait. If the host caches main memory, they write
+back before a register is written, and invalidate after one is read. Without the driver:
+
+1. Copy `job.bin` to its address, and clear the ring of completion records.
+2. Read `magic` and `version`. Write `ring`, `completions`, `ring_bits`, `read_base` to `write_limit`, and `policy`.
+3. Write the number of descriptors into `doorbell`, and read `completed` until it has reached that number.
+4. Read the completion records: byte 60 of each is its error. The hits are where `job.h` says.
+"""
 _STREAMS = """
 Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a
 stream without `*_ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
 """
 
 
-def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float) -> str:
+def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_job: bool) -> str:
     """The page as Markdown.
 
     Parameters
@@ -58,6 +94,8 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float) -> s
         One of `TOPS`, the name of its module, and its manifest.
     mhz
         The clock of the constraints.
+    has_job
+        The core has a job for the example.
     """
     config, ports, is_engine = facts["parameters"], facts["ports"], top == "engine"
     meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"]) if is_engine \
@@ -65,6 +103,7 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float) -> s
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
         top=top, name=name, about=facts["about"], preset=facts["preset"], version=facts["version"], more=more,
-        files=_ENGINE_FILES.format(name=name) if is_engine else "", mhz=mhz, meaning=meaning,
+        files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz, meaning=meaning,
+        host=_HOST.format(name=name, job="" if has_job else _NO_JOB) if is_engine else "",
         connections=",\n".join(f"  .{port['name']}({port['name']})" for port in ports),
         ports="\n".join(f"| `{port['name']}` | {port['direction']} | {port['width']} |" for port in ports))

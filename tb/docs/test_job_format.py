@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tb.docs.job_format import job_tables
+from golden.jobs.job_tables import job_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "job-format.md"
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tb.docs.memory_layout import layout_tables
+from golden.memory_map.layout_tables import layout_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "memory-map.md"
 

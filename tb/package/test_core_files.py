@@ -37,7 +37,7 @@ def written(folder, *arguments, hash_seed="0"):
     done = subprocess.run([sys.executable, "-m", "hw", "verilog", "-o", folder, *arguments], cwd=ROOT, check=True,
                           env=os.environ | {"PYTHONHASHSEED": hash_seed}, capture_output=True, text=True)
     assert not done.stderr, "no warning must be printed"
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

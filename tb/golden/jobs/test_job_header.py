@@ -8,7 +8,7 @@ import pytest
 from golden.jobs.core_manifest import CoreManifest
 from golden.jobs.job_header import job_header
 from golden.jobs.whole_job import memory_before, whole_job
-from tb.golden.jobs.jobs import CONFIG, requests
+from tb.golden.jobs.jobs import CONFIG, RAYS, SMALL, requests
 
 PROGRAM = """
 #include <stdio.h>
@@ -23,7 +23,7 @@ int main(void) {
     LIST(hits) LIST(sums) LIST(frustum_of)
 """
 NAMES = ("CLUSTERS", "BASE", "BYTES", "END", "RING", "COMPLETIONS", "RING_BITS", "DESCRIPTORS", "IMAGE", "COPIES",
-         "POLICY", "HIT_FORMAT", "SUMS", "PATCHES", "FRUSTA", "COLUMNS", "ROWS")
+         "POLICY", "HIT_FORMAT", "SUMS", "WEIGHT_BITS", "PATCHES", "FRUSTA", "COLUMNS", "ROWS")
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -46,5 +46,6 @@ def test_a_compiler_reads_the_job_from_it(number, tmp_path):
         "CLUSTERS": CONFIG.noc.nodes, "BASE": job.base, "BYTES": size, "END": job.end, "RING": job.ring,
         "COMPLETIONS": job.completions, "RING_BITS": job.ring_bits, "DESCRIPTORS": len(job.descriptors),
         "IMAGE": phase.address, "COPIES": int(phase.image.has_copies), "POLICY": 2,
-        "HIT_FORMAT": int(request.hit_format), "SUMS": 1, "PATCHES": len(request.geometry),
+        "HIT_FORMAT": int(request.hit_format), "SUMS": 1, "WEIGHT_BITS": (RAYS, SMALL)[number].weight_bits,
+        "PATCHES": len(request.geometry),
         "FRUSTA": len(request.records), "COLUMNS": request.records[0].columns, "ROWS": request.records[0].rows}

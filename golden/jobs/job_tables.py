@@ -1,9 +1,9 @@
-"""The tables of docs/job-format.md, from the layouts that host and machine are made from."""
+"""The formats of jobs as tables of a page, from the layouts that host and machine are made from."""
 
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import DESCRIPTOR, RULES, Kind
 from golden.memory_map.layout import REGIONS
-from tb.docs.memory_layout import record_table
+from golden.memory_map.layout_tables import record_table
 
 __all__ = ["job_tables"]
 

@@ -1,7 +1,6 @@
-"""The tables of docs/memory-map.md, from the layout that host and machine are made from."""
+"""The layout of a memory image as tables of a page, from the layout that host and machine are made from."""
 
-from golden.memory_map import ENTRY, HEADER, REGIONS
-from golden.memory_map.layout import Region
+from golden.memory_map.layout import ENTRY, HEADER, REGIONS, Region
 
 __all__ = ["layout_tables", "record_table"]
 

@@ -1,0 +1,113 @@
+"""The simulation beside an exported engine: it compiles, and prints the results of the golden model."""
+
+import dataclasses
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+from golden.config import PRESETS
+from golden.errors import InputError
+from hw.package.core_files import core_files, write_core
+from hw.package.manifest import manifest
+from hw.package.software.sample_job import SAMPLE
+from hw.package.tops import TOPS
+from hw.simulator.verilator import verilator_package
+from tb.golden.commands.runner import run
+from tb.golden.jobs.manifests import write_manifest
+from tb.lib.runner import tools
+from tb.package.driver_library import complaints
+
+NAME = "radiosity_engine"
+CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
+WIDE = CONFIG.replace({"memory.data_bits": 256, "memory.address_bits": 32, "memory.outstanding": 1})
+
+
+@pytest.fixture
+def without_verilog(monkeypatch):
+    """Exports of engines whose Verilog is empty."""
+    monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
+    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+
+
+def pin(port):
+    """The member that Verilator's model has for a port."""
+    width = port["width"]
+    kind = next((kind for most, kind in ((8, "CData"), (16, "SData"), (32, "IData"), (64, "QData")) if width <= most),
+                f"VlWide<{-(-width // 32)}>")
+    return f"    {kind} {port['name']};\n"
+
+
+@pytest.mark.parametrize("config", [CONFIG, WIDE], ids=["64 bits", "256 bits"])
+def test_the_simulation_compiles_without_a_warning(config, without_verilog, tmp_path):
+    """With the ports of the manifest as Verilator declares them."""
+    write_core("engine", config=config, preset="tiny", folder=tmp_path)
+    ports = manifest("engine", NAME, config=config, preset="tiny", text="")["ports"]
+    (tmp_path / f"V{NAME}.h").write_text(
+        f'#include "verilated.h"\nstruct V{NAME} {{\n    explicit V{NAME}(VerilatedContext *);\n    void eval();\n'
+        + "".join(map(pin, ports)) + "};\n")
+    include = verilator_package() / "share" / "verilator" / "include"
+    assert not complaints(
+        tmp_path, "g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", "-Idriver", "-Ijob",
+        "-isystem", include, "-isystem", include / "vltstd", "example/main.cpp")
+
+
+def test_the_sample_is_what_the_command_writes(without_verilog, tmp_path):
+    files = core_files("engine", config=CONFIG, preset="tiny")
+    sha256 = re.search(r"SHA-256 (\w+)", files["job/job.h"].decode())[1]
+    path = write_manifest(tmp_path / "core.json", CONFIG, sha256=sha256)
+    scene, *options = shlex.split(SAMPLE)
+    assert run("image", scene, "--manifest", path, *options, "-o", tmp_path / "job").exit_code == 0
+    for name in "job.bin", "job.h", "job.txt":
+        assert (tmp_path / "job" / name).read_bytes() == files[f"job/{name}"]
+    assert files["job/job.txt"].count(b"hit") == 256
+    assert sha256 in files[f"{NAME}.json"]
+
+
+def test_an_engine_that_is_too_small_has_no_sample(without_verilog, monkeypatch):
+    def refuse(*_, **given):
+        raise InputError("memory image: Patches must be at most 16 (icu.patch_bits), not 20")
+
+    assert "`job/job.bin`" in core_files("engine", config=CONFIG, preset="tiny")["README.md"]
+    monkeypatch.setattr("hw.package.software.sample_job.job_files", refuse)
+    files = core_files("engine", config=CONFIG, preset="tiny")
+    assert not [name for name in files if name.startswith("job/")]
+    assert "`job/job.bin`" not in files["README.md"]
+
+
+def test_every_file_is_named_in_the_readme(without_verilog):
+    files = core_files("engine", config=CONFIG, preset="tiny")
+    rows = re.findall(r"(?m)^\| (`.*) \|$", files["README.md"])
+    named = {word for row in rows for word in re.findall(r"`([^`]+)`", row)}
+    for name in files:
+        assert {name, os.path.splitext(name)[1], os.path.basename(name)} & named or name == "README.md", name
+    assert not re.search(r"@\w+@", "".join(text for text in files.values() if isinstance(text, str)))
+
+
+def make(folder, *arguments):
+    """Run the example's Makefile with the packaged Verilator."""
+    with tools():
+        done = subprocess.run(["make", "-C", folder / "example", *arguments], capture_output=True, text=True,
+                              check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.nightly
+def test_an_exported_engine_casts_in_a_simulation_made_of_its_files_alone(tmp_path):
+    """The sample; then a job of twenty frusta elsewhere in memory, with other hits; a wrong hit is noticed."""
+    folder = tmp_path / "core"
+    subprocess.run([sys.executable, "-m", "hw", "verilog", "--preset", "tiny", "-P", "noc.columns=1", "-P",
+                    "noc.rows=1", "-o", folder], check=True)
+    assert "2 descriptors in " in make(folder, "check")
+    job = tmp_path / "job"
+    assert run("image", "cornell", "--manifest", folder / f"{NAME}.json", "--every-patch", "--rays", "32x8", "--base",
+               "0x123456000", "--sums", "--hits", "compact", "--expected", "-o", job).exit_code == 0
+    assert "21 descriptors in " in make(folder, "check", f"JOB={job}")
+    expected = (job / "job.txt").read_text()
+    (job / "job.txt").write_text(expected.replace("hit 3 7 5 ", "hit 3 7 6 ", 1))
+    with pytest.raises(AssertionError, match="differ"):
+        make(folder, "check", f"JOB={job}")
