@@ -1,4 +1,4 @@
-"""Which benches judge the mutants of which block."""
+"""Which testbenches run on the mutants of which block."""
 
 from collections.abc import Callable
 from functools import partial

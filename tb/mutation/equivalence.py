@@ -1,4 +1,4 @@
-"""Mutants that no bench can find, as they do what the component does."""
+"""Mutants that no testbench can kill, as they do what the component does."""
 
 import re
 import tempfile
@@ -21,9 +21,9 @@ _UNPROVED = re.compile(
 def is_equivalent(mutants: Mutants, mutant: int) -> bool:
     """Whether a mutant is proved to do in every cycle what the component does.
 
-    Of both, what no output depends on is taken away. Then all outputs and all registers' next values must be the same,
-    whatever the registers and the inputs are. So a mutant that differs only where the component never gets, or for
-    which the proof takes too long, is not proved, and none of a component with large memories is.
+    Logic that no output depends on is removed from both. Then all outputs and all registers' next values must be the
+    same, whatever the registers and the inputs are. So a mutant that differs only in unreachable states, or for which
+    the proof takes too long, is not proved, and none of a component with large memories is.
 
     Parameters
     ----------

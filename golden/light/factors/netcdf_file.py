@@ -21,7 +21,7 @@ _VARIABLES = {
     "back_view_factor": (("patch",), "1", "share of the radiation leaving a patch that meets black backs"),
     "sky_view_factor_unprojected": (("patch",), "1", "sky_view_factor before closure was enforced"),
     "area": (("patch",), "m2", "area of a patch"),
-    "normal": (("patch", "axis"), "1", "unit normal of the front of a patch"),
+    "normal": (("patch", "axis"), "1", "unit normal out of the radiating side of a patch"),
     "scene_patch": (("patch",), None, "number of the patch in the scene, from 0"),
     "front": (("patch",), None, "1 for the front of that patch, 0 for its back"),
     "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),

@@ -30,7 +30,7 @@ class ViewFactors:
     area
         N float64, areas of the patches in squared units of length of the scene.
     normal
-        N x 3 float64, unit normals of the fronts.
+        N x 3 float64, unit normals out of the sides: of a back that of the front reversed.
     surface
         N str: name of the surface that each patch belongs to.
     patch, front

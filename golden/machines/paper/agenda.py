@@ -1,4 +1,4 @@
-"""Agenda: what a simulation does when, in Python; `golden.machines.event_heap` serves compiled functions."""
+"""Agenda: the event queue of a simulation in Python; `golden.machines.event_heap` serves compiled functions."""
 
 from collections.abc import Callable
 from heapq import heappop, heappush

@@ -44,7 +44,7 @@ class ClusterMemory:
                  cache: Cache | None, request: Callable[[int], object]):
         self._agenda, self._timing, self._resident, self._held = agenda, timing, resident, held
         self._named, self._cache, self._request = named, cache, request
-        # Actions that await patches, by patch; patches behind the most that may be outstanding.
+        # Actions that await patches, by patch; patches whose requests wait.
         self._awaited, self._waiting, self._outstanding = {}, deque(), 0
         self.residents = self.hits = self.misses = self.dropped = 0
 

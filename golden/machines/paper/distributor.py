@@ -8,7 +8,7 @@ __all__ = ["Distributor"]
 class Distributor:
     """The times at which packets arrive at clusters, and the traffic of the tree.
 
-    All links are equally wide, and all packets come from the root. So a packet waits there alone: behind it no link has
+    All links are equally wide, and all packets come from the root. So a packet waits there alone: below it no link has
     more traffic than the root's. Switches forward it word by word (cut-through).
 
     Parameters

@@ -47,7 +47,7 @@ class PaperStep:
     prepared
         Its work.
     cycles
-        From its begin to the last message at the host.
+        From its start to the last message at the host.
     counts, memories
         Of each cluster.
     pushed, replies, link_words, root_cycles

@@ -13,7 +13,7 @@ from golden.memsys.cell_table import CellTable
 
 __all__ = ["ray_string"]
 
-# Cells by which a ray goes on behind its hit. Positions are off by less (`golden.ctu.margins`), and a ray that ended
+# Cells by which a ray continues beyond its hit. Positions are off by less (`golden.ctu.margins`), and a ray that ended
 # before its hit would not refer to the patch that it hits.
 _BEHIND = 2.0**-10
 

@@ -58,7 +58,7 @@ class SubshellWork:
     needs
         Subshells of the shell before that hold rays near its own and near its grid rays.
     entries
-        Entries of lists behind the last patch found.
+        Entries of lists after the last patch found.
     patches
         The patches that it finds, in order.
     """
@@ -208,7 +208,7 @@ class SectionCasting:
                 for top, bottom, left, right in zip(*(range_.tolist() for range_ in ranges), strict=True)]
 
     def _found(self, cells):
-        """Patches in the cells that are opened, entries read from one to the next, and entries behind the last."""
+        """Patches in the cells that are opened, entries read from one to the next, and entries after the last."""
         opened = self._cells.first(cells)
         listed = self._table.patches.read(self._table.entries(opened))
         new = self._patches.first(listed)

@@ -1,4 +1,4 @@
-"""Step plan: what the host decides at the begin of a refinement step, from a low-density casting."""
+"""Step plan: what the host decides at the start of a refinement step, from a low-density casting."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

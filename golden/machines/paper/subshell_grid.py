@@ -79,6 +79,6 @@ class SubshellGrid:
         sector = self.sector
         width, height = sector.end_column - sector.first_column, sector.end_row - sector.first_row
         offset = (np.asarray(column) - sector.first_column) % self.columns
-        # Columns behind the sector that are nearer to its first one, around the circle.
+        # Columns after the sector that are nearer to its first one, around the hemisphere.
         offset = np.where(offset - (width - 1) > self.columns - offset, 0, offset)
         return np.clip(offset, 0, width - 1), np.clip(np.asarray(row) - sector.first_row, 0, height - 1)
