@@ -11,7 +11,7 @@ from tb.mutation.mutants import SELECTOR, Mutants
 __all__ = ["is_equivalent"]
 
 # Of memories: they become registers for the proof.
-MOST_BITS = 1 << 15
+MOST_BITS = 1 << 16
 _SECONDS = 60
 # How a proof ends that does not hold: a difference, no time left, or a register that only one of both has.
 _UNPROVED = re.compile(
