@@ -45,6 +45,11 @@ def test_supplies_have_their_own_traffic():
     assert pushed["requested"] < main["requested"] <= pulled["requested"]
 
 
+def test_the_command_has_all_supplies():
+    options = {option.name: option for option in radiosity.cli.main.commands["machine"].commands["paper"].params}
+    assert list(options["supply"].type.choices) == [supply.value for supply in Supply]
+
+
 def test_text_marks_what_is_extrapolated():
     output = run("--nodes", "32").output
     assert "(extrapolated)" in output

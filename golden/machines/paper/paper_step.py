@@ -106,12 +106,8 @@ def _simulate(step, config, timing, supply, held, caches):
         own &= chosen
     tags, named, begin = plan.tags, None, 0
     if supply is not Supply.PULLED:
-        numbers = np.flatnonzero(tags.sent).tolist()
-        begin = host.announce([tags.links(patch) for patch in numbers])
-        named = [set() for _ in held]
-        for patch in numbers:
-            for cluster in tags.destinations(patch).tolist():
-                named[cluster].add(patch)
+        named = _named(tags, clusters)
+        begin = host.announce([tags.links(patch) for patch in np.flatnonzero(tags.sent).tolist()])
     lacking = {patch for own, chosen in zip(held, resident, strict=True) for patch in chosen - own}
     for patch in plan.found.tolist():
         if patch in lacking:
@@ -119,7 +115,7 @@ def _simulate(step, config, timing, supply, held, caches):
     made = []
     for cluster, section in enumerate(plan.partition.sections):
         memories.append(ClusterMemory(
-            agenda, timing, named=None if named is None else frozenset(named[cluster]), resident=resident[cluster],
+            agenda, timing, named=named and named[cluster], resident=resident[cluster],
             held=held[cluster], cache=caches[cluster],
             request=lambda patch, cluster=cluster: host.request(cluster, patch)))
         made.append(PaperCluster(agenda, timing, memories[-1], works=[one.works[cluster] for one in step.frusta],
@@ -128,8 +124,9 @@ def _simulate(step, config, timing, supply, held, caches):
     for number, frustum in enumerate(step.frusta):
         streams = [_messages(part, one.counts.ends[number] + section.rays) for part, one, section in zip(
             frustum.sums, made, plan.partition.sections, strict=True)]
-        merged, last = tree.merge(streams, [int(stream.time[-1]) if len(stream.time) else one.counts.ends[number]
-                                            for stream, one in zip(streams, made, strict=True)])
+        merged, last = tree.merge(streams, [
+            one.counts.ends[number] + section.rays + len(stream.patch)
+            for stream, one, section in zip(streams, made, plan.partition.sections, strict=True)])
         sums.append(merged)
         end = max(end, last)
     return PaperStep(
@@ -137,6 +134,15 @@ def _simulate(step, config, timing, supply, held, caches):
         link_words=host.link_words, root_cycles=host.busy, sums=tuple(sums),
         memories=tuple(MemoryCounts(residents=one.residents, hits=one.hits, misses=one.misses, dropped=one.dropped,
                                     held=len(own)) for one, own in zip(memories, held, strict=True)))
+
+
+def _named(tags, clusters):
+    """The patches whose tags name each cluster."""
+    named = [set() for _ in range(clusters)]
+    for patch in np.flatnonzero(tags.sent).tolist():
+        for cluster in tags.destinations(patch).tolist():
+            named[cluster].add(patch)
+    return [frozenset(one) for one in named]
 
 
 def _messages(sums, begin):
