@@ -7,6 +7,10 @@ __all__ = [
            "CURVES",
            "EXPORT_SUFFIXES",
            "FRUSTUM_METHODS",
+           "GATHER_ASSIGNMENTS",
+           "GATHER_COMPLETIONS",
+           "GATHER_SCHEMES",
+           "GATHER_SOLVERS",
            "HIT_FORMATS",
            "PRESETS",
            "RAY_METHODS",
@@ -33,6 +37,11 @@ SOLVERS = ("gauss-jacobi", "gauss-seidel", "over-relaxation", "progressive", "ov
            "conjugate-gradient")
 # `golden.jobs.result_formats.HitFormat`.
 HIT_FORMATS = ("none", "full", "compact", "ids")
+# Names of `golden.machines.gather`.
+GATHER_SCHEMES = ("circulation", "sharing", "demand-driven")
+GATHER_ASSIGNMENTS = ("random", "scattered", "tiled")
+GATHER_SOLVERS = ("gauss-jacobi", "conjugate-gradient")
+GATHER_COMPLETIONS = ("shift", "merge")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
 SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")

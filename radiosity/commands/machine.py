@@ -5,7 +5,13 @@ from pathlib import Path
 
 import click
 
-from golden.commands.choices import HIT_FORMATS
+from golden.commands.choices import (
+    GATHER_ASSIGNMENTS,
+    GATHER_COMPLETIONS,
+    GATHER_SCHEMES,
+    GATHER_SOLVERS,
+    HIT_FORMATS,
+)
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, CELL, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
@@ -97,6 +103,74 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
     console().report(report, _paper_text(report))
     if report["differences"]:
         sys.exit(1)
+
+
+@machine.command("gather", cls=Task, named={"Nodes": "--nodes", "Patches": "--patches", "Memory": "--memory",
+                                            "Azimuths": "--rays", "Polars": "--rays", "Completion": "--completion",
+                                            "Seed": "--seed"},
+                 epilog=SCENE_HELP, short_help="Simulate gathering on a hypercube of up to 1024 nodes.")
+@SCENE
+@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@click.option("--scheme", type=click.Choice(GATHER_SCHEMES), default="demand-driven", help="Choose who makes which "
+              "row, and where patches are.")
+@click.option("--assignment", type=click.Choice(GATHER_ASSIGNMENTS), help="Choose how patches are dealt before rows "
+              "are made; the scheme demand-driven has none.  [default: random]")
+@click.option("--granularity", type=click.IntRange(1, 1 << 14), help="Set the patches of a request of the scheme "
+              "demand-driven.  [default: 1]")
+@click.option("--seed", type=int, default=0, help="Set the seed of the assignment random.")
+@click.option("--solver", type=click.Choice(GATHER_SOLVERS), default="gauss-jacobi", help="Choose the solver.")
+@click.option("--completion", type=click.Choice(GATHER_COMPLETIONS), help="Redistribute the matrix in equal shares, "
+              "and complete split rows in this way.  [default: rows stay whole, where they were made]")
+@click.option("--patches", type=int, help="Halve the largest patches until there are so many.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="64x32", help="Set the number of rays of each "
+              "hemisphere.")
+@click.option("--memory", type=int, default=4 << 20, help="Set the bytes of a node's memory.")
+def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completion, patches, rays, memory):
+    """Simulate form factors and radiosity of SCENE on a hypercube of nodes with memories of their own.
+
+    The rows are golden's, whatever the scheme. Times are those of an iPSC/2, with our numbers of operations where
+    its source has none.
+    """
+    from golden.errors import InputError
+    from golden.machines.gather.assignment import check_nodes
+    from golden.machines.gather.node_memory import NodeMemory
+    from golden.machines.gather.row_phase import GatherScheme
+    from golden.scene.halve import halved
+    from golden.scene.open import open_scene
+    from radiosity.gather_machine import GatherMachine
+
+    is_demanded = scheme == "demand-driven"
+    if assignment is not None and is_demanded:
+        raise InputError("--assignment needs --scheme circulation or --scheme sharing")
+    if granularity is not None and not is_demanded:
+        raise InputError("--granularity needs --scheme demand-driven")
+    chosen = GatherScheme(name=scheme, assignment=assignment or "random", granularity=granularity or 1, seed=seed)
+    if memory < 1:
+        raise InputError(f"gather: Memory must be at least 1, not {memory}")
+    opened = open_scene(scene)
+    opened = opened if patches is None else halved(opened, patches)
+    check_nodes(nodes, len(opened))
+    simulated = GatherMachine(opened, rays=rays, progress=console().progress)
+    run = simulated.run(chosen, nodes=nodes, solver=solver, completion=completion, memory=NodeMemory(size=memory))
+    report = {"scene": opened.name, **run.report()}
+    console().report(report, _gather_text(report))
+
+
+def _gather_text(report):
+    factors, solution = report["form_factors"], report["solution"]
+    iterations = ", ".join(map(str, solution["iterations"]))
+    return "\n".join([
+        f"{report['scene']}: {report['patches']} patches, {report['entries']} form factors; {report['nodes']} nodes, "
+        f"scheme {report['scheme']}" + (f", assignment {report['assignment']}" if report["assignment"] else ""),
+        f"seconds {report['seconds']:.3f}, efficiency {report['efficiency']:.3f}",
+        f"form factors {factors['seconds']:.3f} s, efficiency {factors['efficiency']:.3f}, "
+        f"{factors['rows_before_full']} rows before a memory was full",
+        f"solution {solution['seconds']:.3f} s, efficiency {solution['efficiency']:.3f}, {report['solver']} in "
+        f"{iterations} iterations; redistribution {solution['redistribution_seconds']:.3f} s, renumbering "
+        f"{solution['renumbering_seconds']:.3f} s",
+        "{messages} messages, {words} words, {circulated_words} of patches that travelled".format(**report["traffic"]),
+        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        f"F {report['F']}", f"radiosity {report['radiosity']}"])
 
 
 def _paper_text(report):

@@ -49,16 +49,18 @@ class Assignment:
         return self.order[self.bounds[node]:self.bounds[node + 1]]
 
 
-def check_nodes(nodes: int) -> None:
-    """Nodes are those of a hypercube.
+def check_nodes(nodes: int, patches: int) -> None:
+    """Nodes are those of a hypercube, and each has a patch.
 
     Raises
     ------
     InputError
-        They are no power of two up to `MOST_NODES`.
+        They are no power of two up to `MOST_NODES`, or more than the patches.
     """
     if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
         raise InputError(f"gather: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}")
+    if nodes > patches:
+        raise InputError(f"gather: Nodes must be at most the {patches} patches, not {nodes}")
 
 
 def shares(count: int, nodes: int) -> np.ndarray:
@@ -100,9 +102,7 @@ def assign(kind: str, patches: int, nodes: int, *, seed: int = 0) -> Assignment:
     if kind not in ASSIGNMENTS:
         raise InputError(f"gather: Assignment must be one of {', '.join(ASSIGNMENTS)}, not {kind!r}")
     check_int("Patches", patches)
-    check_nodes(nodes)
-    if nodes > patches:
-        raise InputError(f"gather: Nodes must be at most the {patches} patches, not {nodes}")
+    check_nodes(nodes, patches)
     sequence = np.arange(patches)
     if kind == "random":
         sequence = np.random.default_rng(seed).permutation(patches)

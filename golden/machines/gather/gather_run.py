@@ -144,7 +144,7 @@ def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: Gathe
     InputError
         A name is none, the nodes are no hypercube, rows do not fit, or the solution is not reached.
     """
-    check_nodes(nodes)
+    check_nodes(nodes, len(system))
     timing, memory = timing or NodeTiming(), memory or NodeMemory()
     factors = sparse.csr_array(system.matrix)
     cube = hypercube(nodes, timing)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.errors import InputError, check_int
-from golden.machines.gather.assignment import ASSIGNMENTS, Assignment, assign, check_nodes, of_rows
+from golden.machines.gather.assignment import ASSIGNMENTS, Assignment, assign, of_rows
 from golden.machines.gather.circulation import circulate
 from golden.machines.gather.collectives import reduction
 from golden.machines.gather.demand_driven import demand_rows
@@ -121,7 +121,6 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
     Source: Kurc 1997, section 2.4.
     """
     count, nodes = len(entries), len(cube.free) - 1
-    check_nodes(nodes)
     is_demanded = scheme.name == "demand-driven"
     held = assign("tiled" if is_demanded else scheme.assignment, count, nodes, seed=scheme.seed)
     alone, sizes, start = work.of_rows, memory.row_bytes(np.asarray(entries)), np.zeros(nodes, dtype=np.int64)
