@@ -6,9 +6,11 @@ import os
 import time
 from functools import partial
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from golden.peak_memory import peak_memory
 from radiosity.benchmarks import view_factor_programs, view_factors
 from radiosity.benchmarks.view_factor_cases import plate_between_plates
 from radiosity.benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
@@ -59,6 +61,11 @@ def test_this_package_is_measured():
     found = compute("this package", plate_between_plates().facets, 0.05)
     assert (found.F.sum(axis=1) + found.sky + found.rest).tolist() == pytest.approx([1, 1, 1])
     assert found.memory > 1 << 20
+
+
+def test_the_memory_of_a_program_is_its_own():
+    here = np.ones(1 << 26)
+    assert in_own_process(peak_memory) < here.nbytes < peak_memory()
 
 
 def test_what_takes_too_long_is_stopped():
