@@ -10,6 +10,7 @@ from golden.commands.choices import FRUSTUM_METHODS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
+from golden.commands.workers import WORKERS, worker_pool
 
 __all__ = ["formfactors_command"]
 
@@ -48,9 +49,10 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @METHOD_CELL
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
+    @WORKERS
     @add_options(option for method in methods for option in method.options)
     def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project, facets,
-                    max_edge, max_area, method, cell, resume, **given):
+                    max_edge, max_area, method, cell, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
@@ -60,6 +62,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
         _check_options(plain, method, project, time_limit, resume)
+        pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
         from golden.light.factors.hemisphere_rows import HemisphereRows
@@ -78,14 +81,21 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                 return FactorRows(task.scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches,
                                   seed=seed)
 
+            def spread(opened):
+                return opened and opened.spread(task.scene, frusta=caster, rays=caster)
+
             if time_limit is not None:
-                report, text = task.run_within(time_limit, adaptive, error=error, method=method)
+                with pool as opened:
+                    report, text = task.run_within(time_limit, adaptive, error=error, method=method,
+                                                   spread=spread(opened))
             else:
                 # The machine casts all frusta of a request as one job.
                 rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1, projected=project,
                                       block_rows=len(task.scene) if chosen else 64,
                                       progress=console().progress and bool(chosen)) if plain else adaptive(error)
-                report, text = task.run(rows, task.store(rows, method=method, resume=resume), method=method)
+                store = task.store(rows, method=method, resume=resume)
+                with pool as opened:
+                    report, text = task.run(rows, store, method=method, spread=spread(opened))
         if chosen:
             report[method] = caster.counts()
             text += f"\n{caster.summary()}"

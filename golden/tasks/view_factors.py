@@ -13,6 +13,7 @@ from golden.plural import counted
 from golden.scene.open import open_scene
 from golden.scene.refine import refine
 from golden.scene.scene import Scene
+from golden.spread import Spread
 
 __all__ = ["ViewFactorTask"]
 
@@ -63,7 +64,7 @@ class ViewFactorTask:
         key = {"scene": scene_key(self.scene), "method": method, "block_rows": rows.block_rows, **rows.settings}
         return BlockStore(self._output.with_name(f"{self._output.name}.blocks"), key, resume=resume)
 
-    def run(self, rows, store: BlockStore, *, method: str) -> tuple[dict, str]:
+    def run(self, rows, store: BlockStore, *, method: str, spread: Spread | None = None) -> tuple[dict, str]:
         """Compute and write; the report as values and as text.
 
         Parameters
@@ -74,13 +75,17 @@ class ViewFactorTask:
             Where finished blocks are kept.
         method
             How rays are cast.
+        spread
+            What computes the blocks, see `compute_view_factors`.
         """
-        factors = compute_view_factors(rows, store=store, progress=self._progress and len(rows) > rows.block_rows)
+        factors = compute_view_factors(rows, store=store, spread=spread,
+                                       progress=self._progress and len(rows) > rows.block_rows)
         write_view_factors(factors, self._output)
         store.remove()
         return self._report(factors, method)
 
-    def run_within(self, limit: float, rows_of: Callable, *, error: float, method: str) -> tuple[dict, str]:
+    def run_within(self, limit: float, rows_of: Callable, *, error: float, method: str,
+                   spread: Spread | None = None) -> tuple[dict, str]:
         """Compute with smaller and smaller errors, write the last result that the time allows, and report as `run`.
 
         Parameters
@@ -91,13 +96,13 @@ class ViewFactorTask:
             Function from an error to rows.
         error
             The requested error, that of the last attempt.
-        method
-            How rays are cast.
+        method, spread
+            See `run`.
         """
         reached, ends = max(error, _COARSEST), self._began + limit
         while True:
             began = time.perf_counter()
-            factors = compute_view_factors(rows_of(reached), progress=self._progress)
+            factors = compute_view_factors(rows_of(reached), spread=spread, progress=self._progress)
             now = time.perf_counter()
             if reached == error or now + _LONGER * (now - began) > ends:
                 break

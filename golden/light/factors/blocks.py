@@ -5,7 +5,6 @@ import json
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 
@@ -46,7 +45,7 @@ class BlockStore:
     """
 
     def __init__(self, folder: Path, key: dict, *, resume: bool):
-        self._folder, self._lock = folder, Lock()
+        self._folder = folder
         self._key = {**key, "package": version("radiosity-engine"), "numpy": np.__version__}
         if not (folder / _KEY).exists():
             return
@@ -73,12 +72,11 @@ class BlockStore:
             raise InputError(f"{path}: it is no block of view factors; delete it") from error
 
     def save(self, first: int, block) -> None:
-        """Write a block, a dataclass of arrays; any thread may."""
-        with self._lock:
-            if not (self._folder / _KEY).exists():
-                self._folder.mkdir(exist_ok=True)
-                with whole_file(self._folder / _KEY) as part:
-                    part.write_text(json.dumps(self._key, indent=1, sort_keys=True), encoding="utf-8")
+        """Write a block, a dataclass of arrays."""
+        if not (self._folder / _KEY).exists():
+            self._folder.mkdir(exist_ok=True)
+            with whole_file(self._folder / _KEY) as part:
+                part.write_text(json.dumps(self._key, indent=1, sort_keys=True), encoding="utf-8")
         with whole_file(self._path(first)) as part:
             np.savez(part, **vars(block))
 

@@ -1,0 +1,1 @@
+"""Worker processes, on this machine or others, that compute spans of work."""
