@@ -15,7 +15,6 @@ TESTED_IN = {
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
     "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
-    "hw/ctu/traversal_start.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
     "hw/lib/longest_waiting.py": ("tb/formal/test_arbiter.py", "LONGEST_WAITING"),
