@@ -1,4 +1,4 @@
-"""One declaration of a bench that runs in Amaranth's simulator, in Verilator and in Icarus.
+"""One declaration of a testbench that runs in Amaranth's simulator, in Verilator and in Icarus.
 
 A class of tests names the component and makes vectors::
 
@@ -37,14 +37,14 @@ VARIANTS = [{**widths, "icu.product_registers": depth} for widths in CONFIGURATI
 
 @dataclass(frozen=True)
 class Case:
-    """Vectors of a bench that has several.
+    """Vectors of a testbench that has several.
 
     Parameters
     ----------
     vectors
         From a configuration to vectors.
     variants
-        Changes of the default configuration with which Amaranth's simulator runs them; default: the bench's.
+        Changes of the default configuration with which Amaranth's simulator runs them; default: the testbench's.
     simulated
         The other simulators run them too.
     timed
@@ -58,7 +58,7 @@ class Case:
 
 
 class Bench:
-    """A bench of a component. Subclasses are collected by pytest and have no constructor.
+    """A testbench of a component. Subclasses are collected by pytest and have no constructor.
 
     Members
     -------
@@ -114,7 +114,7 @@ class Bench:
 
     @property
     def draws(self) -> bool:
-        """Whether the bench can draw."""
+        """Whether the testbench can draw."""
         return type(self).drawn is not Bench.drawn
 
     def make(self, config: Config):
@@ -145,7 +145,7 @@ class Bench:
         return [unpack(self.shapes[name], item) for item in came[name]]
 
     def config(self, changes: Mapping | None = None) -> Config:
-        """The bench's configuration with other changes."""
+        """The testbench's configuration with other changes."""
         return config_of({**self.changes, **(changes or {})})
 
     def known_cases(self) -> dict[str, Case]:

@@ -1,4 +1,4 @@
-"""Clock, reset and watchdog of a bench."""
+"""Clock, reset and watchdog of a testbench."""
 
 import cocotb
 from cocotb.clock import Clock
@@ -40,4 +40,4 @@ class Watchdog:
     async def _expire(self):
         await ClockCycles(self._dut.clk, self._cycles)
         await RisingEdge(self._dut.clk)
-        raise AssertionError(f"the watchdog waited {self._cycles} cycles for the bench to end")
+        raise AssertionError(f"the watchdog waited {self._cycles} cycles for the testbench to end")

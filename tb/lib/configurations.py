@@ -1,4 +1,4 @@
-"""Configurations that benches run with."""
+"""Configurations that testbenches run with."""
 
 from golden.config import PRESETS, Config
 

@@ -1,4 +1,4 @@
-"""The bench of an operator of pipelines."""
+"""The testbench of an operator of pipelines."""
 
 from collections.abc import Callable, Sequence
 

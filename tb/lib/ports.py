@@ -37,7 +37,7 @@ class Ports:
     seed
         Of the patterns and of responders; default: the run's.
     others
-        Streams that the bench drives itself.
+        Streams that the testbench drives itself.
 
     Members
     -------

@@ -1,4 +1,4 @@
-"""The regimes of every declared bench in cocotb: stall patterns, resets at drawn cycles, rate and latency, unknowns."""
+"""The regimes of all declared testbenches in cocotb: stall patterns, resets in drawn cycles, rate, latency, unknowns."""
 
 import importlib
 import random
@@ -22,7 +22,7 @@ RESETS = 3
 
 
 class _Run:
-    """A declared bench in the simulator."""
+    """A declared testbench in the simulator."""
 
     def __init__(self, dut):
         module, name = options()["bench"]

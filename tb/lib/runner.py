@@ -36,7 +36,7 @@ _FLAGS = {
     # Under later versions of the language what is constant at time 0 never gets a value.
     "icarus": ["-g2005"],
 }
-# Benches are short: the compiler takes longer to optimize a simulator than the optimized one saves. A precompiled
+# Testbenches are short: the compiler takes longer to optimize a simulator than the optimized one saves. A precompiled
 # header saves little with few files, and the compiler crashes over that of large memories.
 _MAKE = ("-j2 -- OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1 CFG_CXXFLAGS_PCH=-fsyntax-only "
          "VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")

@@ -18,7 +18,7 @@ class Vectors:
     ports, after
         Values of other inputs, which stay, and of other outputs when all is over.
     about
-        What the items were made of, for a bench's own methods.
+        What the items were made of, for a testbench's own methods.
     """
 
     inputs: dict[str, list]

@@ -42,15 +42,15 @@ __all__ = ["BLOCKS", "run_of"]
 
 
 def _bench(module) -> Callable[[], None]:
-    """A component's own bench: the declared one of its module, or the module's test in simulators."""
+    """A component's own testbench: the declared one of its module, or the module's test in simulators."""
     for value in vars(module).values():
         if isinstance(value, type) and issubclass(value, Bench) and value is not Bench:
             return value().simulate
     return partial(module.test_in_the_simulator, "verilator")
 
 
-# Of each block its parts: a function that simulates. Of a whole unit's answers most are the same whatever the low bits
-# of what it calculates with, so each of its parts is tested by its own bench.
+# Of each block its parts: a function that simulates. Most results of a whole unit hardly depend on the low bits of its
+# intermediate values, so each of its parts is tested by its own testbench.
 BLOCKS: dict[str, dict[str, Callable[[], None]]] = {
     "icu": {
         "vertex_gather": _bench(test_vertex_gather), "g2r_transform": _bench(test_g2r_transform),
