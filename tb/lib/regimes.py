@@ -1,4 +1,4 @@
-"""The regimes of all declared testbenches in cocotb: stall patterns, resets in drawn cycles, rate, latency, unknowns."""
+"""The regimes of declared testbenches in cocotb: stall patterns, resets in drawn cycles, rate, latency, unknowns."""
 
 import importlib
 import random
