@@ -12,7 +12,8 @@ _PAGE = """\
 # The registers
 
 An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
-that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver.
+that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver, and
+exported engines have one in C.
 
 An exported engine has the same table in SystemRDL, `radiosity_engine.rdl` ([Verilog](verilog.md)). Tools such as
 [PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers and IP-XACT from it.
@@ -33,7 +34,8 @@ those of a command are 0.
    that halts. Acknowledge it before `completed` and `status` are read: no event is lost then.
 5. Further descriptors go into the entries of those that have been taken, at any time, and then into `doorbell`.
 
-A command that is not possible is an error and changes nothing.
+A command that is not possible is an error and changes nothing. When a write of a command has been answered, `status`
+shows its effect.
 
 ## Errors
 

