@@ -21,6 +21,7 @@ from golden.commands.parameters import (
     WholePair,
 )
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
+from golden.commands.workers import WORKERS, worker_pool
 
 __all__ = ["render_command"]
 
@@ -72,6 +73,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @add_options(option for method in methods for option in method.options)
     @click.option("--jobs", type=int, help="Set the number of threads that cast; the image does not depend on it.  "
                   "[default: one per processor]")
+    @WORKERS
     @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
     @click.option("--exposure", type=Positive(), help="Set the factor before the tone curve.  [default: automatic]")
     @click.option("--tone", type=click.Choice(CURVES), default="reinhard", help="Choose the tone curve.")
@@ -82,10 +84,11 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   "PREFIX-tests.png and PREFIX-steps.png.")
     @add_options(PHOTOMETRIC)
     def render_image(scene, output, size, samples, light_samples, depth, rays, solver, max_edge, max_area, method, cell,
-                     jobs, seed, stats, heatmap, **given):
+                     jobs, workers, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         chosen, options = options_of(methods, method, given)
         daylight = daylight_of(given)
+        pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.light.two_pass import RenderSettings
         from golden.scene.luminaires.luminaire import Luminaire
         from golden.tasks.photometry import Photometry
@@ -106,7 +109,8 @@ def render_command(*methods: CastingMethod) -> click.Command:
 
         def caster(opened):
             return chosen.frusta(opened, cell=cell, **options) if chosen else nullcontext()
-        report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
-                                    progress=console().progress)
+        with pool as opened:
+            report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
+                                        workers=opened, progress=console().progress)
         console().report(report, text)
     return render_image

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -13,6 +14,7 @@ from golden.frustum import Hemisphere, frame
 from golden.light.glass import SHEETS, ClearRays
 from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
+from golden.spread import Spread, in_turn, spans
 
 __all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns"]
 
@@ -55,7 +57,8 @@ def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
                     column_of: Callable[[Rays, Hits], np.ndarray], clear: ClearRays | None = None,
-                    sky: Callable[[np.ndarray], np.ndarray] | None = None, progress: bool = False) -> HemisphereSums:
+                    sky: Callable[[np.ndarray], np.ndarray] | None = None, spread: Spread = in_turn,
+                    progress: bool = False) -> HemisphereSums:
     """Cast a hemisphere from each of M points and sum the weights of its rays by column.
 
     Parameters
@@ -77,6 +80,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         Passes clear patches: the weight that passes belongs to what is behind. Default: all patches end rays.
     sky
         Function from K x 3 directions to K x 3 radiances, for rays that hit nothing. Default: none is summed.
+    spread
+        Casts spans of the hemispheres. Default: one after the other.
     progress
         Shows a progress bar after two seconds.
 
@@ -90,38 +95,65 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     surfaces = np.broadcast_to(np.asarray(surfaces, dtype=np.int32), (count,))
     if len(normals) != count:
         raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
-    frames = frame(normals)
-    cast = caster.hemispheres(hemisphere, points, frames, surfaces)
-    row_sums, seen_sky = np.zeros(count, dtype=np.int64), np.zeros((count, 3))
-    parts = []
-
-    def see_sky(owner, weight, direction):
-        if sky is None or not len(owner):
-            return
-        low, high = owner[0], owner[-1] + 1
-        light = weight * sky(direction).T
-        seen_sky[low:high] += np.stack([np.bincount(owner - low, channel, high - low) for channel in light], axis=1)
-
+    work = _Hemispheres(caster, hemisphere, points, frame(normals), surfaces, columns, column_of, clear, sky)
+    parts = spans(count, max(1, _BLOCK // size))
+    found = {}
     with progress_bar(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
-              disable=not progress) as bar:
-        for first in range(0, count * size, _BLOCK):
-            sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, count * size)), size)
-            low, high = sample[0], sample[-1] + 1
-            rays = _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
-            hits = cast(sample, ray, rays)
-            bar.update(len(rays))
-            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, clear, see_sky):
-                # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
-                row_sums[low:high] += np.bincount(owner - low, weight, high - low).astype(np.int64)
-                column = column_of(arrived, met)
-                seen = np.flatnonzero(column >= 0)
-                part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])), shape=(high - low, columns))
-                part = part.tocsr().tocoo()
-                parts.append((part.data, part.row + low, part.col))
-    data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True)) if parts else np.zeros((3, 0), int)
+                      disable=not progress) as bar:
+        for (first, last), part in spread(work.sums, parts):
+            found[first] = part
+            bar.update((last - first) * size)
+    # In the order of the hemispheres, whichever ended first.
+    row_sums = np.concatenate([np.zeros(0, dtype=np.int64), *(found[first][0] for first, _ in parts)])
+    seen_sky = np.concatenate([np.zeros((0, 3)), *(found[first][1] for first, _ in parts)])
+    entries = [entry for first, _ in parts for entry in found[first][2]]
+    data, row, column = (
+        np.concatenate(part) for part in zip(*entries, strict=True)) if entries else np.zeros((3, 0), int)
     weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
     return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits,
                           sky=None if sky is None else seen_sky)
+
+
+class _Hemispheres:
+    """Hemispheres of M points, with the parameters of `hemisphere_sums`."""
+
+    def __init__(self, caster, hemisphere, points, frames, surfaces, columns, column_of, clear, sky):
+        self._caster, self._hemisphere = caster, hemisphere
+        self._points, self._frames, self._surfaces = points, frames, surfaces
+        self._columns, self._column_of, self._clear, self._sky = columns, column_of, clear, sky
+
+    @cached_property
+    def _cast(self):
+        """Made of all points, by which casters in fixed point choose their coordinates."""
+        return self._caster.hemispheres(self._hemisphere, self._points, self._frames, self._surfaces)
+
+    def sums(self, begin, end):
+        """Row sums and light of the sky of the hemispheres ``begin`` to ``end`` - 1; weights with rows and columns."""
+        hemisphere, size = self._hemisphere, len(self._hemisphere)
+        row_sums, seen_sky, parts = np.zeros(end - begin, dtype=np.int64), np.zeros((end - begin, 3)), []
+
+        def see_sky(owner, weight, direction):
+            if self._sky is None or not len(owner):
+                return
+            low, high = owner[0], owner[-1] + 1
+            light = weight * self._sky(direction).T
+            seen_sky[low - begin:high - begin] += np.stack(
+                [np.bincount(owner - low, channel, high - low) for channel in light], axis=1)
+
+        for first in range(begin * size, end * size, _BLOCK):
+            sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, end * size)), size)
+            low, high = sample[0], sample[-1] + 1
+            rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
+            hits = self._cast(sample, ray, rays)
+            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky):
+                # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
+                row_sums[low - begin:high - begin] += np.bincount(owner - low, weight, high - low).astype(np.int64)
+                column = self._column_of(arrived, met)
+                seen = np.flatnonzero(column >= 0)
+                part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
+                                        shape=(high - low, self._columns)).tocsr().tocoo()
+                parts.append((part.data, part.row + low, part.col))
+        return row_sums, seen_sky, parts
 
 
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:

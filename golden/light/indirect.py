@@ -17,6 +17,7 @@ from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
+from golden.spread import Spread, in_turn
 
 __all__ = ["IndirectLight", "indirect_light"]
 
@@ -85,7 +86,8 @@ class IndirectLight:
 
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
-                   solver: str, light_samples: int, seed: int, progress: bool = False) -> IndirectLight:
+                   solver: str, light_samples: int, seed: int, spread: Spread = in_turn,
+                   progress: bool = False) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
@@ -109,6 +111,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         Shadow rays per element to area lights, rounded up to a multiple of 4.
     seed
         Seed of the samples.
+    spread
+        Casts spans of the hemispheres. Default: one after the other.
     progress
         Shows a progress bar after two seconds.
 
@@ -118,7 +122,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     glass = Glass(scene)
     rows = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
     with tally.stage("form factors"):
-        nodes = rows.cast(*elements.lattice.nodes, hemisphere)
+        nodes = rows.cast(*elements.lattice.nodes, hemisphere, spread)
         mean = _mean_of_open(elements.of_corners, nodes.buried)
     with tally.stage("direct light of elements"):
         direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), nodes.buried,
@@ -137,7 +141,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     with tally.stage("adaptive refinement"):
         chosen = _contrasting(elements, irradiance, nodes.buried)
         refined = elements.refined(chosen, CUTS)
-        fine_nodes = rows.cast(*refined.nodes, hemisphere)
+        fine_nodes = rows.cast(*refined.nodes, hemisphere, spread)
         fine = _fill(refined.neighbours, fine_nodes.gathered(solution.display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))

@@ -12,6 +12,7 @@ from golden.light.glass import ClearRays, Glass
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
 from golden.scene.sky.sky import Sky
+from golden.spread import Spread, in_turn
 
 __all__ = ["NodeRows", "Rows", "joined"]
 
@@ -68,13 +69,18 @@ class NodeRows:
         self._clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
                        for channels in self.groups] if glass.clear.any() else [None]
 
-    def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere) -> Rows:
-        """The rows of M points: M x 3 positions and unit normals, and the surface of each, or -1."""
+    def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere,
+             spread: Spread = in_turn) -> Rows:
+        """The rows of M points: M x 3 positions and unit normals, and the surface of each, or -1.
+
+        ``spread`` casts spans of the hemispheres, by default one after the other.
+        """
         factors, skies, buried = [], [], []
         sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
         for clear in self._clear:
             sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
-                                   column_of=self._column_of, clear=clear, sky=sky, progress=self._progress)
+                                   column_of=self._column_of, clear=clear, sky=sky, spread=spread,
+                                   progress=self._progress)
             unit = 2.0**-sums.weight_bits
             factors.append(sums.weights.astype(np.float64) * unit)
             hit = sums.row_sums * unit

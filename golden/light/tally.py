@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits, Rays
+from golden.spread import Spread
 
 __all__ = ["Tally"]
 
@@ -28,12 +29,47 @@ class Tally:
         """The caster, with its rays counted as of this kind."""
         return CountingCaster(caster, self.kinds.setdefault(kind, {"rays": 0, "hits": 0, "tests": 0, "steps": 0}))
 
+    def over(self, spread: Spread) -> Spread:
+        """A `Spread` that counts the rays of its work here, wherever that is done."""
+        def counted(function, parts):
+            for part, (result, kinds) in spread(_Counted(self, function), parts):
+                self.add(kinds)
+                yield part, result
+        return counted
+
+    def taken(self) -> dict[str, dict[str, int]]:
+        """The counts since the last call, which begin anew at 0."""
+        kinds = {kind: dict(counts) for kind, counts in self.kinds.items()}
+        for counts in self.kinds.values():
+            counts.update(dict.fromkeys(counts, 0))
+        return kinds
+
+    def add(self, kinds: dict[str, dict[str, int]]) -> None:
+        """Add the counts that another tally has taken."""
+        for kind, counts in kinds.items():
+            for name, count in counts.items():
+                self.kinds[kind][name] += count
+
     @contextmanager
     def stage(self, name: str):
         """Times a stage."""
         begin = time.perf_counter()
         yield
         self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+
+
+class _Counted:
+    """A function whose results come with the counts of its rays."""
+
+    def __init__(self, tally, function):
+        self._tally, self._function = tally, function
+
+    def __call__(self, *arguments):
+        before = self._tally.taken()
+        result = self._function(*arguments)
+        kinds = self._tally.taken()
+        self._tally.add(before)
+        return result, kinds
 
 
 class CountingCaster:

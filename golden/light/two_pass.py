@@ -1,6 +1,7 @@
 """The picture of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from math import isqrt
 
 import numpy as np
@@ -26,6 +27,7 @@ from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
+from golden.spread import in_turn, spans
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
@@ -148,7 +150,7 @@ class RenderResult:
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,
-           with_received: bool = False, frusta=None, progress: bool = False) -> RenderResult:
+           with_received: bool = False, frusta=None, workers=None, progress: bool = False) -> RenderResult:
     """Render a scene.
 
     Parameters
@@ -165,6 +167,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         Whether the light that arrives at what a pixel shows is measured.
     frusta
         Caster of hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
+    workers
+        A `golden.workers.pool.WorkerPool` that casts the hemispheres of elements and the rays of pixels. Default: none.
     progress
         Shows progress bars for steps of more than two seconds.
 
@@ -183,12 +187,14 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs,
                                           progress=progress)
         caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
+    spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster)) if workers else in_turn
     with tally.stage("elements"):
         refinement = _refinement(scene, settings)
         warn_of_near_lights(scene, refinement, caster)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
-                              light_samples=settings.light_samples, seed=settings.seed, progress=progress)
+                              light_samples=settings.light_samples, seed=settings.seed, spread=spread,
+                              progress=progress)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
@@ -199,8 +205,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     shader = _Shader(scene, caster, tally, indirect, settings, with_received)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
     with tally.stage("image"):
-        image, tests, steps, received = _image(primary, shader, screen, settings, regular=frusta.regular,
-                                               progress=progress)
+        pixels = _Pixels(primary, shader, screen, settings, frusta.regular)
+        image, tests, steps, received = _image(pixels, screen, settings, spread, progress)
     return RenderResult(image=image, tests=tests, steps=steps, received=received if with_received else None,
                         sensors=measured, indirect=indirect,
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
@@ -218,32 +224,44 @@ def _hemisphere_rays(count, finest):
     return next((grid for grid in grids if grid[0] * grid[1] * count <= HEMISPHERE_RAYS), grids[-1])
 
 
-def _image(caster, shader, screen, settings, *, regular, progress):
+def _image(pixels, screen, settings, spread, progress):
     """Radiance, tests, steps and received light of every pixel."""
-    side = settings.side
-    cast = caster.screen(screen, side)
-    count = len(screen) * side * side
+    fields = settings.side**2
     totals = np.zeros((6, len(screen)))
-    with progress_bar(total=count, desc="image", unit="ray", unit_scale=True, delay=2, disable=not progress) as bar:
-        # Whole pixels, so that their sums do not depend on the batch.
-        batch = max(1, BATCH // side**2) * side**2
-        for start in range(0, count, batch):
-            ray = np.arange(start, min(start + batch, count))
-            pixel, sample = np.divmod(ray, side * side)
-            keys = mix(settings.seed, 2, pixel, sample)
-            field = np.stack([sample % side, sample // side], axis=1)
-            within = 0.5 if regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
-            rays = screen.rays(pixel, (field + within) / side - 0.5)
-            column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
-            hits = cast(np.zeros(len(ray), dtype=np.int64), row * (side * screen.width) + column, rays)
-            low, high = pixel[0], pixel[-1] + 1
-            for total, values in zip(totals, shader.trace(rays, hits, keys), strict=True):
-                total[low:high] += np.bincount(pixel - low, values, high - low)
-            bar.update(len(ray))
+    with progress_bar(total=len(screen) * fields, desc="image", unit="ray", unit_scale=True, delay=2,
+                      disable=not progress) as bar:
+        for (first, last), part in spread(pixels.totals, spans(len(screen), max(1, BATCH // fields))):
+            totals[:, first:last] = part
+            bar.update((last - first) * fields)
     shape = screen.height, screen.width
-    image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / side**2
+    image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / fields
     tests, steps = (totals[row].reshape(shape).astype(np.int64) for row in (3, 4))
-    return image, tests, steps, totals[5].reshape(shape) / side**2
+    return image, tests, steps, totals[5].reshape(shape) / fields
+
+
+class _Pixels:
+    """Primary rays of whole pixels, so that their sums do not depend on the batch, and what they see."""
+
+    def __init__(self, caster, shader, screen, settings, regular):
+        self._caster, self._shader, self._screen, self._regular = caster, shader, screen, regular
+        self._side, self._seed = settings.side, settings.seed
+
+    @cached_property
+    def _cast(self):
+        return self._caster.screen(self._screen, self._side)
+
+    def totals(self, first, last):
+        """Sums over the rays of the pixels ``first`` to ``last`` - 1, with the rows of `_Shader.trace`."""
+        side, screen = self._side, self._screen
+        pixel, sample = np.divmod(np.arange(first * side**2, last * side**2), side**2)
+        keys = mix(self._seed, 2, pixel, sample)
+        field = np.stack([sample % side, sample // side], axis=1)
+        within = 0.5 if self._regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
+        rays = screen.rays(pixel, (field + within) / side - 0.5)
+        column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
+        hits = self._cast(np.zeros(len(pixel), dtype=np.int64), row * (side * screen.width) + column, rays)
+        traced = self._shader.trace(rays, hits, keys)
+        return np.stack([np.bincount(pixel - first, values, last - first) for values in traced])
 
 
 class _Shader:

@@ -132,7 +132,8 @@ class RenderFiles:
 
 
 def render_scene(scene: str, view: View, settings: RenderSettings, files: RenderFiles, *, method: str,
-                 caster: Callable, frusta: tuple[str, ...] = (), progress: bool = False) -> tuple[dict, str]:
+                 caster: Callable, frusta: tuple[str, ...] = (), workers=None,
+                 progress: bool = False) -> tuple[dict, str]:
     """Render a scene and write its files.
 
     Parameters
@@ -148,6 +149,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         None for that of the settings.
     frusta
         The kinds of rays that such a caster casts.
+    workers, progress
+        See `golden.light.two_pass.render`.
 
     Returns
     -------
@@ -164,7 +167,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     sensors = files.photometry.read()
     camera = view.camera(opened)
     with caster(opened) as cast:
-        result = render(opened, camera=camera, settings=settings, frusta=cast, progress=progress,
+        result = render(opened, camera=camera, settings=settings, frusta=cast, workers=workers, progress=progress,
                         sensors=sensors, with_received=files.photometry.false_colour is not None)
     stats, text = result.stats, summary(result.stats)
     if cast is not None:

