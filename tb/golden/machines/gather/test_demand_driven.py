@@ -67,6 +67,13 @@ def test_a_full_memory_ends_the_phase(granularity):
     assert (found.ends > found.ended.max() + 1000).all()
 
 
+def test_the_host_serves_no_more_when_it_knows_that_a_memory_is_full():
+    """Row 2 fits no node; while node 0 makes it, node 1 makes row 3, and gets none after that."""
+    found = demand_rows(np.full(40, 5000), np.where(np.arange(40) == 2, 99, 8), np.full(2, 90), hypercube(2, TIMING),
+                        np.zeros(2, dtype=np.int64))
+    assert np.flatnonzero(found.node >= 0).tolist() == [0, 1, 3]
+
+
 def test_all_nodes_hear_of_the_end_after_the_last_one_waits():
     found, _ = run([1000, 50_000], nodes=2)
     assert (found.ends > 50_000).all()
