@@ -21,6 +21,7 @@ from golden.commands.parameters import (
     WholePair,
 )
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
+from golden.commands.quality_options import QUALITY
 from golden.commands.workers import WORKERS, worker_pool
 
 __all__ = ["render_command"]
@@ -53,6 +54,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--luminaire", type=(FILE, Place()), multiple=True, metavar="FILE X,Y,Z[,TURN]",
                   help="Hang the luminaire of this .ies (LM-63) or .ldt (EULUMDAT) at a point, its C0 turned by TURN "
                   "degrees from x. May be repeated.")
+    @add_options(QUALITY)
     @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
                   "16 ... 1024.")
     @click.option("--light-samples", type=int, default=16, help="Set the number of shadow rays to area lights per "

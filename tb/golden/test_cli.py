@@ -161,6 +161,9 @@ BAD = {
     "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
     "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
     "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),
+    "unknown quality": ({}, (*RENDER, "--quality", "best"), "'best' is not one of 'draft', 'normal', 'high'"),
+    "two qualities": ({}, (*RENDER, "--quick", "--quality", "high"), "--quick and --quality exclude each other"),
+    "quick view factors": ({}, (*FACTORS, "-o", "F.npz", "--quick"), "'--quick'"),
     "unknown sky": ({}, (*RENDER, "--sky", "blue"), "--sky"),
     "sun without a sky": ({}, (*RENDER, "--sun", "180,40"), "--sun needs --sky"),
     "clear sky without a sun": ({}, (*RENDER, "--sky", "cie-clear"), "--sun: Sun must be above the horizon"),
@@ -462,6 +465,17 @@ def test_render_has_a_sky(folder):
     sun = 127_500 * np.exp(-0.21 / sine)
     assert level == pytest.approx(sun * sine + 800 + 15_500 * np.sqrt(sine), rel=0.01)
     assert sun * np.sqrt(1 - sine**2) < south < level
+
+
+@pytest.mark.parametrize(("words", "values"), [
+    ((), (4, 16, 6, [256, 64])), (("--quick",), (1, 4, 2, [32, 8])), (("--quality", "draft"), (1, 4, 2, [32, 8])),
+    (("--quality", "normal"), (4, 16, 6, [256, 64])), (("--quality", "high"), (16, 64, 6, [256, 64])),
+    (("--spp", "9", "--quick", "--rays", "16x4"), (9, 4, 2, [16, 4]))])
+@pytest.mark.usefixtures("folder")
+def test_a_quality_is_for_the_options_that_are_not_given(words, values):
+    settings = json.loads(succeed("render", "furnace:1", "-o", "a.png", "--size", "2x2", "--max-edge", "9", *words,
+                                  "--json"))["settings"]
+    assert tuple(settings[name] for name in ("samples", "light_samples", "depth", "rays")) == values
 
 
 def test_a_luminaire_lights_a_floor(folder):
