@@ -147,11 +147,13 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
     """The figures as Markdown, with all that is needed to get them again."""
     several = " least / median / best" if len(seeds) > 1 else ""
     titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
+    titles += ["LUT folded"] if family == "ecp5" else []
     titles += [f"Fmax (MHz){several}", "critical path" + (" of the best" if several else "")] if seeds else []
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for row in rows:
         area = row.area
         cells = [row.unit, "" if row.latency is None else row.latency, area.lut, area.ff, area.dsp, area.bram]
+        cells += [area.folded] if family == "ecp5" else []
         if row.clocks:
             best = max(row.clocks, key=lambda clock: clock.mhz)
             whose = f" (seed {best.seed})" if several else ""

@@ -16,12 +16,15 @@ class Area:
     ----------
     lut, ff, dsp, bram
         Tables (adders and distributed memories in units of them), registers, multipliers, block RAMs.
+    folded
+        LUTs that adders absorbed: so many more the mapper's netlist has.
     """
 
     lut: int
     ff: int
     dsp: int
     bram: int
+    folded: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

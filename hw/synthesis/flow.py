@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from amaranth.back import rtlil
@@ -14,6 +14,7 @@ from amaranth.hdl import Const, Value
 
 from golden.errors import InputError
 from hw.output import write_text
+from hw.synthesis.carry_folding import fold
 from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
 from hw.synthesis.global_nets import globalise
 from hw.synthesis.hard_registers import absorb
@@ -28,6 +29,8 @@ _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 OPTIONS = ("--placer-heap-timingweight", "30")
 # More than is achievable: with a target that is met, nextpnr considers all paths equally critical.
 MHZ = 105
+# Attribute of a module: the number of LUTs that `fold` has removed.
+_FOLDED = "folded_luts"
 _YOSYS = """
 import sys
 from pyosys import libyosys as ys
@@ -88,7 +91,7 @@ def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) ->
     """
     ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
     ports = [value for value in ports if not isinstance(value, Const)]
-    return family.area(_cells(_netlist(_rtlil(component, ports=ports), folder, "area", family)))
+    return _area(_netlist(_rtlil(component, ports=ports), folder, "area", family), family)
 
 
 def synthesise_between_registers(component, folder: Path) -> Path:
@@ -129,7 +132,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         It does not fit, or misses the target clock.
     """
     netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
-    area = FAMILIES["ecp5"].area(_cells(netlist))
+    area = _area(netlist, FAMILIES["ecp5"])
     write_text(folder / f"{name}.lpf", constraints)
     clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *options, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
@@ -183,8 +186,10 @@ def _netlist(rtlil_text, folder, name, family):
         raise
     if family is FAMILIES["ecp5"]:
         modules = json.loads(netlist.read_text())
+        top = modules["modules"]["top"]
+        top["attributes"][_FOLDED] = f"{fold(top):032b}"
         for change in absorb, copy_addresses, globalise:
-            change(modules["modules"]["top"])
+            change(top)
         netlist.write_text(json.dumps(modules))
     return netlist
 
@@ -211,13 +216,14 @@ def _marked(text):
     return "".join(modules)
 
 
-def _cells(netlist):
-    cells = {}
+def _area(netlist, family):
+    cells, folded = {}, 0
     for module in json.loads(netlist.read_text())["modules"].values():
         if "blackbox" not in module["attributes"]:
+            folded += int(module["attributes"].get(_FOLDED, "0"), 2)
             for cell in module["cells"].values():
                 cells[cell["type"]] = cells.get(cell["type"], 0) + 1
-    return cells
+    return replace(family.area(cells), folded=folded)
 
 
 def _critical_path(paths):
