@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from amaranth.hdl import Module
-from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 import hw.cluster
 import hw.engine
@@ -20,13 +17,13 @@ from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import NEAR_INDEX
 from hw.engine import FETCH, PRELOAD, Engine
 from hw.icu.intersection_unit import IntersectionUnit
-from hw.lib.inspection import inspect
 from hw.memsys.image_layout import RegionNumber
 from hw.noc.network_fault import NetworkFault
 from tb.control.image_words import words
 from tb.golden.schedule.scenes import case
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.payload import pack, unpack
+from tb.system.connections import Connections
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
 UNITS = ("MemorySystem", "IntersectionUnit", "TraversalUnit")
@@ -36,57 +33,6 @@ PARTS = ("PatchSetup", "IntersectionPipeline", "IcRayGenerator", "SettleMap", "R
 # No two of them are the same.
 SCENE = {"cells": 700, "lists": 1234, "patches": 300}
 LIMIT = 100
-
-
-class _Unit(wiring.Component):
-    """The ports of a unit."""
-
-    def elaborate(self, platform):
-        return Module()
-
-
-class Connections:
-    """A component around units that do nothing; it is elaborated once.
-
-    Parameters
-    ----------
-    module, names
-        The module of the component, and the units in it.
-    make
-        Constructs the component.
-
-    Members
-    -------
-    dut, units
-        The component, and its units by name, the last one of several.
-    """
-
-    def __init__(self, module, names, make):
-        self.units, self._bench = {}, None
-        with pytest.MonkeyPatch.context() as patch:
-            for name in names:
-                patch.setattr(module, name, self._replaced(name, getattr(module, name)))
-            self.dut = make()
-            self._simulator = Simulator(self.dut)
-        self._simulator.add_clock(1e-8)
-        self._simulator.add_testbench(self._run)
-
-    def _replaced(self, name, real):
-        def make(*given, **named):
-            self.units[name] = _Unit(inspect(lambda: real(*given, **named), lambda unit: unit.signature))
-            return self.units[name]
-
-        return make
-
-    async def _run(self, ctx):
-        await self._bench(ctx)
-
-    def simulate(self, bench):
-        """Run a testbench from reset on."""
-        if self._bench:
-            self._simulator.reset()
-        self._bench = bench
-        self._simulator.run()
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,64 @@
+"""A component around units that do nothing but what a test lets them do."""
+
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.sim import Simulator
+
+from hw.lib.inspection import inspect
+
+__all__ = ["Connections"]
+
+
+class _Unit(wiring.Component):
+    """The ports of a unit."""
+
+    def elaborate(self, platform):
+        return Module()
+
+
+class Connections:
+    """A component around units that do nothing; it is elaborated once.
+
+    Parameters
+    ----------
+    module, names
+        The module of the component, and the units in it.
+    make
+        Constructs the component.
+
+    Members
+    -------
+    dut, units
+        The component, and its units by name, the last one of several.
+    instances
+        All units of a name, in the order in which they are made.
+    """
+
+    def __init__(self, module, names, make):
+        self.units, self.instances, self._bench = {}, {}, None
+        with pytest.MonkeyPatch.context() as patch:
+            for name in names:
+                patch.setattr(module, name, self._replaced(name, getattr(module, name)))
+            self.dut = make()
+            self._simulator = Simulator(self.dut)
+        self._simulator.add_clock(1e-8)
+        self._simulator.add_testbench(self._run)
+
+    def _replaced(self, name, real):
+        def make(*given, **named):
+            unit = self.units[name] = _Unit(inspect(lambda: real(*given, **named), lambda unit: unit.signature))
+            self.instances.setdefault(name, []).append(unit)
+            return unit
+
+        return make
+
+    async def _run(self, ctx):
+        await self._bench(ctx)
+
+    def simulate(self, bench):
+        """Run a testbench from reset on."""
+        if self._bench:
+            self._simulator.reset()
+        self._bench = bench
+        self._simulator.run()
