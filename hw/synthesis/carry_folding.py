@@ -73,7 +73,8 @@ class _Netlist:
         """The halves of carry cells that read a LUT, as names and numbers; none if something else reads it."""
         halves = set()
         for reader, pin in self._readers[self.cells[name]["connections"]["Z"][0]]:
-            if reader is None or self.cells[reader]["type"] != "CCU2C" or pin[0] not in _PINS:
+            # Not the carry input.
+            if reader is None or self.cells[reader]["type"] != "CCU2C" or pin == "CIN":
                 return []
             half = pin[1]
             if self.cells[reader]["parameters"][f"INJECT1_{half}"] != "NO":

@@ -124,6 +124,8 @@ def test_a_lut_that_something_else_reads_stays():
     assert folded(module([A, B, S, CIN], [SUM, CARRY, FRONT], front=front, adder=adder))[1] == 0
     reader = lut(XOR, (FRONT, X, "0", "0"), OTHER)
     assert folded(module([A, B, S, X, CIN], [SUM, CARRY, OTHER], front=front, adder=adder, reader=reader))[1] == 0
+    first = carry((A, B, "0", "1"), OPEN, carry_in=FRONT, outputs=(SUM, SUM1, CARRY))
+    assert folded(module([A, B, S], [SUM, CARRY], front=front, adder=first))[1] == 0
     injected = carry((FRONT, A, "0", "1"), OPEN, carry_in=CIN, outputs=(SUM, SUM1, CARRY), injects=("YES", "NO"))
     assert folded(module([A, B, S, CIN], [SUM, CARRY], front=front, adder=injected))[1] == 0
 
