@@ -40,7 +40,7 @@ class Icu:
         Address bits of the sagitta table: how far an edge of a patch rises above its ends, by the lower polar angle and
         by the azimuths between the ends; 3 to 8 each.
     uv_bits
-        Bits of u and of v; 1 to 12.
+        Bits of u and of v; 0 to 12. With 0 the hardware does not compute them.
     uv_guard
         Guard bits of the subdivision, beside the 2 x ``uv_bits`` that its halvings consume; 0 to 12.
     settle_bits, settle_fraction
@@ -70,7 +70,7 @@ class Icu:
         for name, low, high in (("side_bits", 6, 16), ("patch_bits", 8, 24), ("tile_bits", 1, 3),
                                 ("generation_bits", 1, 16), ("product_registers", 1, 3),
                                 ("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
-                                ("sagitta_polar_bits", 3, 8), ("sagitta_span_bits", 3, 8), ("uv_bits", 1, 12),
+                                ("sagitta_polar_bits", 3, 8), ("sagitta_span_bits", 3, 8), ("uv_bits", 0, 12),
                                 ("uv_guard", 0, 12), ("settle_bits", 4, 12),
                                 ("settle_fraction", 1, self.settle_bits - 2)):
             check_range("icu", name, getattr(self, name), low, high)

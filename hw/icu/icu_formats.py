@@ -158,9 +158,10 @@ class IcuFormats(Formats):
 
     @property
     def slot_record(self) -> StructLayout:
-        """What the intersection needs of a patch, read per ray by its slot."""
-        return StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor,
-                             "exponents": self.exponents, "patch": self.patch})
+        """What the intersection needs of a patch, read per ray by its slot: ``exponents`` for (u, v) alone."""
+        exponents = {"exponents": self.exponents} if self.config.icu.uv_bits else {}
+        return StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor, **exponents,
+                             "patch": self.patch})
 
     @property
     def section_sum(self) -> StructLayout:

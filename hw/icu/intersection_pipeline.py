@@ -1,6 +1,6 @@
 """Intersection pipeline: from a ray and a patch to the ray memory."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -29,7 +29,7 @@ class IntersectionPipeline(wiring.Component):
                                    '- InverseDistance ---- update - won
 
     Rays that miss pass like all others. (u, v) are computed for every ray that is tested, and arrive after the result
-    of the nearest update.
+    of the nearest update. With ``uv_bits`` 0 there are none, and ``o_payload`` is never valid.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class IntersectionPipeline(wiring.Component):
     i_table : In, stream of `IcuFormats.table_write`, always ready
         For `RayDirection`.
     i_planes, i_winding, i_factor, i_exponents, i_patch : In, streams of ``slot``, ``part``, always ready
-        Parts for `PatchSlots`.
+        Parts for `PatchSlots`; ``i_exponents`` only where there are (u, v).
     o_update : Out, stream of ``ray``, ``inverse``, ``patch``, ``hit``, always ready
         To `RayMemory.i`.
     i_update : In, stream of ``ray``, ``inverse``, ``won``, always ready
@@ -69,7 +69,8 @@ class IntersectionPipeline(wiring.Component):
     """
 
     def __init__(self, *, config: Config, update_latency: int):
-        self._formats = formats = IcuFormats(config)
+        self._config, self._formats = config, IcuFormats(config)
+        formats = self._formats
 
         super().__init__({
             "i": In(stream.Signature(formats.issued, always_ready=True)),
@@ -84,24 +85,26 @@ class IntersectionPipeline(wiring.Component):
         ray = {"ray": formats.ray, "is_ray": 1, "last": 1}
         self._direction = RayDirection(config=config, tag=StructLayout({**ray, "slot": formats.slot}))
         self._slots = PatchSlots(config=config, tag=StructLayout({**ray, "direction": formats.direction_vector}))
-        self._screening = Screening(config=config, tag=StructLayout({
-            **ray, "patch": formats.patch, "exponents": formats.exponents}))
+        exponents = {"exponents": formats.exponents} if config.icu.uv_bits else {}
+        self._screening = Screening(config=config, tag=StructLayout({**ray, "patch": formats.patch, **exponents}))
         self._inverse = InverseDistance(config=config, tag=StructLayout({"ray": formats.ray, "patch": formats.patch}))
-        self._alignment = UvAlignment(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
-        self._subdivision = UvSubdivision(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
         self._inside_waits = self._inverse.latency - self._screening.latency
-        self._won_waits = self._alignment.latency + self._subdivision.latency - self._inside_waits - update_latency
+        # From screening to `o_done`.
+        self._behind = self._inside_waits + update_latency
+        if config.icu.uv_bits:
+            self._alignment = UvAlignment(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
+            self._subdivision = UvSubdivision(config=config, tag=StructLayout({**ray, "patch": formats.patch}))
+            self._behind = self._alignment.latency + self._subdivision.latency
+        self._won_waits = self._behind - self._inside_waits - update_latency
         if min(self._inside_waits, self._won_waits) < 0:
             raise ValueError("Latencies must be such that inverse distances come after screening and (u, v) after the "
                              "nearest update")
-        self.latency = self._direction.latency + self._slots.latency + self._screening.latency \
-            + self._alignment.latency + self._subdivision.latency
+        self.latency = self._direction.latency + self._slots.latency + self._screening.latency + self._behind
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.direction, m.submodules.slots = direction, slots = self._direction, self._slots
         m.submodules.screening, m.submodules.inverse = screening, inverse = self._screening, self._inverse
-        m.submodules.alignment, m.submodules.subdivision = alignment, subdivision = self._alignment, self._subdivision
         wiring.connect(m, wiring.flipped(self.i_table), direction.i_table)
         for name, _ in self._formats.slot_record:
             wiring.connect(m, wiring.flipped(getattr(self, f"i_{name}")), getattr(slots, f"i_{name}"))
@@ -129,7 +132,17 @@ class IntersectionPipeline(wiring.Component):
                      update.patch.eq(near.tag.patch), update.inverse.eq(near.inverse),
                      update.hit.eq(_later(m, self.inside, self._inside_waits))]
 
-        connect_fields(m, alignment.i, screening.o, tags=[screened.tag], distances=screened.distances,
+        if self._config.icu.uv_bits:
+            self._add_uv(m, screened)
+        else:
+            last = screening.o.valid & screened.tag.last
+            m.d.comb += [self.o_done.valid.eq(_later(m, last, self._behind)),
+                         self.o_done.payload.eq(_later(m, screened.tag.patch, self._behind))]
+        return m
+
+    def _add_uv(self, m, screened):
+        m.submodules.alignment, m.submodules.subdivision = alignment, subdivision = self._alignment, self._subdivision
+        connect_fields(m, alignment.i, self._screening.o, tags=[screened.tag], distances=screened.distances,
                        orientation=screened.orientation, exponents=screened.tag.exponents)
         connect_fields(m, subdivision.i, alignment.o, tags=[alignment.o.payload.tag],
                        distances=alignment.o.payload.distances)
@@ -139,17 +152,16 @@ class IntersectionPipeline(wiring.Component):
                      self.o_payload.payload.u.eq(made.u), self.o_payload.payload.v.eq(made.v),
                      self.o_done.valid.eq(subdivision.o.valid & made.tag.last),
                      self.o_done.payload.eq(made.tag.patch)]
-        return m
 
 
 def _items(fields):
     return struct_stream(fields, always_ready=True)
 
 
-def _later(m, bit, cycles):
-    """The bit ``cycles`` cycles later."""
+def _later(m, value, cycles):
+    """The value ``cycles`` cycles later."""
     for _ in range(cycles):
-        register = Signal()
-        m.d.sync += register.eq(bit)
-        bit = register
-    return bit
+        register = Signal.like(Value.cast(value), init=0)
+        m.d.sync += register.eq(value)
+        value = register
+    return value

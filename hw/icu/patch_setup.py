@@ -51,7 +51,7 @@ class PatchSetup(wiring.Component):
     i_table : In, stream of `IcuFormats.table_write`, always ready
         For `Sbb` and `InverseDistanceBound`.
     o_planes, o_winding, o_factor, o_exponents, o_patch : Out, streams of ``slot``, ``part``, always ready
-        Parts for `PatchSlots`.
+        Parts for `PatchSlots`; ``o_exponents`` only where there are (u, v).
     o : Out, stream of `IcuFormats.patch_window`
         Windows, in the order of the patches.
     free : In(1)
@@ -145,8 +145,9 @@ class PatchSetup(wiring.Component):
         for block, name, field in ((planes, "directions", "direction"), (factor, "vertices", "vertex")):
             connect_fields(m, block.i, vertices.o, slot=patch.slot)
             m.d.comb += [block.i.payload[name][k].eq(patch.items[k][field]) for k in range(4)]
-        connect_fields(m, self.o_exponents, vertices.o, slot=patch.slot)
-        m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
+        if self._config.icu.uv_bits:
+            connect_fields(m, self.o_exponents, vertices.o, slot=patch.slot)
+            m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]
         connect_fields(m, self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot,
                        part=planes.o_planes.payload.part)
         connect_fields(m, self.o_winding, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.winding)

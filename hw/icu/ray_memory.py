@@ -44,7 +44,7 @@ class RayMemory(wiring.Component):
     o : Out, stream of ``tag``, ``ray``, ``inverse``, ``won``, always ready
         Replies; ``won``: the ray had nothing nearer.
     i_payload : In, stream of ``ray``, ``u``, ``v``, always ready
-        Of wins, in the order of the updates.
+        Of wins, in the order of the updates. Without bits of u and v (``uv_bits`` 0) it does not matter.
     active : Out(1)
         The bank of the frustum that is cast.
     i_read : In, stream of ``bank``, ``ray``
@@ -113,9 +113,6 @@ class RayMemory(wiring.Component):
             tag = StructLayout({"update": self._tag, "updates": 1, "reads": 1})
             m.submodules[f"rows_{bank}"] = rows = UpdateMemory(row, depth=icu.rays, operand=operand, tag=tag,
                                                                change=change)
-            m.submodules[f"payload_{bank}"] = payload = Memory(
-                shape=StructLayout({"u": formats.uv, "v": formats.uv}), depth=icu.rays, init=[],
-                attrs={"no_rw_check": 1})
             # A frustum begins in the bank that is not active.
             mine, begun = self.active != bank, Signal(name=f"begun_{bank}")
             m.d.comb += [generations.i_start.valid.eq(self.i_start.valid & mine), generations.rows.eq(self.rays),
@@ -141,20 +138,6 @@ class RayMemory(wiring.Component):
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
             m.d.comb += [rows.i.valid.eq(is_given), rows.i.payload.eq(given)]
 
-            write, read = payload.write_port(), payload.read_port(domain="comb")
-            writes = Signal()
-            m.d.sync += writes.eq(self.i_payload.valid & (self.active == bank))
-            m.d.comb += [write.addr.eq(won.ray), write.data.u.eq(won.u), write.data.v.eq(won.v), write.en.eq(writes)]
-            # The row has age 5, and so must (u, v): three registers of the address, the memory's, and one more.
-            address = self.i_read.payload.ray
-            for _ in range(3):
-                later = Signal.like(address, reset_less=True)
-                m.d.sync += later.eq(address)
-                address = later
-            uv_4, uv = (Signal.like(read.data, reset_less=True) for _ in range(2))
-            m.d.comb += read.addr.eq(address)
-            m.d.sync += [uv_4.eq(read.data), uv.eq(uv_4)]
-
             made = rows.o.payload
             with m.If(rows.o.valid & made.tag.updates):
                 m.d.comb += [self.o.valid.eq(1), self.o.payload.tag.eq(made.tag.update),
@@ -165,9 +148,32 @@ class RayMemory(wiring.Component):
             m.d.sync += [
                 answers.eq(rows.o.valid & made.tag.reads),
                 some.eq((made.old.generation == generations.generation) & (made.old.inverse != 0)),
-                hit.inverse.eq(made.old.inverse), hit.patch.eq(~made.old.complement), hit.u.eq(uv.u), hit.v.eq(uv.v)]
+                hit.inverse.eq(made.old.inverse), hit.patch.eq(~made.old.complement)]
+            if icu.uv_bits:
+                uv = self._add_payload(m, bank, won)
+                m.d.sync += [hit.u.eq(uv.u), hit.v.eq(uv.v)]
             with m.If(answers):
                 m.d.comb += found.i.valid.eq(1)
                 with m.If(some):
                     m.d.comb += found.i.payload.eq(hit)
         return m
+
+    def _add_payload(self, m, bank, won):
+        """A bank's memory of (u, v); those of the read whose row is at its output."""
+        uv_pair = StructLayout({"u": self._formats.uv, "v": self._formats.uv})
+        m.submodules[f"payload_{bank}"] = payload = Memory(shape=uv_pair, depth=self._config.icu.rays, init=[],
+                                                           attrs={"no_rw_check": 1})
+        write, read = payload.write_port(), payload.read_port(domain="comb")
+        writes = Signal()
+        m.d.sync += writes.eq(self.i_payload.valid & (self.active == bank))
+        m.d.comb += [write.addr.eq(won.ray), write.data.u.eq(won.u), write.data.v.eq(won.v), write.en.eq(writes)]
+        # The row has age 5, and so must (u, v): three registers of the address, the memory's, and one more.
+        address = self.i_read.payload.ray
+        for _ in range(3):
+            later = Signal.like(address, reset_less=True)
+            m.d.sync += later.eq(address)
+            address = later
+        uv_4, uv = (Signal.like(read.data, reset_less=True) for _ in range(2))
+        m.d.comb += read.addr.eq(address)
+        m.d.sync += [uv_4.eq(read.data), uv.eq(uv_4)]
+        return uv

@@ -349,8 +349,9 @@ def test_the_unit_in_icarus(simulator):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("changes", [CONFIGURATIONS["narrow"], {"icu.product_registers": 1},
-                                     {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3}],
-                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles"])
+                                     {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3},
+                                     {"icu.uv_bits": 0}],
+                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles", "no u and v"])
 def test_other_widths_and_depths(changes, request):
     run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes)
 

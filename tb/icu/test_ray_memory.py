@@ -28,8 +28,9 @@ async def transfer(ctx, stream, **payload):
 class Frusta:
     """Frusta of random updates, each read out under back-pressure and compared with golden's memory."""
 
-    def __init__(self, generation_bits, *, few, seed):
-        self.config = config_of({"icu.rays": RAYS, "icu.generation_bits": generation_bits})
+    def __init__(self, generation_bits, *, few, seed, uv_bits=8):
+        self.config = config_of({"icu.rays": RAYS, "icu.generation_bits": generation_bits, "icu.uv_bits": uv_bits})
+        self.steps = 1 << uv_bits
         self.memory, self.random, self.few = RayMemory(config=self.config, tag=10), random.Random(seed), few
         self.frusta = 0
 
@@ -57,7 +58,7 @@ class Frusta:
                     golden.update(np.array([ray]), np.array([inverse]), np.array([patch]))
                 assert answer.won == (before != (golden.inverse[ray], golden.patch[ray]))
                 if answer.won:
-                    uv[ray] = answers % 256, answers % 7
+                    uv[ray] = answers % self.steps, answers % 7 % self.steps
                     ctx.set(memory.i_payload.valid, 1)
                     ctx.set(memory.i_payload.payload, {"ray": ray, "u": uv[ray][0], "v": uv[ray][1]})
                 answers += 1
@@ -106,8 +107,9 @@ def test_the_nearest_hit_stays_over_many_frusta(generation_bits, few):
     frusta.run(testbench)
 
 
-def test_the_other_bank_keeps_its_frustum():
-    frusta = Frusta(4, few=False, seed=9)
+@pytest.mark.parametrize("uv_bits", [8, 0])
+def test_the_other_bank_keeps_its_frustum(uv_bits):
+    frusta = Frusta(4, few=False, seed=9, uv_bits=uv_bits)
 
     async def testbench(ctx):
         before = None

@@ -58,6 +58,13 @@ def test_it_converges_to_the_bilinear_coordinates(ratio, icu):
         assert np.abs(steps + 0.5 - exact * 2**icu.uv_bits).max() <= allowed
 
 
+def test_without_bits_the_patch_is_not_bisected():
+    good, u, v = subdivided(*patches_in_front(1, 100, 1), Icu(uv_bits=0))
+    assert len(good) > 30
+    assert not u.any()
+    assert not v.any()
+
+
 def test_vertices_at_other_depths_need_the_alignment():
     floor = np.array([[[-8, -8, 16], [8, -8, 16], [64, -8, 240], [-64, -8, 240]]]) * 2**14
     u, v = (grid.ravel() for grid in np.meshgrid([0.2, 0.5, 0.8], [0.1, 0.3, 0.5]))
