@@ -30,6 +30,13 @@ def test_the_largest_patch_is_cut_across_its_longest_side():
     assert found.surface.tolist() == [0, 0, 1, 1]
 
 
+def test_parts_of_a_strip_stay_in_its_order():
+    """Whatever their generations are."""
+    for patches in range(2, 20):
+        left = halved(scene_of((rectangle((0, 0, 0), (64, 0, 0), (0, 1, 0)), BLACK)), patches).vertices[:, 0, 0]
+        assert (np.diff(left) > 0).all(), patches
+
+
 def test_halves_of_a_triangle_are_triangles():
     triangle = np.array([(0, 0, 0), (4, 0, 0), (0, 3, 0), (0, 3, 0.0)])
     found = halved(scene_of((triangle, BLACK)), 3)

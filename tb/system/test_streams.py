@@ -1,0 +1,142 @@
+"""What comes out of a block depends on what goes in, not on when, and an offer stays until it is taken.
+
+Every block that a configuration alone describes gets random items on its streams: once as fast as it takes them, then
+with gaps, in which the payload is garbage, and stalls. Its other inputs are constant.
+"""
+
+import inspect
+import random
+
+import pytest
+from amaranth.hdl import Const, Value, unsigned
+from amaranth.lib.wiring import In
+from amaranth.sim import Simulator
+
+from golden.config import PRESETS
+from tb.docs.structure import component_classes
+
+CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
+FOLDERS = ("lib", "control", "memsys", "ctu", "icu", "noc")
+GIVEN = {"config": CONFIG, "tag": unsigned(4), "shape": unsigned(7)}
+# Their simulation takes seconds; they have benches with stalls, and most of their parts are below.
+LARGE = {"MemorySystem", "IntersectionUnit", "TraversalUnit", "CellTraversal", "RayTraversal", "SubshellGenerator",
+         "CtRayGenerator", "PatchNetwork", "SystemBusInterface", "PatchSetup", "SphericalCoordinates", "Sbb",
+         "SubshellWindows", "UvSubdivision", "UvAlignment", "TraversalStart", "PlaneFactor"}
+# Of certain structures only; without a clock.
+OTHERS = {"GroupSplit", "TableLoad"}
+# Probabilities of an offer and of readiness, and cycles.
+FAST, SLOW = (1, 1, 80), ((0.5, 0.5, 200), (0.9, 0.3, 200))
+
+
+COMPONENTS = {}
+for _path, _kind in component_classes().items():
+    _needed = {name for name, one in inspect.signature(_kind).parameters.items()
+               if one.default is inspect.Parameter.empty}
+    if _path.split(".")[1] in FOLDERS and _needed <= GIVEN.keys() and _kind.__name__ not in LARGE | OTHERS:
+        COMPONENTS[_kind.__name__] = _kind, {name: GIVEN[name] for name in _needed}
+
+# What another stream stores is read whenever it comes, or requests and answers that belong together are drawn apart.
+TIMED = {
+    "CellSteps": {"o"}, "CompletionWriter": {"o_data"}, "FrustumSlot": {"o", "o_near"}, "GridEntries": {"o"},
+    "ImageHeader": {"o"}, "LoadControl": {"o_word"}, "LocalBusInterface": {"o_request"}, "NearCellBanks": {"o"},
+    "NearWindow": {"o"}, "PatchExtents": {"o"}, "PatchSlots": {"o"}, "RayMemory": {"o_read"},
+    "ReadEngine": {"o_fault"}, "RowArcs": {"o"}, "SettleMap": {"o_read", "o_walk"}, "SubshellTable": {"o"},
+    "WriteEngine": {"o_fault"}}
+# Answers, words and ends that nothing has requested change them.
+UNREQUESTED = {"CompletionWriter": {"o_data", "o_request"}, "FrustumSlot": {"o"}, "JobControl": {"o_record"},
+               "LoadControl": {"o_word"}}
+
+
+def _leaves(signature, obj, name=""):
+    """Streams and other ports by name, with whether they are inputs."""
+    for member, what in signature.members.items():
+        yield from _elements(what, getattr(obj, member), f"{name}{member}", what.dimensions)
+
+
+def _elements(what, value, name, dimensions):
+    if dimensions:
+        for index in range(dimensions[0]):
+            yield from _elements(what, value[index], f"{name}[{index}]", dimensions[1:])
+    elif what.is_port or {"payload", "valid", "ready"} <= set(what.signature.members):
+        yield name, what.flow == In, value
+    else:
+        yield from _leaves(what.signature, value, f"{name}.")
+
+
+class Run:
+    """One run of a component.
+
+    Members
+    -------
+    came
+        The items that came out of each stream.
+    moved
+        Streams whose offer changed before it was taken.
+    """
+
+    def __init__(self, kind, given, *, offers, takes, cycles):
+        self._dut = kind(**given)
+        self._offers, self._takes, self._cycles = offers, takes, cycles
+        self._inputs, self._outputs, self._others = {}, {}, {}
+        for name, is_input, value in _leaves(self._dut.signature, self._dut):
+            if hasattr(value, "payload") and hasattr(value, "ready"):
+                (self._inputs if is_input else self._outputs)[name] = (
+                    Value.cast(value.payload), value.valid, value.ready)
+            elif is_input:
+                self._others[name] = Value.cast(value)
+        self.came, self.moved = {name: [] for name in self._outputs}, set()
+        simulator = Simulator(self._dut)
+        simulator.add_clock(1e-8)
+        simulator.add_testbench(self._run)
+        simulator.run()
+
+    async def _run(self, ctx):
+        when, what = random.Random(self._offers), {name: random.Random(name) for name in self._inputs}
+        for name, signal in self._others.items():
+            ctx.set(signal, random.Random(name).getrandbits(len(signal)))
+        items = {name: what[name].getrandbits(256) for name in self._inputs}
+        offered, held = set(), {}
+        for _ in range(self._cycles):
+            for name, (payload, valid, _ready) in self._inputs.items():
+                if when.random() < self._offers:
+                    offered.add(name)
+                ctx.set(valid, name in offered)
+                ctx.set(payload, (items[name] if name in offered else when.getrandbits(256)) % (1 << len(payload)))
+            for _payload, _valid, ready in self._outputs.values():
+                if not isinstance(ready, Const):
+                    ctx.set(ready, when.random() < self._takes)
+            taken = [name for name in offered if ctx.get(self._inputs[name][2])]
+            for name, (payload, valid, ready) in self._outputs.items():
+                item = ctx.get(payload) if ctx.get(valid) else None
+                if name in held and item != held[name]:
+                    self.moved.add(name)
+                held.pop(name, None)
+                if item is not None and ctx.get(ready):
+                    self.came[name].append(item)
+                elif item is not None:
+                    held[name] = item
+            for name in taken:
+                offered.remove(name)
+                items[name] = what[name].getrandbits(256)
+            await ctx.tick()
+
+
+def _found(name):
+    """Streams whose items depend on time, and those whose offers do not stay."""
+    kind, given = COMPONENTS[name]
+    fast, *slow = (Run(kind, given, offers=offers, takes=takes, cycles=cycles)
+                   for offers, takes, cycles in (FAST, *SLOW))
+    timed = {name for one in slow for name, items in one.came.items()
+             if any(a != b for a, b in zip(items, fast.came[name], strict=False))}
+    return timed, fast.moved.union(*(one.moved for one in slow))
+
+
+@pytest.mark.parametrize("name", COMPONENTS)
+def test_items_do_not_depend_on_gaps_stalls_and_garbage_and_offers_stay(name):
+    timed, moved = _found(name)
+    assert timed <= TIMED.get(name, set())
+    assert moved <= UNREQUESTED.get(name, set())
+
+
+def test_exceptions_are_of_components():
+    assert TIMED.keys() | UNREQUESTED.keys() <= COMPONENTS.keys()
