@@ -69,6 +69,13 @@ def test_other_names_are_refused(tmp_path, name):
         check_view_factors_output(tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["F.npz", "F.nc", "F.NPZ", "vfsparse.inp"])
+def test_a_path_that_cannot_be_written_is_refused_before_the_work(tmp_path, name):
+    check_view_factors_output(tmp_path / name)
+    with pytest.raises(InputError, match="none"):
+        check_view_factors_output(tmp_path / "none" / name)
+
+
 def test_each_file_of_an_urban_model_is_checked(tmp_path):
     (tmp_path / "svf.inp").mkdir()
     with pytest.raises(InputError, match=r"svf\.inp.*directory"):

@@ -9,7 +9,9 @@ from scipy import sparse
 from golden import view_factors
 from golden.errors import InputError
 from golden.light.closed_forms import c_11
+from golden.light.factors import interface
 from golden.light.factors.files import read_view_factors
+from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
 
 FAST = {"error": 0.05}
@@ -67,6 +69,19 @@ def test_the_seed_decides_what_rays_measure():
     first, second, other = (view_factors(scene, seed=seed, **FAST).F.data for seed in (3, 3, 4))
     assert first.tobytes() == second.tobytes()
     assert not np.array_equal(first, other)
+
+
+def test_each_parameter_arrives_at_the_rows(monkeypatch):
+    given = {"error": 0.06, "sky_error": 0.03, "sky_patches": "reinhart", "seed": 8}
+    found = {}
+
+    def rows(scene, caster, **named):
+        found.update(named)
+        return FactorRows(scene, caster, **named)
+
+    monkeypatch.setattr(interface, "FactorRows", rows)
+    view_factors(PLATES, **given)
+    assert found == given
 
 
 @pytest.mark.parametrize(("write", "suffix"), [("to_npz", ".npz"), ("to_netcdf", ".nc")])

@@ -11,8 +11,11 @@ from tb.golden.light.factors.on_arrays import on_arrays
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 KITE = np.array([(0, 0, 1), (3, 0, 1), (2, 2, 1), (0, 1, 1)], dtype=float)
 TRIANGLE = np.array([(0, 0, 0), (2, 0, 0), (0, 3, 0), (0, 3, 0)], dtype=float)
+# No axis is one of the plane.
+TURN = frame(np.array([0.48, 0.6, 0.64]))
 CENTROIDS = {"square": (SQUARE, (0.5, 0.5, 0)), "kite": (KITE, (17 / 12, 3 / 4, 1)),
-             "triangle": (TRIANGLE, (2 / 3, 1, 0))}
+             "triangle": (TRIANGLE, (2 / 3, 1, 0)),
+             "tilted kite": (KITE @ TURN, (17 / 12, 3 / 4, 1) @ TURN)}
 
 
 @pytest.fixture(autouse=True)
@@ -53,8 +56,9 @@ def test_area_vectors_weigh_the_points(patch, centroid):
     weights = np.linalg.norm(vectors, axis=1)
     assert weights.mean() == pytest.approx(area(patch), rel=2e-4)
     np.testing.assert_allclose(weights @ found / weights.sum(), centroid, rtol=0, atol=3e-3)
-    np.testing.assert_allclose(vectors[:, :2], 0, rtol=0, atol=1e-12)
-    assert vectors[:, 2].min() > 0
+    inward = np.cross(patch[2] - patch[0], patch[3] - patch[1])
+    np.testing.assert_allclose(np.cross(vectors, inward), 0, rtol=0, atol=1e-11)
+    assert (vectors @ inward).min() > 0
 
 
 def test_points_of_a_triangle_have_equal_weights():

@@ -36,6 +36,7 @@ def test_figures_without_entries():
     ({"sky": np.zeros(2)}, "sky must be 3, not"), ({"normal": np.zeros((3, 2))}, "normal must be 3 x 3"),
     ({"area": np.array([1.0, np.nan, 1])}, "area must be finite"), ({"sky": np.array([0, -0.1, 0])}, "at least 0"),
     ({"F": sparse.csr_array(-np.eye(3)), "error": None, "unprojected": None}, "F must be at least 0"),
+    ({"sky_patches": sparse.csr_array(np.zeros((2, 145)))}, "sky_patches must be 3 x 145"),
     ({"error": sparse.csr_array(np.eye(3))}, "error must have the pattern of F")])
 def test_parts_that_do_not_belong_together_are_refused(changed, message):
     with pytest.raises(InputError, match=message):

@@ -58,6 +58,7 @@ def test_a_lambertian_file_has_its_lumens():
     ("", "it has no line TILT="), ("IESNA:LM-63-2002\n[TEST]\n", "it has no line TILT="),
     ("TILT=NONE\n", "the file ends before lamps"), (ies(kind=2), "Photometric type must be 1"),
     (ies(unit=3), "Type of units must be"), (ies(horizontal=(0, 120)), "Horizontal angles must be 0 alone"),
+    (ies(horizontal=(90, 150, 210, 270), candela=np.ones((4, 3))), "must have 180 among them"),
     (ies().replace("100.0 100.0 100.0", "100.0 100.0"), "the file ends before candela values"),
     (ies().replace("0 45 90", "0 x 90"), "line 6: Vertical angles must be a finite number, not 'x'"),
     (ies().replace("1.0 3 1", "1.0 0 1"), "line 4: Number of vertical angles must be a whole number of 1"),
