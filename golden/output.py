@@ -7,7 +7,7 @@ from pathlib import Path
 
 from golden.errors import InputError
 
-__all__ = ["check_inputs_stay", "check_outputs", "whole_file"]
+__all__ = ["check_inputs_stay", "check_named_once", "check_outputs", "whole_file"]
 
 
 def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
@@ -31,6 +31,20 @@ def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
             part.unlink()
         except OSError as error:
             raise InputError(f"output {str(path)!r}: cannot be written ({error.strerror})") from error
+
+
+def check_named_once(*paths: Path | None) -> None:
+    """No two outputs are the same path (None is skipped).
+
+    Raises
+    ------
+    InputError
+        Two are.
+    """
+    resolved = [path.resolve() for path in paths if path is not None]
+    for path in paths:
+        if path is not None and resolved.count(path.resolve()) > 1:
+            raise InputError(f"output {str(path)!r}: it is named twice")
 
 
 def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> None:

@@ -9,7 +9,7 @@ from golden.errors import InputError
 from golden.light.factors.exchange import net_exchange, script_f
 from golden.light.factors.files import read_view_factors
 from golden.light.factors.view_factors import ViewFactors
-from golden.output import check_inputs_stay, check_outputs, whole_file
+from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.plural import counted
 
 __all__ = ["exchange"]
@@ -41,6 +41,7 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
         A file cannot be read or written, or its values cannot be used.
     """
     check_outputs(output, script, suffixes=(".csv",))
+    check_named_once(output, script)
     check_inputs_stay(source, table, outputs=(output, script))
     factors = read_view_factors(source)
     given = _read_table(table, factors)
@@ -82,6 +83,8 @@ def _read_table(path: Path, factors: ViewFactors) -> dict:
     names = [str(number) for number in range(len(factors))] if key == "patch" else factors.surface.tolist()
     known, values = set(names), {}
     for number, row in enumerate(rows, 2):
+        if None in row:
+            raise InputError(f"{path}: line {number}: it has more values than the header has names")
         name = row[key] or ""
         if name not in known:
             raise InputError(f"{path}: line {number}: there is no {key} {name!r}")

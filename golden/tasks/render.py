@@ -5,11 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
-from golden.output import check_inputs_stay, check_outputs, whole_file
+from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.scene.luminaires.luminaire import Luminaire
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
@@ -100,10 +99,7 @@ class RenderFiles:
         check_outputs(*self.images, suffixes=(".png", ".exr"))
         check_outputs(*self.heatmaps, suffixes=(".png",))
         check_outputs(self.stats, suffixes=(".json",))
-        resolved = [path.resolve() for path in self.outputs if path is not None]
-        for path in self.outputs:
-            if path is not None and resolved.count(path.resolve()) > 1:
-                raise InputError(f"output {str(path)!r}: it is named twice")
+        check_named_once(*self.outputs)
 
     @property
     def outputs(self) -> tuple[Path | None, ...]:

@@ -17,6 +17,9 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 # Residual, relative to the emitted flux, at which the search for radiosities ends, and its most steps.
 _EXACT, _STEPS = 1e-13, 20
 
+# Up to these float64 holds the squares of radiosities.
+_HOTTEST, _MOST_FLUX = 1e25, 1e100
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Exchange:
@@ -79,6 +82,10 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     if not given.any() and not (factors.sky + factors.back).any():
         raise InputError("exchange: At least one patch must have a temperature or see the sky")
     reflected = np.where(given, 1 - emissivity, 1.0)
+    if max(temperature[given].max(initial=0), sky_temperature) > _HOTTEST:
+        raise InputError(f"exchange: Temperature must be at most {_HOTTEST:.0e} K")
+    if np.abs(flux[~given]).max(initial=0) > _MOST_FLUX:
+        raise InputError(f"exchange: Flux must be at most {_MOST_FLUX:.0e} W/m2")
     own = np.where(given, emissivity * STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4, np.nan_to_num(flux))
     outside = (factors.sky + factors.back) * STEFAN_BOLTZMANN * sky_temperature**4
     radiosity = _radiosity(factors.F, reflected, own + reflected * outside)

@@ -65,4 +65,4 @@ def read_view_factors(path: Path) -> ViewFactors:
 
 
 def _is_urban(path):
-    return path.name == URBAN or path.name.startswith(f"{URBAN}.")
+    return path.name == URBAN or (path.name.startswith(f"{URBAN}.") and not path.name.endswith("."))

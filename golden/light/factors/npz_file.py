@@ -46,15 +46,21 @@ def read_npz(path: Path) -> ViewFactors:
     with np.load(path) as stored:
         arrays = dict(stored)
     pattern = arrays["indices"], arrays["indptr"]
-    shape = tuple(arrays["shape"].tolist())
+    shape = arrays["shape"]
     given = {name: arrays[name] for name in _ARRAYS if name in arrays}
-    given |= {name: sparse.csr_array((arrays[name], *pattern), shape=shape) for name in _MATRICES if name in arrays}
+    given |= {name: _matrix(arrays[name], *pattern, shape) for name in _MATRICES if name in arrays}
     if "weight_bits" in given:
         given["weight_bits"] = int(given["weight_bits"])
     if "hidden_error" in given:
         given["hidden_error"] = float(given["hidden_error"])
     if "sky_patches_data" in arrays:
-        *parts, shape_of_sky = (arrays[f"sky_patches_{name}"] for name in _CSR)
-        given["sky_patches"] = sparse.csr_array(tuple(parts), shape=tuple(shape_of_sky.tolist()))
-    return ViewFactors(F=sparse.csr_array((arrays["data"], *pattern), shape=shape),
-                       settings=json.loads(str(arrays["settings"])), **given)
+        given["sky_patches"] = _matrix(*(arrays[f"sky_patches_{name}"] for name in _CSR))
+    return ViewFactors(F=_matrix(arrays["data"], *pattern, shape), settings=json.loads(str(arrays["settings"])),
+                       **given)
+
+
+def _matrix(data, indices, indptr, shape):
+    matrix = sparse.csr_array((data, indices, indptr), shape=tuple(shape.tolist()))
+    # SciPy's products do not check indices and would read beyond an array.
+    matrix.check_format(full_check=True)
+    return matrix
