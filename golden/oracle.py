@@ -99,9 +99,11 @@ class Oracle:
         """
         if len(rays) == 0:
             return
-        (lower, upper), limit = self.scene.bounds, FARTHEST_RAY * self.scene.size
-        if (rays.origin.min(axis=0) < lower - limit).any() or (rays.origin.max(axis=0) > upper + limit).any():
-            bad = np.flatnonzero(((rays.origin < lower - limit) | (rays.origin > upper + limit)).any(axis=1))[0]
+        lower, upper = self.scene.bounds + np.array([[-1], [1]]) * FARTHEST_RAY * self.scene.size
+        # A column is far faster than an axis of three.
+        if any(column.min() < low or column.max() > high
+               for column, low, high in zip(rays.origin.T, lower, upper, strict=True)):
+            bad = np.flatnonzero(((rays.origin < lower) | (rays.origin > upper)).any(axis=1))[0]
             raise InputError(f"rays: Origin of ray {bad} must be within {FARTHEST_RAY:.0f} of the scene's size of the "
                              f"scene, not {rays.origin[bad]!r}")
 

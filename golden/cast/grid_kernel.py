@@ -37,9 +37,10 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
         The hits, see `golden.cast.rays.Hits`, which are written.
     """
     strides = ((shape[1] + 2) * (shape[2] + 2), shape[2] + 2, 1)
-    p, moves, inverse = np.empty(3), np.empty(3, dtype=np.bool_), np.empty(3)
+    p, inverse, moves, stride = np.empty(3), np.empty(3), np.empty(3, dtype=np.bool_), np.empty(3, dtype=np.int64)
     cross, plane, between = np.empty(3), np.empty(3), np.empty(3)
-    stride = np.empty(3, dtype=np.int64)
+    # The last ray that tested each patch: a patch of several cells gives the same in each.
+    tested = np.full(len(vertices), -1)
     for ray in range(len(origin)):
         largest = max(abs(direction[ray, 0]), abs(direction[ray, 1]), abs(direction[ray, 2]))
         # Enter the grid.
@@ -86,12 +87,13 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
                 first = table[cell, 0]
                 for place in range(first, first + count):
                     patch = listed[place]
+                    if tested[patch] == ray or surface[patch] == source[ray] or surface[patch] == target[ray]:
+                        continue
+                    tested[patch] = ray
                     met, depth = _meet(vertices, patch, is_triangle[patch], kx, ky, kz, ox, oy, oz, sx, sy)
-                    if met:
-                        t = depth * scale
-                        if t > tmin and (t < best or (t == best and patch < found)) \
-                                and surface[patch] != source[ray] and surface[patch] != target[ray]:
-                            best, found = t, patch
+                    t = depth * scale
+                    if met and t > tmin and (t < best or (t == best and patch < found)):
+                        best, found = t, patch
                 if best <= leave or (any_hit and found >= 0):
                     break
                 if c0 <= leave:

@@ -46,8 +46,8 @@ class Rays:
             object.__setattr__(self, name, value)
             if value.ndim != 2 or value.shape[1] != 3:
                 raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}")
-            bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
-            if len(bad):
+            if not np.isfinite(value).all():
+                bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
                 raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}")
         count = len(self.origin)
         if len(self.direction) != count:

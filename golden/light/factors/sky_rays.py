@@ -4,6 +4,7 @@ import numpy as np
 
 from golden.cast.rays import Rays
 from golden.light.factors.draws import hemisphere_rays
+from golden.light.factors.number_blocks import number_blocks
 from golden.light.factors.points import REPLICATES
 from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
@@ -84,11 +85,7 @@ class SkyRays:
 
     def _cast(self, own, first, more):
         """Cast so many more rays of some sides, from the number ``first`` on."""
-        ends = np.cumsum(more)
-        for start in range(0, int(ends[-1]), _BLOCK):
-            number = np.arange(start, min(start + _BLOCK, ends[-1]))
-            entry = np.searchsorted(ends, number, side="right")
-            number += (first - ends + more)[entry]
+        for entry, number in number_blocks(first, more, _BLOCK):
             side = own[entry]
             row = self._row[side]
             origin, direction = hemisphere_rays(self._sides, row, self._use[side], number)

@@ -6,6 +6,7 @@ import numpy as np
 
 from golden.light.factors.certain import certain_shares
 from golden.light.factors.draws import segments_by_direction, segments_by_points
+from golden.light.factors.number_blocks import number_blocks
 from golden.light.factors.points import REPLICATES
 from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
@@ -71,7 +72,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     certain = np.zeros(len(first))
     needed = np.maximum(1, np.ceil(2 * factor / limit) - 4)
     sampling.extend(np.arange(len(first)), np.minimum(needed, _FIRST))
-    share, error = sampling.estimate()
+    share, error = sampling.estimate(slice(None))
     # A test of one patch against a pair costs about as much as a segment's share of a ray.
     agreed = np.flatnonzero(((share == 0) | (share == 1)) & (factor * error > limit)
                             & (needed * 16 > len(sides.scene)))
@@ -79,7 +80,6 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     exact[agreed[decided]] = True
     certain[agreed[decided]] = value[decided]
     while True:
-        share, error = sampling.estimate()
         rows = np.flatnonzero(~exact & (factor * error > limit) & (sampling.count < _MOST))
         if not len(rows):
             break
@@ -87,6 +87,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
         agree = (share[rows] == 0) | (share[rows] == 1)
         growth = np.where(agree, np.minimum(ratio, 16), np.minimum(ratio**2, 4)) * 1.1
         sampling.extend(rows, np.minimum(sampling.count[rows] * np.maximum(growth, 1.25), _MOST))
+        share[rows], error[rows] = sampling.estimate(rows)
     return VisibleShares(share=np.where(exact, certain, share), error=np.where(exact, 0.0, error), exact=exact,
                          segments=sampling.segments)
 
@@ -118,19 +119,14 @@ class _Sampling:
         # Whole turns of all replicates, but for the very first points.
         drawn = np.where(drawn > REPLICATES // 2, -(-drawn // REPLICATES) * REPLICATES, drawn)
         more = np.maximum(drawn - self._drawn[rows], 0)
-        ends = np.cumsum(more)
-        for start in range(0, int(ends[-1]) if len(ends) else 0, _BLOCK):
-            number = np.arange(start, min(start + _BLOCK, ends[-1]))
-            entry = np.searchsorted(ends, number, side="right")
-            pair = rows[entry]
-            number = number - (ends[entry] - more[entry]) + self._drawn[pair]
-            self._cast(pair, number)
+        for entry, number in number_blocks(self._drawn[rows], more, _BLOCK):
+            self._cast(rows[entry], number)
         self._drawn[rows] += more
         self.count[rows] = count
 
-    def estimate(self):
-        """Shares and their standard errors."""
-        return replicate_shares(self._all, self._seen, self._squares)
+    def estimate(self, rows):
+        """Shares of the pairs ``rows`` and their standard errors."""
+        return replicate_shares(self._all[rows], self._seen[rows], self._squares[rows])
 
     def _gaps(self, rows):
         """The larger height of either patch of pairs over the other one's plane, in the smaller radius."""
@@ -154,7 +150,7 @@ class _Sampling:
         return evenness
 
     def _cast(self, pair, number):
-        """Add the segments ``number`` of pairs."""
+        """Add the segments ``number`` of pairs, which are in order."""
         near = self._tries[pair] > 0
         origin, target = np.empty((2, len(pair), 3))
         weight = np.empty(len(pair))
@@ -168,8 +164,13 @@ class _Sampling:
         surface = self._sides.surface
         skip = np.stack([surface[self._first[pair]], surface[self._second[pair]]], axis=1)
         seen = ~self._caster.occluded(origin[rows], target[rows], skip)
+        if not len(pair):
+            return
+        # A block's pairs are in order.
+        own = slice(pair[0], pair[-1] + 1)
+        pair -= pair[0]
         slot = pair * REPLICATES + number % REPLICATES
-        for sums, values in ((self._all, weight), (self._seen, weight * seen)):
+        for sums, values in ((self._all[own], weight), (self._seen[own], weight * seen)):
             sums += np.bincount(slot, values, sums.size).reshape(sums.shape)
-        self._squares += np.bincount(pair, weight**2, len(self._squares))
-        self.segments += np.bincount(pair, minlength=len(self._squares))
+        self._squares[own] += np.bincount(pair, weight**2)
+        self.segments[own] += np.bincount(pair)
