@@ -53,6 +53,8 @@ class MachineCaster(FixedFrusta):
         Totals since the start: jobs, their frusta and rays, their cycles from doorbell to last result, and tests.
     cells
         Frusta by cell size.
+    kinds
+        Of ``hemispheres`` and of ``screens``: rays and cycles.
 
     Raises
     ------
@@ -71,6 +73,7 @@ class MachineCaster(FixedFrusta):
         self._changes, self._progress = changes or {}, progress
         self.jobs = self.frusta = self.rays = self.cycles = self.tested = 0
         self.cells: dict[float, int] = {}
+        self.kinds: dict[str, dict[str, int]] = {}
         super().__init__(scene)
 
     @staticmethod
@@ -97,16 +100,17 @@ class MachineCaster(FixedFrusta):
 
     def counts(self) -> dict[str, object]:
         """The members above."""
-        return {name: getattr(self, name) for name in ("jobs", "frusta", "rays", "cycles", "tested", "cells")}
+        return {name: getattr(self, name) for name in ("jobs", "frusta", "rays", "cycles", "tested", "cells", "kinds")}
 
     def summary(self) -> str:
         """The members above and what the simulation has overridden, in a line."""
         efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
         noc = self._simulated.config.noc
+        rates = ", ".join(f"{kind} {one['rays'] / one['cycles']:.3f}" for kind, one in self.kinds.items())
         cells = ", ".join(f"{cell:g}" for cell in self.cells) + (" (chosen)" if self._cell is None else "")
         return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, cell {cells}, "
                 f"{counted(self.jobs, 'job')}, {self.frusta} frusta, {self.rays} rays, {self.cycles} cycles, "
-                f"pipeline efficiency {efficiency:.3f}, "
+                f"rays per cycle: {rates or 'none'}, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")
 
     def _samples_in(self, geometry):
@@ -142,6 +146,10 @@ class MachineCaster(FixedFrusta):
             done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
         (frusta,), count = done.frusta, len(request.records[0])
         self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + len(frusta), self.rays + len(frusta) * count
+        kind = self.kinds.setdefault("screens" if request.records[0].is_screen else "hemispheres",
+                                     {"rays": 0, "cycles": 0})
+        kind["rays"] += len(frusta) * count
+        kind["cycles"] += done.cycles.total
         self.cycles += done.cycles.total
         for record, one in zip(request.records, frusta, strict=True):
             if one.sums is not None and (one.sums != _sums_of(record, one.hits, request)).any():

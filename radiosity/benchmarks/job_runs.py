@@ -172,6 +172,22 @@ class JobRun:
         return self.frustum_cycles * len(self.prepared.records) / self.clusters
 
     @property
+    def cluster_cycles(self) -> dict[str, int]:
+        """Where the cycles go, means of all clusters: loads, casts, no cast before the last one's end, results of the
+        last cast, no more sections. Their sum is `cycles`, but for rounding.
+        """
+        begins, ends = self.since_begin(self.sections["begin"]), self.since_begin(self.sections["end"])
+        casts, load = self.sections["cycles"].astype(np.int64), self.load_cycles
+        spent = np.zeros((self.clusters, 5))
+        for cluster in range(self.clusters):
+            own = self.sections["cluster"] == cluster
+            cast, last_cast = casts[own].sum(), (begins + casts)[own].max(initial=load)
+            last_result = ends[own].max(initial=load)
+            spent[cluster] = (load, cast, last_cast - load - cast, last_result - last_cast, self.cycles - last_result)
+        names = ("load", "cast", "waits", "last_results", "idle")
+        return dict(zip(names, spent.mean(axis=0).round().astype(int).tolist(), strict=True))
+
+    @property
     def tests(self) -> int:
         """Tests of all sections."""
         return self._total("tested")
@@ -207,8 +223,8 @@ class JobRun:
                 "load_cycles": self.load_cycles, "cycles_per_frustum": self.cycles / frusta,
                 "frustum_cycles": self.frustum_cycles, "tests": self.tests, "efficiency": self.efficiency,
                 "rays_per_cycle": self.rays / self.cycles, "bound": {"name": self.bound, "cycles": bounds[self.bound]},
-                "bounds": bounds, "sources": self.patches, "read_beats": self.read_beats,
-                "written_beats": self.written_beats, "checked": self.checked}
+                "bounds": bounds, "cluster_cycles": self.cluster_cycles, "sources": self.patches,
+                "read_beats": self.read_beats, "written_beats": self.written_beats, "checked": self.checked}
 
     def _total(self, name):
         return int(self.sections[name].astype(np.int64).sum())

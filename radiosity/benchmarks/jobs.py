@@ -37,6 +37,7 @@ WHOLE = ("thesis",)
 FORMATS = {one.name.lower(): one for one in HitFormat}
 HEAD = ("scene", "clusters", "cell", "cycles", "per frustum", "load", "cast", "tests", "patches", "memory",
         "bound : cycles", "efficiency", "speedup", "rays per cycle")
+CYCLES_HEAD = ("scene", "clusters", "cycles", "load", "cast", "waits", "last results", "idle")
 MEAN_HEAD = ("scene", "cell", "rays", "patches", f"point {POINT}, warm", "mean of the job", "ratio", "tests per ray")
 
 
@@ -112,6 +113,12 @@ def rows_of(scene: SceneRuns) -> list[list]:
                      f"{bounds[run.bound] / run.cycles:.2f}", f"{run.efficiency:.3f}",
                      f"{scene.speedup(clusters):.2f}", f"{run.rays / run.cycles:.3f}"])
     return rows
+
+
+def cycles_rows(scene: SceneRuns) -> list[list]:
+    """A row for each number of clusters: where a cluster's cycles go."""
+    return [[scene.spec.scene, clusters, run.cycles, *run.cluster_cycles.values()]
+            for clusters, run in sorted(scene.runs.items())]
 
 
 def mean_row(scene: SceneRuns) -> list:
@@ -205,6 +212,9 @@ def main(output, scene, clusters, frusta, cell, rays, hits, sums, group, check, 
         "bounds in cycles: tests, four cycles for a patch, beats over the memory port. Efficiency: tests for each "
         "cluster and cycle.", "",
         *table(list(HEAD), [row for one in found for row in rows_of(one)]), "",
+        "Where the cycles of a cluster go, on average. Waits: between its casts, for the next section, for the results "
+        "of the one before or for the rays. Last results: from its last cast's end on. Idle: until the job ends.", "",
+        *table(list(CYCLES_HEAD), [row for one in found for row in cycles_rows(one)]), "",
         f"Frusta on one cluster, beside the one from point {POINT} of 16 with the same cells:", "",
         *table(list(MEAN_HEAD), [mean_row(one) for one in found])],
         report=found[0].report() | {"file": str(output), "configuration": given | {

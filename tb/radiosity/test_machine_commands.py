@@ -19,9 +19,10 @@ from golden.cast.fixed_frusta import shares
 from golden.cast.fixed_hits import FixedHits
 from golden.cast.rays import Rays
 from golden.config import PRESETS
-from golden.frustum import Hemisphere
+from golden.frustum import Hemisphere, Screen
 from golden.jobs.completion import COMPLETION
 from golden.jobs.result_formats import HitFormat
+from golden.scene import Camera
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
 from hw.host import EngineError, EngineTimeoutError
@@ -289,6 +290,18 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
         assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
 
 
+def test_rays_and_cycles_of_screens_are_counted_apart():
+    scene, config = open_scene("tetra:1"), simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    caster = MachineCaster(scene, SimpleNamespace(config=config, run=lambda requests, **_: result(*requests)), cell=0.5)
+    Request(caster, scene).cast(*range(9))
+    camera = Camera(eye=scene.vertices.mean(axis=(0, 1)), target=scene.vertices[0, 0], up=(1, 2, 3))
+    zero = np.zeros(1, dtype=np.int64)
+    caster.screen(Screen(camera=camera, width=8, height=4), 2)(
+        zero, zero, Rays(origin=np.zeros((1, 3)), direction=np.ones((1, 3))))
+    assert caster.kinds == {"hemispheres": {"rays": 9 * 64, "cycles": 9}, "screens": {"rays": 16 * 8, "cycles": 9}}
+    assert "rays per cycle: hemispheres 64.000, screens 14.222, pipeline efficiency" in caster.summary()
+
+
 class Request:
     """Hemispheres at some points of a scene, requested from a caster."""
 
@@ -336,6 +349,8 @@ def test_cells_are_chosen_for_each_request(monkeypatch):
     assert tables[0] < tables[3]
     assert ", cell 0.5, 0.25 (chosen), 4 jobs, 12 frusta, " in caster.summary()
     assert caster.counts()["cells"] == {0.5: 6, 0.25: 6}
+    assert caster.counts()["kinds"] == {"hemispheres": {"rays": 12 * 64, "cycles": caster.cycles}}
+    assert f", rays per cycle: hemispheres {12 * 64 / caster.cycles:.3f}, " in caster.summary()
 
 
 @pytest.mark.parametrize(("together", "frusta"), [(1 << 22, [9]), (4 * 64, [4, 4, 1]), (64, [1] * 9), (1, [1] * 9)])

@@ -67,6 +67,19 @@ def test_rows_compare_with_one_cluster():
     assert jobs.mean_row(scene)[4:7] == [800, 1000, "1.250"]
 
 
+def test_where_the_cycles_of_a_cluster_go():
+    """Each cluster casts three frusta with 50 cycles between them, the first one 10 cycles after the load."""
+    run = run_of(clusters=2)
+    assert run.cluster_cycles == {"load": 300, "cast": 3000, "waits": 110, "last_results": 100, "idle": 0}
+    # Without the last section cluster 1 ends one cast and one gap earlier.
+    shorter = replace(run, sections=run.sections[:-1])
+    assert shorter.cluster_cycles == {"load": 300, "cast": 2500, "waits": 85, "last_results": 100, "idle": 525}
+    idle = replace(run, sections=run.sections[:1])
+    assert idle.cluster_cycles == {"load": 300, "cast": 500, "waits": 5, "last_results": 50, "idle": 555}
+    scene = scene_runs(1, 2)
+    assert jobs.cycles_rows(scene)[1] == ["cornell", 2, 3510, 300, 3000, 110, 100, 0]
+
+
 def test_the_warm_frustum_is_the_last_of_its_casts(monkeypatch):
     lengths = iter((1000, 900, 800, 700))
     monkeypatch.setattr(jobs, "console", lambda: SimpleNamespace(note=str))
