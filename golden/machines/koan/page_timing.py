@@ -1,0 +1,48 @@
+"""Page timing: what a fault, a server, a message and a reference take."""
+
+from dataclasses import dataclass
+
+from golden.machines.timing_numbers import check_numbers
+
+__all__ = ["PageTiming"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageTiming:
+    """Nanoseconds of the shared memory's steps.
+
+    The source has none of them. The times of messages are the iPSC/2's, as in `NodeTiming`. A fault takes ``trap`` and
+    a message's handling ``serve``; both are one number, fitted on the source's times of Teapot in table 4 alone.
+
+    Parameters
+    ----------
+    setup, word
+        ns to set a message up, and of each of its words of 4 bytes on a link.
+    trap
+        ns of the fault itself, before its request.
+    serve
+        ns to handle a message at interrupt level.
+    access
+        ns of each reference to a page of another node: 0 with an MMU, more where the program itself checks.
+    is_offloaded
+        1 if a device beside the processor handles messages, else 0: the node's program is interrupted.
+
+    Raises
+    ------
+    TypeError
+        A number is no int.
+    ValueError
+        A number is below 0.
+
+    Source: Badouel 1991, sections 3 and 4; section 6 for the device.
+    """
+
+    setup: int = 400_000
+    word: int = 1430
+    trap: int = 2_400_000
+    serve: int = 2_400_000
+    access: int = 0
+    is_offloaded: int = 0
+
+    def __post_init__(self):
+        check_numbers(self, positive=())
