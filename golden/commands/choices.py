@@ -42,6 +42,8 @@ GATHER_SCHEMES = ("circulation", "sharing", "demand-driven")
 GATHER_ASSIGNMENTS = ("random", "scattered", "tiled")
 GATHER_SOLVERS = ("gauss-jacobi", "conjugate-gradient")
 GATHER_COMPLETIONS = ("shift", "merge")
+# `golden.machines.koan.pixel_items.SCHEDULES`.
+KOAN_SCHEDULES = ("mixed", "static", "scattered")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
 SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")

@@ -11,6 +11,7 @@ from golden.commands.choices import (
     GATHER_SCHEMES,
     GATHER_SOLVERS,
     HIT_FORMATS,
+    KOAN_SCHEDULES,
 )
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
@@ -154,6 +155,72 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
     run = simulated.run(chosen, nodes=nodes, solver=solver, completion=completion, memory=NodeMemory(size=memory))
     report = {"scene": opened.name, **run.report()}
     console().report(report, _gather_text(report))
+
+
+@machine.command("koan", cls=Task, named={"Nodes": "--nodes", "Page bytes": "--page", "Cache": "--cache",
+                                          "Item": "--item", "Size": "--size", "Cell size": "--cell"},
+                 epilog=SCENE_HELP, short_help="Simulate ray tracing in shared pages on up to 1024 nodes.")
+@SCENE
+@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="128x128", help="Set the size of the picture in "
+              "pixels.")
+@click.option("--page", type=int, default=4096, help="Set the bytes of a page, a power of two.")
+@click.option("--cache", type=int, default=2 << 20, help="Set the bytes of a node's cache for pages of other homes.")
+@click.option("--item", type=int, default=3, help="Set the pixels along an item of work.")
+@click.option("--schedule", type=click.Choice(KOAN_SCHEDULES), default="mixed", help="Choose who works on which item: "
+              "tiles whose items are passed along a ring, tiles alone, or items dealt in turn.")
+@CELL
+@click.option("--offload", is_flag=True, help="Have a device beside each processor handle messages.")
+@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this .png.")
+@click.option("--pages", type=click.Path(dir_okay=False, path_type=Path), help="Write a chart of who holds which page "
+              "over time to this .svg.")
+def koan(scene, nodes, size, page, cache, item, schedule, cell, offload, picture, pages):
+    """Simulate KOAN's machine: nodes that trace the rays of a picture of SCENE, which is in pages that they share.
+
+    The picture does not depend on the machine. Times are those of an iPSC/2, with our numbers where its source has
+    none.
+    """
+    from golden.image import write_png
+    from golden.machines.koan.koan_run import check_machine
+    from golden.machines.koan.page_timing import PageTiming
+    from golden.machines.koan.pixel_items import pixel_items
+    from golden.machines.koan.scene_pages import check_page_bytes
+    from golden.output import check_outputs
+    from golden.scene.open import open_scene
+    from radiosity.koan_machine import KoanMachine
+    from radiosity.page_chart import LOG_ROWS, write_page_chart
+
+    check_outputs(picture, suffixes=(".png",))
+    check_outputs(pages, suffixes=(".svg",))
+    check_page_bytes(page)
+    check_machine(nodes, cache // page)
+    pixel_items(size, nodes, side=item, schedule=schedule)
+    opened = open_scene(scene)
+    simulated = KoanMachine(opened, size=size, cell=cell, progress=console().progress)
+    run = simulated.run(nodes=nodes, page_bytes=page, frames=cache // page, side=item, schedule=schedule,
+                        timing=PageTiming(is_offloaded=int(offload)), log=LOG_ROWS if pages else 0)
+    if picture:
+        write_png(picture, run.picture)
+    if pages:
+        write_page_chart(pages, run, title=f"{opened.name}, {nodes} nodes: holders of pages")
+    report = {"scene": opened.name, "patches": len(opened), "width": size[0], "height": size[1],
+              "rays": len(simulated.traced.pixel), "schedule": schedule, **run.report()}
+    console().report(report, _koan_text(report))
+
+
+def _koan_text(report):
+    return "\n".join([
+        f"{report['scene']}: {report['patches']} patches, {report['width']} x {report['height']} pixels, "
+        f"{report['rays']} rays; {report['nodes']} nodes, schedule {report['schedule']}, {report['items']} items, "
+        f"{report['passed_items']} passed on",
+        f"{report['pages']} pages of {report['page_bytes']} bytes, {report['frames']} frames in each cache",
+        f"seconds {report['seconds']:.3f}, alone {report['alone_seconds']:.3f}, efficiency {report['efficiency']:.3f}",
+        f"{report['faults']} faults, miss ratio {report['miss_ratio']:.6f}, {report['fetched_bytes']} bytes fetched, "
+        f"{report['drops']} pages dropped, {report['invalidations']} invalidations",
+        "{messages} messages, {words} words; {ring_requests} requests for items, {ring_hops} hops".format(
+            **report["traffic"]),
+        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        f"picture {report['picture']}"])
 
 
 def _gather_text(report):

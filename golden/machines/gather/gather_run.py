@@ -1,12 +1,12 @@
 """Gather run: form factors and radiosity of a scene on simulated nodes."""
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from golden.light.solvers import RadiositySystem
+from golden.machines.content_hash import content_hash
 from golden.machines.gather.assignment import check_nodes
 from golden.machines.gather.hypercube import MESSAGES, WORDS, hypercube
 from golden.machines.gather.node_matrix import NodeMatrix, renumbered, restored
@@ -113,8 +113,9 @@ class GatherRun:
                               ("rows", rows.assignment.sizes), ("row_milliseconds", busy // 1_000_000),
                               ("entries", self.matrix.entry_counts), ("words_sent", self.sent[:nodes, WORDS]),
                               ("bytes", rows.peak_bytes))},
-            "F": _hash(self.factors.indptr.astype(np.int64), self.factors.indices.astype(np.int64), self.factors.data),
-            "radiosity": _hash(self.radiosity)}
+            "F": content_hash(self.factors.indptr.astype(np.int64), self.factors.indices.astype(np.int64),
+                              self.factors.data),
+            "radiosity": content_hash(self.radiosity)}
 
 
 def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: GatherScheme, *, nodes: int,
@@ -203,10 +204,3 @@ def solution_times(before: NodeMatrix, matrix: NodeMatrix, solver: str, cube, ti
     operations = 2 * int(matrix.entries[-1]) + _OPERATIONS[solver] * matrix.matrix.shape[0]
     return SolutionPhase(redistribution=moved, renumbering=renumbering, iterations=sum(iterations), solving=solving,
                          alone=sum(iterations) * operations * timing.operation)
-
-
-def _hash(*arrays):
-    digest = hashlib.sha256()
-    for one in arrays:
-        digest.update(np.ascontiguousarray(one).tobytes())
-    return digest.hexdigest()

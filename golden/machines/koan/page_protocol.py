@@ -214,7 +214,7 @@ def handle(state: PageState, references: References, time: int, kind: int, subje
 
     An owner that has to give a page back sends it home, and may read it on if another node reads. The home lets a
     writer write when all that had a copy have acknowledged that they have it no more. A node that has dropped its copy
-    acknowledges too: homes are not told of drops.
+    acknowledges too: its home gets no message of the drop.
     """
     nodes = len(state.nodes)
     flag, node = subject % _FLAGS, subject // _FLAGS % nodes

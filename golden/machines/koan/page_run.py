@@ -9,7 +9,6 @@ from golden.machines.event_heap import next_time, pop, push
 from golden.machines.gather.hypercube import ring
 from golden.machines.koan.page_protocol import ITEM, RING, RUN, fault, handle, refer, send, serving
 from golden.machines.koan.page_state import (
-    ACCESS,
     CURRENT,
     END,
     NONE,
@@ -41,12 +40,15 @@ class Items(NamedTuple):
         I + 1 int64: the first reference of each item, and R.
     work
         I int64: ns of each item without faults, in equal shares before its references.
+    check
+        I int64: ns of each reference of an item to a page of another home, which the program itself looks for.
     own
         N + 1 int64: the first item of each node, and I.
     """
 
     first: np.ndarray
     work: np.ndarray
+    check: np.ndarray
     own: np.ndarray
 
 
@@ -193,7 +195,7 @@ def _advance(state, items, references, times, successor, node, time, is_shared, 
             state.nodes[node, WORKED] += 1
             now += work * (at + 1 - first) // (end - first) - work * (at - first) // (end - first)
             if page % nodes != node:
-                now += state.times[ACCESS]
+                now += items.check[item]
         mode = state.mode[node, page]
         misses = mode == NONE or (writes and mode != WRITE)
         if (misses or not is_read_only) and not _is_next(state, now, time):

@@ -34,7 +34,7 @@ writes and had the page when it faulted; its item, its next reference, reference
 that has not begun and the end of them; whether its program runs; when its server is free; ns of interruptions to make
 up for."""
 
-TRAP, SERVE, ACCESS, OFFLOADED, PAGE_WORDS, LOGGED = range(6)
+TRAP, SERVE, OFFLOADED, PAGE_WORDS, LOGGED = range(5)
 """Numbers of `PageState.times`."""
 
 
@@ -44,7 +44,7 @@ class References(NamedTuple):
     Parameters
     ----------
     pages
-        R int64: twice the number of the page, and 1 more if the reference writes.
+        R int32: twice the number of the page, and 1 more if the reference writes.
     word, value
         R: the word of the page, and what is stored there or has been loaded; both empty if contents do not count.
     """
@@ -79,7 +79,7 @@ class PageState(NamedTuple):
     log
         L x 4: time, node, page, and its new mode or a code of its loss.
     times
-        The timing, words of a page's message, and rows that were to be logged, which may be more than L.
+        The timing of servers, words of a page's message, and rows that were to be logged, which may be more than L.
     heap, cube
         Events and links.
     """
@@ -135,6 +135,6 @@ def page_state(*, nodes: int, pages: int, frames: int, page_bytes: int, timing: 
         copies=np.zeros((pages, nodes), dtype=np.bool_), nodes=of_nodes, cached=np.zeros((nodes, frames + 1, words)),
         home=np.zeros((pages, 2, words)), counts=np.zeros((nodes, len(COUNTS)), dtype=np.int64),
         log=np.zeros((log, 4), dtype=np.int64),
-        times=np.array([timing.trap, timing.serve, timing.access, timing.is_offloaded, page_bytes // 4, 0]),
+        times=np.array([timing.trap, timing.serve, timing.is_offloaded, page_bytes // 4, 0]),
         # N nodes wait for a page each at most, which has a message to each node at most.
         heap=event_heap(2 * nodes * nodes + 16 * nodes + 64), cube=hypercube(nodes, timing))

@@ -23,7 +23,7 @@ class PageTiming:
     serve
         ns to handle a message at interrupt level.
     access
-        ns of each reference to a page of another node: 0 with an MMU, more where the program itself checks.
+        ns of each reference to a page of another home: 0 with an MMU, more where the program itself checks.
     is_offloaded
         1 if a device beside the processor handles messages, else 0: the node's program is interrupted.
 
