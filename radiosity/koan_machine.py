@@ -3,16 +3,21 @@
 import numpy as np
 
 from golden.cast.grid import Grid
+from golden.cast.rays import Rays
+from golden.frustum import frame
+from golden.light.form_factors import PatchRows
+from golden.light.solvers import RadiositySystem
 from golden.machines.koan.koan_run import KoanRun, simulate_picture
 from golden.machines.koan.page_timing import PageTiming
 from golden.machines.koan.pixel_rays import PixelRays, pixel_rays
 from golden.machines.koan.ray_pages import PageString, ray_pages
 from golden.machines.koan.ray_work import RayWork
 from golden.machines.koan.scene_pages import ScenePages
+from golden.machines.koan.shared_radiosity import SharedRadiosity, simulate_radiosity
 from golden.scene.cells import FINEST
 from golden.scene.scene import Scene
 
-__all__ = ["KoanMachine", "koan_cell"]
+__all__ = ["KoanMachine", "KoanRadiosity", "koan_cell"]
 
 
 def koan_cell(scene: Scene) -> float:
@@ -48,14 +53,14 @@ class KoanMachine:
     def __init__(self, scene: Scene, *, size: tuple[int, int], cell: float | None = None, work: RayWork | None = None,
                  alone: float | None = None, progress: bool = False):
         self._grid = Grid(scene, koan_cell(scene) if cell is None else cell, progress=progress)
-        self._patches, self._strings = len(scene), {}
+        self.patches, self._strings = len(scene), {}
         self.traced: PixelRays = pixel_rays(scene, self._grid, size=size)
         self.work = (work or RayWork()).of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1], alone=alone)
 
     def string(self, page_bytes: int) -> tuple[ScenePages, PageString]:
         """The pages of the scene, and the references of each pixel to them."""
         if page_bytes not in self._strings:
-            layout = ScenePages.of(self._grid.cells, self._patches, page_bytes)
+            layout = ScenePages.of(self._grid.cells, self.patches, page_bytes)
             self._strings[page_bytes] = layout, ray_pages(
                 self._grid.cells, layout, self.traced.rays, self.traced.hits, self.traced.pixel, len(self.work))
         return self._strings[page_bytes]
@@ -66,3 +71,49 @@ class KoanMachine:
         layout, string = self.string(page_bytes)
         return simulate_picture(self.traced.picture, string, self.work, layout, nodes=nodes, frames=frames, side=side,
                                 schedule=schedule, timing=timing, log=log)
+
+
+class KoanRadiosity:
+    """Simulates machines that compute the radiosity of one scene in shared pages; its rows are cast once.
+
+    Reflectances and emissions are those of diffuse surfaces; lights without an area and the background do not count.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    rays
+        Azimuths and polar angles of the hemispheres, from the middle of each patch; neighbouring directions follow each
+        other.
+    cell
+        See `KoanMachine`.
+    page_bytes
+        Bytes of a page.
+    progress
+        Shows a progress bar after two seconds.
+
+    Raises
+    ------
+    InputError
+        The numbers of rays, the cell or the page are out of range.
+    """
+
+    def __init__(self, scene: Scene, *, rays: tuple[int, int], cell: float | None = None, page_bytes: int = 4096,
+                 progress: bool = False):
+        grid, count = Grid(scene, koan_cell(scene) if cell is None else cell, progress=progress), len(scene)
+        rows = PatchRows(scene, grid, rays=rays, progress=progress)
+        self.system = RadiositySystem(
+            form_factors=rows.rows(np.arange(count)), reflectance=np.minimum(scene.channels("diffuse"), 1),
+            emission=scene.channels("emission"), area=scene.areas)
+        directions = np.einsum("rk,nki->nri", rows.hemisphere.directions, frame(scene.normals)).reshape(-1, 3)
+        group = np.repeat(np.arange(count), len(rows.hemisphere))
+        made = Rays(scene.centres[group], directions, source=scene.surface[group])
+        hits = grid.nearest(made)
+        self.layout = ScenePages.of(grid.cells, count, page_bytes)
+        self.string = ray_pages(grid.cells, self.layout, made, hits, group, count)
+        self.work = RayWork().of_groups(hits, group, count)
+
+    def run(self, *, nodes: int, frames: int = 512, timing: PageTiming | None = None) -> SharedRadiosity:
+        """Simulate a machine, see `simulate_radiosity`."""
+        return simulate_radiosity(self.system, self.string, self.work, self.layout, nodes=nodes, frames=frames,
+                                  timing=timing)

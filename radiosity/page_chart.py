@@ -1,5 +1,6 @@
 """A chart of who holds which page of a shared memory over time."""
 
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -38,16 +39,15 @@ def holders(log: np.ndarray, nodes: int, pages: int, times: np.ndarray) -> np.nd
     held = np.zeros((len(times), pages, nodes), dtype=bool)
     held[:, np.arange(pages), np.arange(pages) % nodes] = True
     for time, node, page, code in log:
-        if code <= WRITE or code > WRITE:
-            held[times >= time, page, node] = code in (READ, WRITE)
+        held[times >= time, page, node] = code in (READ, WRITE)
     return held
 
 
 def write_page_chart(path: Path, run: KoanRun, *, title: str) -> None:
     """Write six steps of a run as an SVG.
 
-    A step has a square for each page, row by row, in as many parts as the nodes that hold it have colours: the home
-    alone is grey, and darker blue is held by more nodes.
+    A step has a square for each page, row by row: grey where the home alone holds it, and the darker blue the more
+    nodes do.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def write_page_chart(path: Path, run: KoanRun, *, title: str) -> None:
     width, height = _COLUMNS * (panel + _GAP) + _GAP, _TOP + -(-_STEPS // _COLUMNS) * (panel + _PANEL) + _GAP
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '
              f'font-size="11"><rect width="{width}" height="{height}" fill="white"/>',
-             f'<text x="{_GAP}" y="22" font-size="14">{title}</text>']
+             f'<text x="{_GAP}" y="22" font-size="14">{escape(title)}</text>']
     for step, time in enumerate(times):
         left, top = _GAP + step % _COLUMNS * (panel + _GAP), _TOP + step // _COLUMNS * (panel + _PANEL) + 14
         copies = held[step].sum(axis=1)

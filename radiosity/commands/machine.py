@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from golden.commands.choices import (
     GATHER_ASSIGNMENTS,
@@ -158,7 +159,8 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
 
 
 @machine.command("koan", cls=Task, named={"Nodes": "--nodes", "Page bytes": "--page", "Cache": "--cache",
-                                          "Item": "--item", "Size": "--size", "Cell size": "--cell"},
+                                          "Item": "--item", "Size": "--size", "Cell size": "--cell",
+                                          "Azimuths": "--radiosity", "Polars": "--radiosity"},
                  epilog=SCENE_HELP, short_help="Simulate ray tracing in shared pages on up to 1024 nodes.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
@@ -171,15 +173,19 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
               "tiles whose items are passed along a ring, tiles alone, or items dealt in turn.")
 @CELL
 @click.option("--offload", is_flag=True, help="Have a device beside each processor handle messages.")
+@click.option("--radiosity", "rays", type=WholePair("AZIMUTHSxPOLARS"), help="Make form factors by hemispheres of so "
+              "many rays, and solve for the radiosity, instead of a picture.")
 @click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this .png.")
 @click.option("--pages", type=click.Path(dir_okay=False, path_type=Path), help="Write a chart of who holds which page "
               "over time to this .svg.")
-def koan(scene, nodes, size, page, cache, item, schedule, cell, offload, picture, pages):
+@click.pass_context
+def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload, rays, picture, pages):
     """Simulate KOAN's machine: nodes that trace the rays of a picture of SCENE, which is in pages that they share.
 
     The picture does not depend on the machine. Times are those of an iPSC/2, with our numbers where its source has
     none.
     """
+    from golden.errors import InputError
     from golden.image import write_png
     from golden.machines.koan.koan_run import check_machine
     from golden.machines.koan.page_timing import PageTiming
@@ -187,18 +193,31 @@ def koan(scene, nodes, size, page, cache, item, schedule, cell, offload, picture
     from golden.machines.koan.scene_pages import check_page_bytes
     from golden.output import check_outputs
     from golden.scene.open import open_scene
-    from radiosity.koan_machine import KoanMachine
+    from radiosity.koan_machine import KoanMachine, KoanRadiosity
     from radiosity.page_chart import LOG_ROWS, write_page_chart
+
+    if rays is not None:
+        for option in ("size", "item", "schedule", "picture", "pages"):
+            if context.get_parameter_source(option) is ParameterSource.COMMANDLINE:
+                raise InputError(f"--{option} does not go with --radiosity, which makes no picture")
 
     check_outputs(picture, suffixes=(".png",))
     check_outputs(pages, suffixes=(".svg",))
     check_page_bytes(page)
     check_machine(nodes, cache // page)
+    timing = PageTiming(is_offloaded=int(offload))
+    if rays is not None:
+        opened = open_scene(scene)
+        solved = KoanRadiosity(opened, rays=rays, cell=cell, page_bytes=page, progress=console().progress).run(
+            nodes=nodes, frames=cache // page, timing=timing)
+        report = {"scene": opened.name, "patches": len(opened), **solved.report()}
+        console().report(report, _shared_text(report))
+        return
     pixel_items(size, nodes, side=item, schedule=schedule)
     opened = open_scene(scene)
     simulated = KoanMachine(opened, size=size, cell=cell, progress=console().progress)
     run = simulated.run(nodes=nodes, page_bytes=page, frames=cache // page, side=item, schedule=schedule,
-                        timing=PageTiming(is_offloaded=int(offload)), log=LOG_ROWS if pages else 0)
+                        timing=timing, log=LOG_ROWS if pages else 0)
     if picture:
         write_png(picture, run.picture)
     if pages:
@@ -221,6 +240,17 @@ def _koan_text(report):
             **report["traffic"]),
         *(line.replace("cluster", "node") for line in _node_lines(report)),
         f"picture {report['picture']}"])
+
+
+def _shared_text(report):
+    return "\n".join([
+        f"{report['scene']}: {report['patches']} patches; {report['nodes']} nodes, {report['steps']} steps of "
+        "Gauss-Jacobi",
+        f"seconds {report['seconds']:.3f}, form factors {report['form_factor_seconds']:.3f}",
+        *("{phase}: {faults} faults, {fetches} pages fetched, {drops} dropped, {invalidations} invalidations, "
+          "{recalls} recalls, {write_backs} written back".format(phase=name.replace("_", " "), **report[name])
+          for name in ("form_factors", "solution")),
+        f"F {report['F']}", f"radiosity {report['radiosity']}"])
 
 
 def _gather_text(report):
