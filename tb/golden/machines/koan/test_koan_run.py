@@ -33,6 +33,12 @@ def test_pictures_do_not_depend_on_pages_caches_items_and_timing():
         assert machine().run(nodes=8, **options).picture.tobytes() == machine().traced.picture.tobytes()
 
 
+def test_an_item_has_3_x_3_pixels_and_a_cache_2_mib_of_pages_of_4_kib():
+    report = machine().run(nodes=1).report()
+    assert report["items"] == 14 * 12
+    assert (report["page_bytes"], report["page_bytes"] * report["frames"]) == (4096, 2 << 20)
+
+
 def test_one_node_has_all_pages_and_takes_the_time_alone():
     found = machine().run(nodes=1)
     assert found.time == found.work
