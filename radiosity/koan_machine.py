@@ -39,8 +39,6 @@ class KoanMachine:
         Cell size as a share of the scene's longest side; by default that of `koan_cell`.
     work
         Of rays.
-    alone
-        Seconds of one node without faults, if they are known.
     progress
         Shows a progress bar after two seconds.
 
@@ -51,11 +49,11 @@ class KoanMachine:
     """
 
     def __init__(self, scene: Scene, *, size: tuple[int, int], cell: float | None = None, work: RayWork | None = None,
-                 alone: float | None = None, progress: bool = False):
+                 progress: bool = False):
         self._grid = Grid(scene, koan_cell(scene) if cell is None else cell, progress=progress)
         self.patches, self._strings = len(scene), {}
         self.traced: PixelRays = pixel_rays(scene, self._grid, size=size)
-        self.work = (work or RayWork()).of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1], alone=alone)
+        self.work = (work or RayWork()).of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1])
 
     def string(self, page_bytes: int) -> tuple[ScenePages, PageString]:
         """The pages of the scene, and the references of each pixel to them."""
@@ -66,10 +64,11 @@ class KoanMachine:
         return self._strings[page_bytes]
 
     def run(self, *, nodes: int, page_bytes: int = 4096, frames: int = 512, side: int = 3, schedule: str = "mixed",
-            timing: PageTiming | None = None, log: int = 0) -> KoanRun:
-        """Simulate a machine, see `simulate_picture`."""
+            timing: PageTiming | None = None, alone: float | None = None, log: int = 0) -> KoanRun:
+        """Simulate a machine, see `simulate_picture`; ``alone`` are seconds of one node without faults, if known."""
         layout, string = self.string(page_bytes)
-        return simulate_picture(self.traced.picture, string, self.work, layout, nodes=nodes, frames=frames, side=side,
+        work = self.work if alone is None else np.rint(self.work * (alone * 1e9 / self.work.sum())).astype(np.int64)
+        return simulate_picture(self.traced.picture, string, work, layout, nodes=nodes, frames=frames, side=side,
                                 schedule=schedule, timing=timing, log=log)
 
 

@@ -39,8 +39,8 @@ class PageTiming:
 
     setup: int = 400_000
     word: int = 1430
-    trap: int = 2_400_000
-    serve: int = 2_400_000
+    trap: int = 1_000_000
+    serve: int = 1_000_000
     access: int = 0
     is_offloaded: int = 0
 

@@ -33,16 +33,13 @@ class RayWork:
     def __post_init__(self):
         check_numbers(self, positive=("ray",))
 
-    def of_groups(self, hits: Hits, group: np.ndarray, groups: int, *, alone: float | None = None) -> np.ndarray:
+    def of_groups(self, hits: Hits, group: np.ndarray, groups: int) -> np.ndarray:
         """G int64: ns of groups of rays, such as those of a pixel.
 
         Parameters
         ----------
         hits, group, groups
             Of R rays, the group of each, and G.
-        alone
-            Seconds of all of them, if they are known: the times are scaled to them.
         """
         of_rays = self.ray + self.step * hits.steps + self.test * hits.tests
-        work = np.bincount(group, of_rays, groups)
-        return np.rint(work if alone is None else work * (alone * 1e9 / work.sum())).astype(np.int64)
+        return np.bincount(group, of_rays, groups).astype(np.int64)

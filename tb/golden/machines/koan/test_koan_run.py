@@ -46,6 +46,10 @@ def test_one_node_has_all_pages_and_takes_the_time_alone():
     assert found.counts["faults"].sum() == found.state.cube.sent.sum() == 0
 
 
+def test_work_is_scaled_to_the_seconds_that_are_known():
+    assert machine().run(nodes=1, alone=10.0).time == pytest.approx(10e9, abs=SIZE[0] * SIZE[1])
+
+
 def test_each_node_fetches_a_page_of_another_home_once_if_all_fit():
     found = machine().run(nodes=4, page_bytes=1024, frames=4096, log=100_000)
     log = found.state.log[:found.state.times[-1]]

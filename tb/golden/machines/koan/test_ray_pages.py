@@ -97,9 +97,8 @@ def test_pages_of_other_sizes_are_refused(page_bytes):
         ScenePages(cells=1, entries=1, patches=1, page_bytes=page_bytes)
 
 
-def test_work_is_scaled_to_the_seconds_that_are_known():
+def test_work_is_that_of_rays_cells_and_tests():
     _, _, made = traced("cornell")
-    free, known = (RayWork().of_groups(made.hits, made.pixel, SIZE[0] * SIZE[1], alone=alone) for alone in (None, 10.0))
-    assert free.sum() == (587_000 * len(made.pixel) + 46_960 * made.hits.steps.sum() + 176_100 * made.hits.tests.sum())
-    assert abs(known.sum() - 10e9) < len(known)
-    assert np.allclose(known / free, 10e9 / free.sum(), rtol=1e-4)
+    work = RayWork().of_groups(made.hits, made.pixel, SIZE[0] * SIZE[1])
+    assert work.sum() == 587_000 * len(made.pixel) + 46_960 * made.hits.steps.sum() + 176_100 * made.hits.tests.sum()
+    assert work.min() >= 587_000
