@@ -12,6 +12,8 @@ __all__ = [
            "GATHER_SCHEMES",
            "GATHER_SOLVERS",
            "HIT_FORMATS",
+           "MERGE_DIVISIONS",
+           "MERGE_SCHEMES",
            "PRESETS",
            "RAY_METHODS",
            "RECORD_METHODS",
@@ -23,6 +25,7 @@ __all__ = [
            "STIMULUS_BLOCKS",
            "STIMULUS_SUFFIXES",
            "TOPOLOGIES",
+           "VOLUME_SPLITTERS",
 ]
 
 PRESETS = ("tiny", "small", "paper", "thesis", "large")
@@ -44,6 +47,10 @@ GATHER_SOLVERS = ("gauss-jacobi", "conjugate-gradient")
 GATHER_COMPLETIONS = ("shift", "merge")
 # `golden.machines.koan.pixel_items.SCHEDULES`.
 KOAN_SCHEDULES = ("mixed", "static", "scattered")
+# Names of `golden.machines.merge`.
+MERGE_SCHEMES = ("ring", "mesh", "pair", "aapc")
+MERGE_DIVISIONS = ("equal", "recursive", "packed")
+VOLUME_SPLITTERS = ("hs", "rs", "rrs", "mahd", "hcs", "gs")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
 SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")

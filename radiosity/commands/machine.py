@@ -13,10 +13,13 @@ from golden.commands.choices import (
     GATHER_SOLVERS,
     HIT_FORMATS,
     KOAN_SCHEDULES,
+    MERGE_DIVISIONS,
+    MERGE_SCHEMES,
+    VOLUME_SPLITTERS,
 )
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
-from golden.commands.parameters import ASSIGNMENTS, CELL, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
+from golden.commands.parameters import ASSIGNMENTS, CELL, FILE, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
 
 __all__ = ["machine"]
 
@@ -251,6 +254,119 @@ def _shared_text(report):
           "{recalls} recalls, {write_backs} written back".format(phase=name.replace("_", " "), **report[name])
           for name in ("form_factors", "solution")),
         f"F {report['F']}", f"radiosity {report['radiosity']}"])
+
+
+_PNG = click.option("-o", "--output", type=FILE, help="Write the picture to this file: .png.")
+_STEPS = click.option("--steps", type=FILE, help="Write a picture of the regions after each step to this file: .png.")
+_SIZE = click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the screen.")
+
+
+@machine.command("merge", cls=Task, named={"Nodes": "--nodes", "Width": "--size", "Height": "--size"},
+                 epilog=SCENE_HELP, short_help="Simulate pictures merged by up to 1024 nodes.")
+@SCENE
+@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@click.option("--scheme", type=click.Choice(MERGE_SCHEMES), default="aapc", help="Choose who sends pixels to whom: "
+              "around a ring, along the rows and columns of a mesh, by pairs, or from each to all.")
+@click.option("--division", type=click.Choice(MERGE_DIVISIONS), help="Choose how scanlines are divided among nodes."
+              "  [default: packed, with --full equal]")
+@click.option("--full", is_flag=True, help="Send the cells of all locations instead of the pixels that win in their "
+              "node.")
+@_SIZE
+@_PNG
+@_STEPS
+def merge(scene, nodes, scheme, division, full, size, output, steps):
+    """Simulate a picture of SCENE by nodes that each draw some polygons on the whole screen and merge their pixels.
+
+    The picture is that of a plain z-buffer, lit from the eye. Times are those of an iPSC/2, with our numbers of
+    operations where its source has none.
+    """
+    from golden.image import write_png
+    from golden.machines.merge.merge_run import MergeScheme, check_machine
+    from golden.output import check_named_once, check_outputs
+    from golden.scene.open import open_scene
+    from radiosity.merge_machine import MergeMachine
+
+    check_outputs(output, steps, suffixes=(".png",))
+    check_named_once(output, steps)
+    chosen = MergeScheme(name=scheme, division=division or ("equal" if full else "packed"), is_full=full)
+    check_machine(nodes, *size)
+    opened = open_scene(scene)
+    simulated = MergeMachine(opened, size=size)
+    run, frames = simulated.run(chosen, nodes=nodes), simulated.frames(chosen, nodes=nodes) if steps else None
+    if output:
+        write_png(output, run.picture)
+    if steps:
+        write_png(steps, frames)
+    report = {"scene": opened.name, **run.report()}
+    console().report(report, _merge_text(report))
+
+
+@machine.command("volume", cls=Task, named={"Nodes": "--nodes", "Width": "--size", "Height": "--size",
+                                            "Grid": "--grid", "Seed": "--seed", "Mesh": "--mesh"},
+                 short_help="Simulate volumes drawn by regions on up to 1024 nodes.")
+@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@click.option("--splitter", type=click.Choice(VOLUME_SPLITTERS), default="hs", help="Choose how the screen is split.")
+@click.option("--mesh", type=int, help="Set the cells along each side of the mesh of the splitters mahd, hcs and gs."
+              "  [default: 512 for mahd, 128 for hcs and gs, or what fits the screen]")
+@click.option("--unweighted", is_flag=True, help="Count triangles alone when splitting, without spans and pixels.")
+@click.option("--grid", type=int, nargs=3, default=(40, 32, 32), show_default=False, metavar="ALONG OUT UP",
+              help="Set the points of the grid along the fin, outwards and upwards.  [default: 40 32 32]")
+@click.option("--seed", type=int, default=0, help="Set the seed by which the fin and the direction of view are drawn.")
+@_SIZE
+@_PNG
+@_STEPS
+def volume(nodes, splitter, mesh, unweighted, grid, seed, size, output, steps):
+    """Simulate a picture of the flow around a blunt fin by nodes that each draw a region of the screen.
+
+    The picture has the same bytes for all splitters and numbers of nodes. Times are those of a Parsytec CC, with our
+    numbers of operations where its source has none.
+    """
+    from golden.image import write_png
+    from golden.machines.merge.merge_run import check_machine
+    from golden.machines.merge.screen_volume import drawn_direction, view_volume
+    from golden.machines.merge.tetrahedra import blunt_fin
+    from golden.machines.merge.volume_run import simulate_volume
+    from golden.output import check_named_once, check_outputs
+    from radiosity.merge_machine import region_frames, volume_picture
+
+    check_outputs(output, steps, suffixes=(".png",))
+    check_named_once(output, steps)
+    check_machine(nodes, *size)
+    seen = view_volume(blunt_fin(grid, seed=seed), drawn_direction(seed), *size)
+    run = simulate_volume(seen, splitter, nodes=nodes, is_weighted=not unweighted, mesh=mesh)
+    if output:
+        write_png(output, volume_picture(run))
+    if steps:
+        write_png(steps, region_frames(run))
+    report = {"grid": list(grid), "seed": seed, **run.report()}
+    console().report(report, _volume_text(report))
+
+
+def _merge_text(report):
+    return "\n".join([
+        f"{report['scene']}: {report['triangles']} triangles, {report['pixels_generated']} pixels generated, "
+        f"{report['pixels_of_the_picture']} in the picture; {report['nodes']} nodes, scheme {report['scheme']}, "
+        f"division {report['division']}, " + ("all cells" if report["full"] else "active pixels"),
+        f"seconds {report['seconds']:.3f}, efficiency {report['efficiency']:.3f}, imbalance of the merge "
+        f"{report['imbalance']:.3f}",
+        "span lists {span_lists:.3f} s, local pixels {local_pixels:.3f} s, merge {merge:.3f} s".format(
+            **report["phases"]),
+        "{messages} messages, {words} words, {concurrent_words} of them one after the other".format(
+            **report["traffic"]),
+        *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
+
+
+def _volume_text(report):
+    drawing = report["drawing"]
+    return "\n".join([
+        f"blunt fin {' x '.join(map(str, report['grid']))}, seed {report['seed']}: {report['faces']} triangles, "
+        f"{report['pixels_of_the_picture']} pixels; {report['nodes']} nodes, splitter {report['splitter']}, "
+        + ("triangles, spans and pixels" if report["weighted"] else "triangles alone"),
+        f"seconds {report['seconds']:.3f}, speedup {report['speedup']:.2f}; splitting "
+        f"{report['splitting_seconds']:.3f} s, drawing {drawing['seconds']:.3f} s, speedup {drawing['speedup']:.2f}",
+        f"most over average triangles {report['balance']:.3f}, growth {100 * report['growth']:.1f} %",
+        "{messages} messages, {words} words".format(**report["traffic"]),
+        *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
 
 
 def _gather_text(report):

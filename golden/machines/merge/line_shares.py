@@ -22,7 +22,7 @@ class LineShares:
     order
         H int64: the scanline of each new number.
     bounds
-        R + 1 int64: the first new number of each region, and H.
+        R + 1 int64: the first new number of each region, and the one after the last; lines beyond have no region.
     """
 
     order: np.ndarray
@@ -41,7 +41,7 @@ def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
 
     ``equal`` gives all regions as many consecutive lines. ``recursive`` cuts the screen in two where both sides have
     the most equal counts, gives a half of the regions to each side, and so on. ``packed`` gives the line with the most
-    pixels to the region with the fewest, then the next line; lines without pixels have no region, and follow the last.
+    pixels to the region with the fewest, then the next line; lines without pixels have no region.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
         return LineShares(order=order, bounds=bounds)
     owner = _packed(np.asarray(counts), regions)
     return LineShares(order=np.argsort(owner, kind="stable"),
-                      bounds=np.append(np.searchsorted(np.sort(owner), np.arange(regions)), height))
+                      bounds=np.searchsorted(np.sort(owner), np.arange(regions + 1)))
 
 
 def _halve(before, bounds, first, last):
@@ -90,9 +90,9 @@ def _halve(before, bounds, first, last):
 
 
 def _packed(counts, regions):
-    """The region of each line: a heap of loads gives the lightest one, of equal ones the first."""
+    """The region of each line, or R without one: a heap of loads gives the lightest one, of equal ones the first."""
     heap = [(0, region) for region in range(regions)]
-    owner = np.full(len(counts), regions - 1, dtype=np.int64)
+    owner = np.full(len(counts), regions, dtype=np.int64)
     for line in np.argsort(-counts, kind="stable")[:np.count_nonzero(counts)]:
         load, region = heap[0]
         owner[line] = region

@@ -41,8 +41,8 @@ def span_lists(triangles: ScreenTriangles, node: np.ndarray, width: int, height:
                line: np.ndarray | None = None) -> SpanLists:
     """Spans of all triangles, on lines with new numbers.
 
-    A span reaches from the rounded first to the rounded last intersection, both included; of the rules that we tried
-    this has the source's ratio of pixels generated to pixels that win.
+    A span reaches from the rounded first to the rounded last intersection, both included. The source does not say which
+    pixels it has; by this rule neighbours share about a pixel for each span, which its numbers of pixels suggest.
 
     Parameters
     ----------
