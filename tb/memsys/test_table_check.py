@@ -1,5 +1,7 @@
 """Pointers and sizes: the last record, or what the machine has bits for, passes, and one more does not."""
 
+import random
+
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
@@ -24,27 +26,33 @@ RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subs
 NONE = (1 << 32) - 1
 
 
-def faults(region, records, tables=None):
-    """Of each word; the tables that the records point into have so many records, or as many as can be."""
-    dut, found = TableCheck(config=CONFIG, tag=1), []
+def faults(region, records, tables=None, *, pauses=0.0):
+    """Of each word; the tables that the records point into have so many records, or as many as can be.
+
+    In that share of the cycles no word is given, and in that share none is taken; what is then at the input is drawn.
+    """
+    dut, found, rng = TableCheck(config=CONFIG, tag=1), [], random.Random(len(records))
     words = [(number, word, low | high << 32) for number, record in enumerate(records)
              for word, (low, high) in enumerate(zip(record[::2], record[1::2], strict=True))]
     assert dut.latency == documented_latency(TableCheck, CONFIG)
 
     async def bench(ctx):
+        left, given = words[::-1], False
         ctx.set(dut.limit, (1 << 32) - 1)
-        ctx.set(dut.o.ready, 1)
-        for cycle in range(len(words) + dut.latency):
-            ctx.set(dut.i.valid, cycle < len(words))
-            if cycle < len(words):
-                record, word, data = words[cycle]
-                ctx.set(dut.i.payload.item, {"region": RegionNumber[region], "record": record, "word": word,
-                                             "data": data})
-                if tables is not None:
-                    name = RegionNumber(ctx.get(dut.table)).name.lower()
-                    ctx.set(dut.limit, tables.get(name, (1 << 32) - 1))
-            if ctx.get(dut.o.valid):
+        while len(found) < len(words):
+            given = bool(left) and (given or rng.random() >= pauses)
+            record, word, data = left[-1] if given else (rng.getrandbits(20), rng.getrandbits(2), rng.getrandbits(64))
+            ctx.set(dut.o.ready, rng.random() >= pauses)
+            ctx.set(dut.i.valid, given)
+            ctx.set(dut.i.payload.item, {"region": RegionNumber[region], "record": record, "word": word, "data": data})
+            if tables is not None:
+                name = RegionNumber(ctx.get(dut.table)).name.lower()
+                ctx.set(dut.limit, tables.get(name, (1 << 32) - 1))
+            if ctx.get(dut.o.valid & dut.o.ready):
                 found.append(Fault(ctx.get(dut.o.payload.fault)))
+            if given and ctx.get(dut.i.ready):
+                left.pop()
+                given = False
             await ctx.tick()
 
     simulator = Simulator(dut)
@@ -60,12 +68,14 @@ def shell(rows, columns, first_ray):
     return [5, 7, 1 << 31, 1 << 31, 0, rows, 0, columns, first_ray, 0]
 
 
-def test_grid_rays_of_shells():
+@pytest.mark.parametrize("pauses", [0.0, 0.5])
+def test_grid_rays_of_shells(pauses):
+    """Words of a record may come apart from each other and stall."""
     sizes = {(SIDE - 1, 1, 0): True, (SIDE, 1, 0): False, (1, SIDE - 1, 0): True, (1, SIDE, 0): False,
              (1 << 31, 0, 0): False, (0, 1 << 31, 0): False, (1024, RAYS >> 10, 0): True,
              (1024, RAYS >> 10, 1): False, (1023, RAYS >> 10, 1024): True, (1023, RAYS >> 10, 1025): False,
              (0, 0, RAYS): True, (0, 0, RAYS + 1): False, (1, 1, (1 << 32) - 1): False, (3, 5, 0): True}
-    for size, found in zip(sizes, faults("SHELLS", [shell(*size) for size in sizes]), strict=True):
+    for size, found in zip(sizes, faults("SHELLS", [shell(*size) for size in sizes], pauses=pauses), strict=True):
         assert found == [Fault.NONE] * 4 + [Fault.NONE if sizes[size] else Fault.SIZE], size
 
 
