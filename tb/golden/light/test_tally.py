@@ -2,6 +2,7 @@ import numpy as np
 
 from golden.cast.rays import Hits, Rays
 from golden.light.tally import Tally
+from golden.spread import in_turn
 
 
 class Half:
@@ -35,6 +36,22 @@ def test_casters_of_one_kind_share_one_account():
     for _ in range(2):
         tally.counting("shadow", Half()).nearest(rays(3))
     assert tally.kinds["shadow"]["rays"] == 6
+
+
+def test_spread_work_adds_its_rays_to_those_before_it():
+    """Also where the work is done by this process, whose tally it then counts in."""
+    tally = Tally()
+    shadow, primary = tally.counting("shadow", Half()), tally.counting("primary", Half())
+    shadow.any_hit(rays(6))
+
+    def work(first, last):
+        return len(primary.nearest(rays(last - first)).patch)
+
+    spread = tally.over(in_turn)
+    assert dict(spread(work, [(0, 2), (2, 6)])) == {(0, 2): 2, (2, 6): 4}
+    assert dict(spread(work, [(6, 8)])) == {(6, 8): 2}
+    assert tally.kinds == {"shadow": {"rays": 6, "hits": 3, "tests": 18, "steps": 12},
+                           "primary": {"rays": 8, "hits": 4, "tests": 24, "steps": 16}}
 
 
 def test_hits_pass_through_unchanged():

@@ -77,6 +77,19 @@ def test_the_replica_is_freed_for_the_rest_of_the_rows():
     assert found.peak_bytes.max() == max(full(4).size, full(6).size - own * 4 * PATCH_WORDS)
 
 
+@pytest.mark.parametrize("nodes", [1, 2, 8])
+def test_nodes_have_memory_for_their_rows_their_patches_and_the_largest_block(nodes):
+    """The block that travels is another one in each step; a node alone has none. A byte less is refused."""
+    found, _ = run("circulation", nodes=nodes)
+    held, block = found.assignment.sizes, -(-PATCHES // nodes) if nodes > 1 else 0
+    without = NodeMemory().size - NodeMemory().free(0)
+    assert found.peak_bytes.tolist() == (without + 4 * PATCH_WORDS * (held + block) + ROW * held).tolist()
+    least = found.peak_bytes.max()
+    assert run("circulation", nodes=nodes, memory=NodeMemory(size=int(least)))[0].peak_bytes.max() == least
+    with pytest.raises(InputError, match=f"Memory must be at least {least} bytes"):
+        run("circulation", nodes=nodes, memory=NodeMemory(size=int(least) - 1))
+
+
 def test_circulation_sends_all_blocks_in_each_round():
     found, cube = run("circulation", assignment="scattered")
     assert found.before_full == 0
