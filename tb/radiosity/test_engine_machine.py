@@ -75,6 +75,25 @@ def test_weak_scaling_has_a_frustum_for_each_cluster():
     assert runs[1].cycles < 1.3 * runs[0].cycles
 
 
+@pytest.mark.parametrize(("nodes", "frusta", "groups"), [
+    (1, 1, 1), (16, 1, 1), (16, 3, 2), (16, 4, 4), (16, 15, 8), (16, 16, 16), (16, 17, 16), (4, 64, 4), (64, 63, 32)])
+def test_by_default_each_cluster_is_a_group_as_far_as_there_are_frusta(monkeypatch, nodes, frusta, groups):
+    """A power of two of them; without a frustum a group would idle."""
+    found = []
+
+    class Machine:
+        def __init__(self, *_, **options):
+            pass
+
+        def run(self, nodes, groups, **options):
+            found.append((nodes, groups))
+            raise SystemExit
+
+    monkeypatch.setattr("radiosity.engine_machine.EngineMachine", Machine)
+    run("cornell", "--nodes", str(nodes), "--frusta", str(frusta))
+    assert found == [(nodes, groups)]
+
+
 def test_divisions_have_no_more_groups_than_frusta():
     assert divisions(4, 64) == [4, 2, 1]
     assert divisions(256, 64) == [64, 32, 16]
