@@ -77,6 +77,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	$(BIN)/radiosity bench gathering
 	$(BIN)/radiosity bench koan
 	$(BIN)/radiosity bench merge
+	$(BIN)/radiosity bench torus
 	$(BIN)/radiosity bench engine --clusters 1 --clusters 4
 	$(BIN)/radiosity bench throughput --preset small
 

@@ -25,6 +25,8 @@ __all__ = [
            "STIMULUS_BLOCKS",
            "STIMULUS_SUFFIXES",
            "TOPOLOGIES",
+           "TORUS_GROWTHS",
+           "TORUS_STORAGES",
            "VOLUME_SPLITTERS",
 ]
 
@@ -51,6 +53,9 @@ KOAN_SCHEDULES = ("mixed", "static", "scattered")
 MERGE_SCHEMES = ("ring", "mesh", "pair", "aapc")
 MERGE_DIVISIONS = ("equal", "recursive", "packed")
 VOLUME_SPLITTERS = ("hs", "rs", "rrs", "mahd", "hcs", "gs")
+# Names of `golden.machines.torus`.
+TORUS_GROWTHS = ("axis", "volume")
+TORUS_STORAGES = ("array", "hash")
 CURVES = ("reinhard", "linear")
 SKY_DIVISIONS = ("tregenza", "reinhart")
 SKIES = ("uniform", "cie-overcast", "cie-clear", "perez")

@@ -16,6 +16,8 @@ from golden.commands.choices import (
     MERGE_DIVISIONS,
     MERGE_SCHEMES,
     VOLUME_SPLITTERS,
+    TORUS_GROWTHS,
+    TORUS_STORAGES,
 )
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
@@ -367,6 +369,70 @@ def _volume_text(report):
         f"most over average triangles {report['balance']:.3f}, growth {100 * report['growth']:.1f} %",
         "{messages} messages, {words} words".format(**report["traffic"]),
         *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
+
+
+@machine.command("torus", cls=Task, named={"Nodes": "--nodes", "Rows": "--size", "Columns": "--size",
+                                           "Subdivisions": "--voxels", "Growth": "--growth", "Delay": "--delay",
+                                           "Seed": "--seed", "Buffer": "--buffer", "Pixels": "--size"},
+                 epilog=SCENE_HELP, short_help="Simulate rays that travel on a torus of up to 1024 nodes.")
+@SCENE
+@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a square number up to 1024.")
+@click.option("--size", type=WholePair("ROWSxCOLUMNS"), default="150x150", help="Set the size of the picture.")
+@click.option("--voxels", type=int, default=16, help="Set the voxels of a node along each axis.")
+@click.option("--storage", type=click.Choice(TORUS_STORAGES), default="array", help="Choose how a node stores its "
+              "voxels.")
+@click.option("--growth", type=float, default=0.02, help="Set by which share of itself each node's box grows into its "
+              "neighbours'.")
+@click.option("--growth-by", type=click.Choice(TORUS_GROWTHS), default="axis", help="Choose what the growth is a share "
+              "of.")
+@click.option("--shadows/--no-shadows", default=True, help="Cast shadow rays, or none.")
+@click.option("--steal/--no-steal", default=True, help="Have idle nodes request rows of pixels, or not.")
+@click.option("--buffer", type=int, default=2048, help="Set the bytes of a link's buffer.")
+@click.option("--delay", type=int, default=0, help="Set by how many microseconds messages are late at most.")
+@click.option("--seed", type=int, default=0, help="Set the seed of delays and of the machine's own scenes.")
+@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this PNG file.")
+@click.option("--steps", type=click.Path(dir_okay=False, path_type=Path), help="Write who holds which ray over time to "
+              "this SVG file.")
+def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal, buffer, delay, seed, picture, steps):
+    """Simulate ray tracing of SCENE on a torus of nodes that each own a box of space.
+
+    Besides those of all commands, scenes are spheres40, barroom367 and face954. The picture does not depend on the
+    machine. Times are those of a VAX 11/780 of 1987.
+    """
+    from golden.image import write_png
+    from golden.machines.torus.torus_run import TorusSetup, simulate_torus
+    from golden.machines.torus.torus_scene import torus_scene
+    from golden.machines.torus.torus_scenes import TORUS_SCENES
+    from golden.machines.torus.torus_steps import LOGGED, write_steps
+    from golden.scene.open import open_scene
+
+    setup = TorusSetup(nodes=nodes, size=size, subdivisions=voxels, storage=storage, growth=growth, growth_by=growth_by,
+                       has_shadows=shadows, is_stealing=steal, buffer=buffer, delay=delay, seed=seed)
+    opened = TORUS_SCENES[scene](seed) if scene in TORUS_SCENES else torus_scene(open_scene(scene))
+    run = simulate_torus(opened, setup, log=LOGGED if steps else 0)
+    if picture:
+        write_png(picture, run.picture)
+    if steps:
+        write_steps(steps, run)
+    report = run.report()
+    console().report(report, _torus_text(report))
+
+
+def _torus_text(report):
+    traffic, each, visits = report["traffic"], report["per_ray"], report["visits"]
+    return "\n".join([
+        f"{report['scene']}: {report['objects']} objects, {report['rows']} x {report['columns']} pixels, "
+        f"{report['rays']} rays, {report['shadow_rays']} of them shadow rays; {report['nodes']} nodes, "
+        f"{report['subdivisions']} voxels along each axis, stored as {report['storage']}, boxes grown by "
+        f"{report['growth']:g} of {report['growth_by']}",
+        f"seconds {report['seconds']:.3f}, busiest node {report['busiest_seconds']:.3f}, efficiency "
+        f"{report['efficiency']:.3f}",
+        f"a ray: {each['tests']:.2f} tests, {each['steps']:.2f} steps, {each['compared']:.2f} references compared",
+        "{passed} rays passed, {packets} packets of {values} values, {rows_given} rows given; {messages} messages, "
+        "{busiest_link} on the busiest link".format(**traffic),
+        "visits of the state packet to a node: " + ", ".join(f"{name} {most}" for name, most in visits.items()),
+        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        f"picture {report['picture']}"])
 
 
 def _gather_text(report):
