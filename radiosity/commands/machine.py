@@ -15,9 +15,9 @@ from golden.commands.choices import (
     KOAN_SCHEDULES,
     MERGE_DIVISIONS,
     MERGE_SCHEMES,
-    VOLUME_SPLITTERS,
     TORUS_GROWTHS,
     TORUS_STORAGES,
+    VOLUME_SPLITTERS,
 )
 from golden.commands.command_line import CommandLine, Task
 from golden.commands.console import console
