@@ -29,6 +29,7 @@ from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import joint_timing
 from tb.golden.machines.gather.nodes import drawn_matrix, drawn_work
 from tb.golden.machines.packet_runs import run_packets
+from tb.golden.machines.torus.torus_cases import run_small
 from tb.noc.packets import packets
 
 __all__ = ["SCENARIOS", "drawn_trace", "joint_runs"]
@@ -109,8 +110,16 @@ def _joint():
     return joint_runs(joint_cast, columns=2, rows=2)
 
 
+def _torus():
+    """Sums of a picture on four nodes, and all their tallies, links and walks, as an array and as a hash table."""
+    runs = [run_small(glass=0.2, size=(8, 8), nodes=4, delay=delay, storage=storage, entries=64, log=500)
+            for storage, delay in (("array", 0), ("hash", 9000))]
+    return [int(number) for run in runs for array in (run.sums, run.state.tallies, run.state.links, run.log)
+            for number in array.reshape(-1)]
+
+
 SCENARIOS = {"heap": _heap, "network": _network, "job": _job, "joint": _joint, "gather": _gather,
-             "projections": _projections}
+             "projections": _projections, "torus": _torus}
 
 if __name__ == "__main__":
     json.dump({name: np.asarray(run()).tolist() for name, run in SCENARIOS.items()}, sys.stdout)
