@@ -8,6 +8,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.light.factors.exchange import net_exchange, script_f
 from golden.light.factors.files import read_view_factors
+from golden.light.factors.patch_error import PatchError
 from golden.light.factors.view_factors import ViewFactors
 from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.plural import counted
@@ -44,8 +45,11 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
     check_named_once(output, script)
     check_inputs_stay(source, table, outputs=(output, script))
     factors = read_view_factors(source)
-    given = _read_table(table, factors)
-    found = net_exchange(factors, sky_temperature=sky_temperature, **given)
+    given, source_of = _read_table(table, factors)
+    try:
+        found = net_exchange(factors, sky_temperature=sky_temperature, **given)
+    except PatchError as error:
+        raise InputError(f"{table}: {source_of[error.patch]}: {error.fault}") from error
     names, group = np.unique(factors.surface, return_inverse=True)
     shares = script_f(factors, emissivity=given["emissivity"], group=group) if script else None
     columns = {"patch": np.arange(len(factors)), "surface": factors.surface, "area": factors.area,
@@ -66,36 +70,43 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
     return report, "\n".join(lines)
 
 
-def _read_table(path: Path, factors: ViewFactors) -> dict:
-    """Temperature, emissivity and flux of each patch."""
+def _read_table(path: Path, factors: ViewFactors) -> tuple[dict, list[str]]:
+    """Temperature, emissivity and flux of each patch; and line and name of the row that gives them."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
+        with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file, skipinitialspace=True)
-            rows, header = list(reader), reader.fieldnames or []
+            header = [name.strip() for name in reader.fieldnames or []]
+            reader.fieldnames = header
+            rows = [(reader.line_num, row) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
     key = "patch" if "patch" in header else "surface"
     missing = [name for name in (key, "temperature", "emissivity") if name not in header]
     unknown = [name for name in header if name not in ("patch", "surface", *_VALUES)]
-    if missing or unknown:
+    if missing or unknown or len(set(header)) < len(header):
         raise InputError(f"{path}: Header must name surface or patch, temperature, emissivity and perhaps flux, "
-                         f"not {', '.join(header) or 'nothing'}")
-    names = [str(number) for number in range(len(factors))] if key == "patch" else factors.surface.tolist()
-    known, values = set(names), {}
-    for number, row in enumerate(rows, 2):
+                         f"each once, not {', '.join(header) or 'nothing'}")
+    names = [str(number) for number in range(len(factors))] if key == "patch" else [
+        name.strip() for name in factors.surface.tolist()]
+    known, values, source = set(names), {}, {}
+    for number, row in rows:
         if None in row:
             raise InputError(f"{path}: line {number}: it has more values than the header has names")
-        name = row[key] or ""
+        name = (row[key] or "").strip()
         if name not in known:
             raise InputError(f"{path}: line {number}: there is no {key} {name!r}")
         if name in values:
             raise InputError(f"{path}: line {number}: {key} {name!r} has a row already")
+        if not (row["emissivity"] or "").strip():
+            raise InputError(f"{path}: line {number}: {key} {name!r} has no emissivity")
         values[name] = [_number(path, number, one, row.get(one)) for one in _VALUES]
+        source[name] = f"line {number}: {key} {name!r}"
     absent = sorted(known - values.keys())
     if absent:
-        raise InputError(f"{path}: {key} {absent[0]!r}"
-                         f"{f' and {len(absent) - 1} more' if len(absent) > 1 else ''} have no row")
-    return dict(zip(_VALUES, np.array([values[name] for name in names]).T, strict=True))
+        raise InputError(f"{path}: there is no row for {key} {absent[0]!r}"
+                         f"{f' and {len(absent) - 1} more' if len(absent) > 1 else ''}")
+    return (dict(zip(_VALUES, np.array([values[name] for name in names]).T, strict=True)),
+            [source[name] for name in names])
 
 
 def _number(path, line, name, word):

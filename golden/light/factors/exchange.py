@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from golden.errors import InputError
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.patch_error import PatchError
+from golden.light.factors.view_factors import CLOSED, ViewFactors
 
 __all__ = ["STEFAN_BOLTZMANN", "Exchange", "net_exchange", "script_f"]
 
@@ -16,6 +18,9 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 
 # Residual, relative to the emitted flux, at which the search for radiosities ends, and its most steps.
 _EXACT, _STEPS = 1e-13, 20
+
+# Share of the largest emission by which one may be below zero and still be zero.
+_NO_EMISSION = 1e-9
 
 # Up to these float64 holds the squares of radiosities.
 _HOTTEST, _MOST_FLUX = 1e25, 1e100
@@ -60,38 +65,40 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
 
     Raises
     ------
+    PatchError
+        A value of a patch is out of range; it has both or neither of temperature and flux; nothing sets its
+        temperature, as all that it sees on any path has fluxes and none sees the sky; or it takes in more than arrives.
     InputError
-        A value is out of range, a patch has both or neither of temperature and flux, or all have a flux and none sees
-        the sky.
+        A value for all patches is out of range, or fluxes into a closed scene do not sum to zero.
     """
     count = len(factors)
     temperature, emissivity = _values("Temperature", temperature, count), _emissivities(emissivity, count)
     flux = np.full(count, np.nan) if flux is None else _values("Flux", flux, count)
     given = ~np.isnan(temperature)
-    wrong = np.flatnonzero(given == ~np.isnan(flux))
-    if len(wrong):
-        raise InputError(f"exchange: patch {wrong[0]} must have either a temperature or a flux")
-    if not np.isfinite(temperature[given]).all() or temperature[given].min(initial=0) < 0:
-        raise InputError("exchange: Temperature must be finite and at least 0 K")
-    if not np.isfinite(flux[~given]).all():
-        raise InputError("exchange: Flux must be finite")
+    _check_patches(given != ~np.isnan(flux), "it must have either a temperature or a flux")
+    _check_patches(~given | ((temperature >= 0) & (temperature < np.inf)),
+                   "Temperature must be finite and at least 0 K", temperature)
+    _check_patches(~given | (temperature <= _HOTTEST), f"Temperature must be at most {_HOTTEST:.0e} K", temperature)
+    _check_patches(given | np.isfinite(flux), "Flux must be finite", flux)
+    _check_patches(given | (np.abs(flux) <= _MOST_FLUX), f"Flux must be at most {_MOST_FLUX:.0e} W/m2", flux)
+    _check_patches(given | (emissivity > 0), "Emissivity must be above 0 where the flux is given", emissivity)
     if not 0 <= sky_temperature < np.inf:
         raise InputError(f"exchange: Sky temperature must be finite and at least 0 K, not {sky_temperature!r}")
-    if (emissivity[~given] == 0).any():
-        raise InputError("exchange: Emissivity must be above 0 where the flux is given")
-    if not given.any() and not (factors.sky + factors.back).any():
-        raise InputError("exchange: At least one patch must have a temperature or see the sky")
+    if sky_temperature > _HOTTEST:
+        raise InputError(f"exchange: Sky temperature must be at most {_HOTTEST:.0e} K, not {sky_temperature!r}")
+    anchors = (given & (emissivity > 0)) | (factors.sky + factors.back > CLOSED)
+    parts, part = connected_components(factors.F, directed=False)
+    _check_patches(given | (np.bincount(part, anchors, parts) > 0)[part], "nothing sets its temperature: all that it "
+                   "sees has a flux, and none sees the sky")
     reflected = np.where(given, 1 - emissivity, 1.0)
-    if max(temperature[given].max(initial=0), sky_temperature) > _HOTTEST:
-        raise InputError(f"exchange: Temperature must be at most {_HOTTEST:.0e} K")
-    if np.abs(flux[~given]).max(initial=0) > _MOST_FLUX:
-        raise InputError(f"exchange: Flux must be at most {_MOST_FLUX:.0e} W/m2")
     own = np.where(given, emissivity * STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4, np.nan_to_num(flux))
     outside = (factors.sky + factors.back) * STEFAN_BOLTZMANN * sky_temperature**4
     radiosity = _radiosity(factors.F, reflected, own + reflected * outside)
     irradiance = factors.F @ radiosity + outside
     net = np.where(given, emissivity * (STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4 - irradiance), flux)
     black = radiosity + np.divide((1 - emissivity) * net, emissivity, out=np.zeros(count), where=emissivity > 0)
+    _check_patches(given | (black >= -_NO_EMISSION * np.abs(black).max()), "it cannot take in more than arrives: Flux "
+                   "is too low", flux)
     found = np.maximum(black / STEFAN_BOLTZMANN, 0)**0.25
     return Exchange(temperature=np.where(given, temperature, found), radiosity=radiosity, irradiance=irradiance,
                     flux=net)
@@ -115,7 +122,7 @@ def script_f(factors: ViewFactors, *, emissivity, group) -> np.ndarray:
 
     Raises
     ------
-    InputError
+    PatchError
         An emissivity is out of range.
     """
     count = len(factors)
@@ -148,6 +155,11 @@ def _values(name, given, count):
 
 def _emissivities(given, count):
     values = _values("Emissivity", given, count)
-    if not ((values >= 0) & (values <= 1)).all():
-        raise InputError("exchange: Emissivity must be 0 to 1")
+    _check_patches((values >= 0) & (values <= 1), "Emissivity must be 0 to 1", values)
     return values
+
+
+def _check_patches(right, what, values=None):
+    wrong = np.flatnonzero(~right)
+    if len(wrong):
+        raise PatchError(int(wrong[0]), what if values is None else f"{what}, not {values[wrong[0]]:g}")

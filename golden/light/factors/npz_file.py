@@ -1,6 +1,7 @@
 """View factors as NPZ: `scipy.sparse.load_npz` reads the matrix, `numpy.load` everything."""
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,8 @@ def write_npz(factors: ViewFactors, path: Path) -> None:
     arrays |= {name: None if getattr(factors, name) is None else getattr(factors, name).data for name in _MATRICES}
     if factors.sky_patches is not None:
         arrays |= {f"sky_patches_{name}": np.asarray(getattr(factors.sky_patches, name)) for name in _CSR}
-    np.savez(path, **{name: value for name, value in arrays.items() if value is not None})
+    with path.open("wb") as file:  # to a path that does not end in .npz savez would add this
+        np.savez(file, **{name: value for name, value in arrays.items() if value is not None})
 
 
 def read_npz(path: Path) -> ViewFactors:
@@ -43,6 +45,8 @@ def read_npz(path: Path) -> ViewFactors:
     InputError
         Its arrays do not belong together.
     """
+    if not zipfile.is_zipfile(path):
+        raise ValueError("it is no .npz archive")
     with np.load(path) as stored:
         arrays = dict(stored)
     pattern = arrays["indices"], arrays["indptr"]

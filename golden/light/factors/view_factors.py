@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.errors import InputError
-from golden.output import whole_file
+from golden.output import check_outputs, whole_file
 
 __all__ = ["CLOSED", "ViewFactors"]
 
@@ -148,15 +148,20 @@ class ViewFactors:
         return None if self.unprojected_sky is None else float(np.abs(self.sky - self.unprojected_sky).max())
 
     def to_npz(self, path) -> None:
-        """Write a .npz, atomically; `scipy.sparse.load_npz` reads ``F``. OSError if it cannot be written."""
+        """Write a .npz, atomically; `scipy.sparse.load_npz` reads ``F``.
+
+        InputError if the name ends otherwise or no file can be made there, OSError if it cannot be written.
+        """
         from golden.light.factors.npz_file import write_npz
 
+        check_outputs(Path(path), suffixes=(".npz",))
         with whole_file(Path(path)) as part:
             write_npz(self, part)
 
     def to_netcdf(self, path) -> None:
-        """Write a .nc, atomically, with CF-style names and units. OSError if it cannot be written."""
+        """Write a .nc, atomically, with CF-style names and units; errors as of `to_npz`."""
         from golden.light.factors.netcdf_file import write_netcdf
 
+        check_outputs(Path(path), suffixes=(".nc",))
         with whole_file(Path(path)) as part:
             write_netcdf(self, part)

@@ -51,3 +51,13 @@ def test_a_wrong_line_of_a_table_is_named_as_an_editor_numbers_it(factors, tmp_p
     result = run("exchange", "F.nc", "t.csv", "-o", "q.csv")
     assert result.exit_code
     assert "t.csv: line 3: Temperature must be a number, not 'warm'" in result.stderr
+
+
+def test_a_table_of_a_spreadsheet_is_read(tmp_path, monkeypatch):
+    """Such programs begin UTF-8 with a byte order mark; blanks around names do not count, in the scene neither."""
+    monkeypatch.chdir(tmp_path)
+    write_view_factors(three_sides(surface=np.array([" sun", "wall", ""])), tmp_path / "F.nc")
+    (tmp_path / "t.csv").write_text("surface ,temperature,emissivity\nsun,600,0.9\n wall ,300,0.5\n,400,0.5\n",
+                                    encoding="utf-8-sig")
+    report("exchange", "F.nc", "t.csv", "-o", "q.csv")
+    assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [600, 300, 400]

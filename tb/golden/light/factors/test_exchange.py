@@ -110,15 +110,34 @@ def test_script_f_of_groups_is_that_of_their_patches():
 
 @pytest.mark.parametrize(("given", "message"), [
     ({"temperature": (300.0, 300.0)}, "one value for each of 3 patches"),
-    ({"temperature": (300.0, np.nan, 300.0)}, "patch 1 must have either a temperature or a flux"),
-    ({"temperature": (300.0, 1, 2), "flux": (np.nan, 1, np.nan)}, "patch 1 must have either"),
+    ({"temperature": (300.0, np.nan, 300.0)}, "patch 1: it must have either a temperature or a flux"),
+    ({"temperature": (300.0, 1, 2), "flux": (np.nan, 1, np.nan)}, "patch 1: it must have either"),
     ({"temperature": (300.0, -1, 300.0)}, "at least 0 K"), ({"temperature": (300.0, np.inf, 300.0)}, "finite"),
-    ({"emissivity": (0.5, 1.1, 0.5)}, "Emissivity must be 0 to 1"),
+    ({"emissivity": (0.5, 1.1, 0.5)}, "patch 1: Emissivity must be 0 to 1, not 1.1"),
     ({"emissivity": (0.5, np.nan, 0.5)}, "Emissivity must be 0 to 1"),
     ({"temperature": (300.0, np.nan, 300.0), "flux": (np.nan, np.inf, np.nan)}, "Flux must be finite"),
     ({"temperature": (300.0, np.nan, 300.0), "flux": (np.nan, 0, np.nan), "emissivity": (1, 0, 1)}, "above 0"),
     ({"sky_temperature": -1.0}, "Sky temperature"),
-    ({"temperature": np.full(3, np.nan), "flux": np.zeros(3)}, "At least one patch must have a temperature")])
+    ({"temperature": np.full(3, np.nan), "flux": np.zeros(3)}, "patch 0: nothing sets its temperature"),
+    ({"temperature": (300.0, np.nan, 300.0), "flux": (np.nan, -1e6, np.nan)}, "patch 1: it cannot take in more .* -1e"),
+    ({"sky_temperature": 1e200}, "Sky temperature must be at most")])
 def test_values_out_of_range_are_refused(given, message):
     with pytest.raises(InputError, match=message):
         net_exchange(DUCT, **{"temperature": (300.0, 400.0, 500.0), "emissivity": (0.5, 0.5, 0.5)} | given)
+
+
+def test_each_closed_part_needs_a_temperature():
+    """Two bodies in two enclosures: the other one's temperature says nothing."""
+    matrix = np.zeros((4, 4))
+    matrix[:2, :2] = matrix[2:, 2:] = BODY.F.toarray()
+    given = {"emissivity": np.full(4, 0.5), "flux": (np.nan, np.nan, 0, 0)}
+    both = enclosure(matrix, (2, 5, 2, 5))
+    with pytest.raises(InputError, match="patch 2: nothing sets its temperature"):
+        net_exchange(both, temperature=(300.0, 300, np.nan, np.nan), **given)
+    # A body that reflects all sets no temperature either.
+    with pytest.raises(InputError, match="patch 3: nothing sets its temperature"):
+        net_exchange(both, temperature=(300.0, 300, 300, np.nan), emissivity=(0.5, 0.5, 0, 0.5),
+                     flux=(np.nan, np.nan, np.nan, 0))
+    found = net_exchange(both, temperature=(300.0, 300, 400, np.nan), emissivity=np.full(4, 0.5),
+                         flux=(np.nan, np.nan, np.nan, 0))
+    assert found.temperature[3] == pytest.approx(400)

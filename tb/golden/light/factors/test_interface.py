@@ -91,6 +91,19 @@ def test_files_are_those_of_the_command(tmp_path, write, suffix):
     assert (read_view_factors(path).F != factors.F).nnz == 0
 
 
+@pytest.mark.parametrize(("write", "name"), [("to_npz", "a"), ("to_npz", "a.nc"), ("to_netcdf", "a.npz")])
+def test_files_with_another_ending_are_refused(tmp_path, write, name):
+    with pytest.raises(InputError, match="Name must end in"):
+        getattr(view_factors(PLATES, **FAST), write)(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_capitals_end_a_name_as_well(tmp_path):
+    view_factors(PLATES, **FAST).to_npz(tmp_path / "F.NPZ")
+    assert [path.name for path in tmp_path.iterdir()] == ["F.NPZ"]
+    assert len(read_view_factors(tmp_path / "F.NPZ")) == 2
+
+
 @pytest.mark.parametrize(("geometry", "given", "message"), [
     (np.zeros((2, 5, 3)), {}, "N x 3 x 3 or N x 4 x 3, not"), (np.zeros((0, 3, 3)), {}, "N x 3 x 3 or N x 4 x 3"),
     (np.full((1, 3, 3), np.nan), {}, "finite"), (np.zeros((1, 3, 3)), {}, "facet 1 has no area"),

@@ -1,0 +1,21 @@
+"""The error of a single patch."""
+
+from golden.errors import InputError
+
+__all__ = ["PatchError"]
+
+
+class PatchError(InputError):
+    """A patch's values cannot be used.
+
+    Parameters
+    ----------
+    patch
+        Its number, from 0.
+    fault
+        What is wrong, without the patch.
+    """
+
+    def __init__(self, patch: int, fault: str):
+        super().__init__(f"exchange: patch {patch}: {fault}")
+        self.patch, self.fault = patch, fault
