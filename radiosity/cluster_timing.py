@@ -17,8 +17,8 @@ from hw.memsys.vertex_merge import VERTICES
 __all__ = ["cluster_timing"]
 
 # Of docstrings that have no attribute: `CtRayGenerator`'s latency without searches, `PositionSearch`'s cycles a bit,
-# `RowPieces`' row and its first search without the bits.
-_GENERATOR, _SEARCH, _ROW, _PIECE = 28, 3, 5, 3
+# `RowPieces`' row, piece, and search without the bits.
+_GENERATOR, _SEARCH, _ROW, _PIECE, _ARC = 28, 3, 1, 4, 3
 # From the start of the memory system to the first near cell: measured, as `golden.schedule.cycle_model` has it with the
 # memory system's latency. `SectionCast`: from the last patch to the results.
 _BEGIN, _END = 8, 3
@@ -33,7 +33,7 @@ def cluster_timing(config: Config) -> ClusterTiming:
     traversal = RayTraversal(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
     icu = config.icu
     return ClusterTiming(
-        begin=SectionCast.latency + _BEGIN, generator=_GENERATOR, search=_SEARCH, row=_ROW, piece=_PIECE,
+        begin=SectionCast.latency + _BEGIN, generator=_GENERATOR, search=_SEARCH, row=_ROW, piece=_PIECE, arc=_ARC,
         traversal=traversal.latency,
         sweep=(icu.side_bits - icu.tile_bits).bit_length() + 4 * icu.tile_bits + 7,
         memory=MemorySystem.latency, vertices=VERTICES, setup=setup.latency,

@@ -21,8 +21,8 @@ class ClusterTiming:
         From the permission of a stage to its first request, without the searches of rows and columns.
     search
         Of a search of rows or columns, for each bit of their number.
-    row, piece
-        The least of a row of grid rays, and of its first search.
+    row, piece, arc
+        Of a row of grid rays, of each of its arcs, and of a search for the ends of an arc without ``search``.
     traversal
         From a request to its first cell.
     sweep
@@ -58,6 +58,7 @@ class ClusterTiming:
     search: int
     row: int
     piece: int
+    arc: int
     traversal: int
     sweep: int
     memory: int

@@ -20,6 +20,7 @@ from golden.machines.cluster_cast import StageItems, clock, tested
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.section_trace import CastTimes, SectionTrace, run_stages
 from golden.schedule.cycle_model import BLOCK
+from golden.schedule.row_pieces import row_pieces
 from golden.schedule.square_scan import row_groups, survival_words
 
 __all__ = ["SimulatedCast", "cast_section"]
@@ -173,18 +174,28 @@ class _Stages:
 
     def _requests(self, shell, inverse, stage):
         """Cycles in which a stage's grid rays are requested, looked up and traversed."""
-        timing, record, config = self._timing, self._record, self._config
+        record, config = self._record, self._config
         traversal = self._cluster.traversal
         rays = traversal.rays(shell)
         live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
             traversal.threshold(shell, config))
         words, lookups = survival_words(rays, live, self._section, record, config)
-        rows = int(np.maximum(timing.row, row_groups(rays, self._section, record).of_rows).sum()) + timing.piece + (
-            timing.search * rays.columns.bit_length())
+        rows = self._rows(rays)
         if stage is None:
             return max(rows, lookups, *words)
         passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.nodes))
         return max(rows, lookups, *words, stage.grid_rays, passes, len(stage.cells))
+
+
+    def _rows(self, rays):
+        """Cycles in which the generator requests a stage's grid rays, row by row, with its searches for columns."""
+        timing, pieces = self._timing, row_pieces(rays, self._section, self._record)
+        search = timing.arc + timing.search * rays.columns.bit_length()
+        groups = np.bincount(row_groups(rays, self._section, self._record).row, minlength=rays.rows)[pieces.row]
+        cycles = timing.row + timing.piece * pieces.pieces + search * pieces.searches
+        # Requests of the first row cannot overlap its search.
+        cycles[:1] -= search
+        return search + int(np.maximum(cycles, groups).sum())
 
 
 def _is_first(numbers):

@@ -1,5 +1,7 @@
 """The simulated cluster has the cycles of the hardware, and the events of its restatement in SimPy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,12 @@ def test_cycles_are_those_of_the_hardware_for_all_cells():
     (("lobby", 0.0625), {"ctu.run_ahead": 0}), (("tetra", 0.35), {"icu.slots": 16})])
 def test_another_rule_has_other_cycles(row, changes):
     assert errors([row], CONFIG.replace(changes))[0] > 0.05
+
+
+def test_survival_without_the_sweep_has_other_cycles(monkeypatch):
+    timing = replace(cluster_timing(CONFIG), sweep=1 << 40)
+    monkeypatch.setattr("radiosity.benchmarks.machines.cluster_timing", lambda config: timing)
+    assert errors([("lobby", 0.0625)])[0] > 0.05
 
 
 @pytest.mark.parametrize(("name", "cell", "changes"), [
