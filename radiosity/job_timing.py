@@ -1,9 +1,11 @@
 """Latencies and capacities of what is between the casts of a job, from the components."""
 
 from golden.config import Config
+from golden.machines.bus_path import BusTiming
 from golden.machines.job_timing import JobTiming
 from golden.machines.joint_cast import JointTiming
 from golden.machines.load_cycles import LoadTiming
+from golden.memsys.cache_policy import CachePolicy
 from golden.noc.packing import VERTICES, reply_flits, request_flits
 from hw.control.completion_writer import CompletionWriter
 from hw.control.frustum_slot import FrustumSlot
@@ -11,21 +13,29 @@ from hw.control.job_dispatch import JobDispatch
 from hw.control.section_results import SectionResults
 from hw.icu.patch_sums import SETTLED, PatchSums
 from hw.memsys.beat_writer import DEPTH, GROUP_BITS, BeatWriter
+from hw.memsys.cache import Cache
 from hw.memsys.image_layout import PATCH_WORDS
+from hw.memsys.lfu_placement import LfuPlacement
+from hw.memsys.local_bus import LocalBus
+from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.patch_extents import PatchExtents
+from hw.memsys.patch_fetch import PatchFetch
 from hw.memsys.patch_type_memory import PatchTypeMemory
+from hw.memsys.path_formats import BEATS
 from hw.memsys.preload_dma import PreloadDma
 from hw.memsys.read_engine import ReadEngine
+from hw.memsys.read_share import ReadShare
 from hw.memsys.record_extent import RecordExtent
 from hw.memsys.result_packer import ResultPacker
+from hw.memsys.set_placement import SetPlacement
 from hw.memsys.vertex_merge import VertexMerge
 from hw.memsys.word_reader import WordReader
 from hw.memsys.write_engine import WriteEngine
 from hw.memsys.write_merge import WriteMerge
 
-__all__ = ["job_timing", "joint_timing", "load_timing"]
+__all__ = ["bus_timing", "job_timing", "joint_timing", "load_timing"]
 
 # Of docstrings that have no attribute: `JobDispatch`'s cycles of a section without near cells, `ReadOut`'s latency,
 # `ResultWriter`'s cycles from the last answer to its `o_done`.
@@ -38,6 +48,10 @@ _RESTART, _KNOWN = 2, 1
 _CHOOSE, _CHECK = 2, 2
 # `NetworkInterface`: from a request, or a vertex, to the link, and from the link of a vertex to the vertex.
 _TO_LINK, _FROM_LINK = 1, 2
+# `Cache`: from a lookup to its answer, and from there to the record; between them a fetch. `SystemBusInterface`: a
+# register in front of its fills.
+_ANSWER, _RECORD, _FILL = 1, 3, 1
+_WORD_BITS = 64
 
 
 def job_timing(config: Config, *, latency: int) -> JobTiming:
@@ -73,13 +87,36 @@ def load_timing(config: Config, *, latency: int) -> LoadTiming:
 
 def joint_timing(config: Config) -> JointTiming:
     """The timing of the path to patches of other clusters."""
-    geometry, merge = LocalPatchGeometry(config=config).latency, VertexMerge(config=config, count=2).latency
-    # What an own patch takes from the look-up of its cluster on: all of its vertices are there before the first leaves.
-    own = geometry + VERTICES + merge
-    served = PatchTypeMemory(config=config).latency + geometry + _TO_LINK
+    merge = VertexMerge(config=config, count=2).latency
+    own, served = _own(config), (
+        PatchTypeMemory(config=config).latency + LocalPatchGeometry(config=config).latency + _TO_LINK)
     vertices = [(0, 0, 0)] * VERTICES
     return JointTiming(
-        request=_TO_LINK, serve=max(1, served - own), reply=_FROM_LINK + merge,
+        request=_TO_LINK, serve=max(1, served - own), port=VERTICES, reply=_FROM_LINK + merge,
         request_flits=len(request_flits(config, source=0, destination=0, patch=0)),
         reply_flits=len(reply_flits(config, source=0, destination=0, patch=0, surface=0, vertices=vertices)),
         outstanding=config.noc.requests)
+
+
+def bus_timing(config: Config, *, latency: int) -> BusTiming:
+    """The timing of the path to patches that no cluster holds, see `job_timing`."""
+    memsys = config.memsys
+    is_lfu = memsys.cache_policy == CachePolicy.LFU.name.lower()
+    placement = (LfuPlacement if is_lfu else SetPlacement).latency + _ANSWER
+    bus = LocalBus.latency
+    # From the record to its last vertex, beyond what an own patch takes.
+    reply = BEATS - 1 + bus + LocalBusInterface.latency + VertexMerge(config=config, count=2).latency - _own(config)
+    # A burst is read when all of it has come.
+    beats = -(-PATCH_WORDS * _WORD_BITS // config.memory.data_bits)
+    record = (PatchFetch.latency + ReadShare.latency + WordReader(config=config).latency
+              + MainMemoryPort(config=config, tag=1).latency + latency + beats - 1
+              + ReadEngine(config=config, tag=1).latency + PATCH_WORDS - 1 + _FILL + _RECORD)
+    return BusTiming(
+        request=LocalBusInterface.latency, hit=bus + placement + _RECORD + reply,
+        fetch=bus + placement + record + reply, next_fetch=record, words=PATCH_WORDS, beats=BEATS,
+        outstanding=memsys.bus_requests, fetches=memsys.cache_fetches, requests=Cache.capacity)
+
+
+def _own(config):
+    """What an own patch takes from its lookup on: all of its vertices are there before the first one leaves."""
+    return LocalPatchGeometry(config=config).latency + VERTICES + VertexMerge(config=config, count=2).latency

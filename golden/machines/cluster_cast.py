@@ -12,16 +12,21 @@ from golden.compiled import compiled
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
 
-__all__ = ["ClusterCast", "StageItems", "add_stage", "apply_event", "arrive", "begin_cast", "clock", "end_cast", "free",
-           "last_end", "next_begin", "next_stage", "request_remote", "tested"]
+__all__ = ["NO_CLUSTER", "ON_BUS", "OVER_NETWORK", "ClusterCast", "StageItems", "add_stage", "apply_event", "arrive",
+           "begin_cast", "clock", "end_cast", "free", "last_end", "next_begin", "next_stage", "request_remote",
+           "tested"]
 
 _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
 # Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
 # cycles in which traversal has stalled, by which that clock is late.
 (_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
  _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
- _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _REMOTE_FOUND,
- _REMOTE_SENT, _REMOTE_READ, _LAST) = range(35)
+ _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _LAST) = range(32)
+# Numbers of patches that others hold, by path: found, requested and read.
+_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(32, 40, 2)
+# Paths to patches that others hold: clusters over the network, and what no cluster holds over the bus.
+OVER_NETWORK, ON_BUS = range(2)
+NO_CLUSTER = -2
 # States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
 _IDLE, _BUSY, _BLOCKED = range(3)
 _NEVER = -1
@@ -45,7 +50,7 @@ class StageItems(NamedTuple):
         E bool: an entry is a patch that has not been found before.
     tests, owner
         P int64: of each patch that is found, in the order of discovery, cycles of its walk; and the cluster that holds
-        it, -1 if this one does.
+        it, -1 if this one does, -2 if none does.
     """
 
     time: np.ndarray
@@ -70,9 +75,10 @@ class ClusterCast(NamedTuple):
         P int64: of each patch that has entered setup, in order, the cycle in which its last ray ends.
     closes
         S int64: of each stage of requests, when its last grid ray ends, on traversal's own clock.
-    ready, remote
-        P int64: patches in the order in which they can be read, and those that other clusters hold, in the order of
-        discovery.
+    ready
+        P int64: patches in the order in which they can be read.
+    remote
+        2 x P int64: those that other clusters hold, and those that none holds, in the order of discovery.
     """
 
     heap: EventHeap
@@ -99,13 +105,13 @@ def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, 
     number
         The subject of its events.
     """
-    numbers = np.zeros(35, dtype=np.int64)
+    numbers = np.zeros(_NUMBERS, dtype=np.int64)
     numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
     numbers[_SELF] = number
     limits = [getattr(timing, name) for name in _LIMITS]
     return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, run_ahead], dtype=np.int64),
                        np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64),
-                       np.zeros(patches, dtype=np.int64), np.zeros(patches, dtype=np.int64))
+                       np.zeros(patches, dtype=np.int64), np.zeros((2, patches), dtype=np.int64))
 
 
 @compiled
@@ -221,20 +227,26 @@ def apply_event(cast: ClusterCast, items: StageItems, time: int, kind: int) -> N
 
 
 @compiled
-def request_remote(cast: ClusterCast, items: StageItems, time: int, most: int) -> int:
-    """Take the next patch to request from another cluster; -1 if there is none, or ``most`` have not been read yet."""
+def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, most: int) -> int:
+    """Take the next patch to request on a path; -1 if there is none, or ``most`` have not been read yet.
+
+    Parameters
+    ----------
+    path
+        `OVER_NETWORK` or `ON_BUS`.
+    """
     numbers = cast.numbers
-    number = numbers[_REMOTE_SENT]
-    if number == numbers[_REMOTE_FOUND] or number - numbers[_REMOTE_READ] == most:
+    number = numbers[_REMOTE_SENT + path]
+    if number == numbers[_REMOTE_FOUND + path] or number - numbers[_REMOTE_READ + path] == most:
         return _NEVER
-    numbers[_REMOTE_SENT] += 1
+    numbers[_REMOTE_SENT + path] += 1
     _wake_filter(cast, time)
-    return cast.remote[number]
+    return cast.remote[path, number]
 
 
 @compiled
 def arrive(cast: ClusterCast, items: StageItems, time: int, patch: int) -> None:
-    """A patch of another cluster has arrived."""
+    """A patch that another cluster or none holds has arrived."""
     _make_ready(cast, patch)
     _read(cast, items, time)
 
@@ -352,17 +364,24 @@ def _filter(cast, items, time):
 def _find(cast, items):
     """A patch is found, and requested where it is, if the queue of requests there is not full: whether it is."""
     numbers, most, patch = cast.numbers, cast.limits[_REQUESTS], cast.numbers[_FOUND]
-    is_own = items.owner[patch] < 0
-    if (numbers[_OWN] if is_own else numbers[_REMOTE_FOUND] - numbers[_REMOTE_SENT]) == most:
+    path = _path(items, patch)
+    if (numbers[_OWN] if path == _NEVER else numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_SENT + path]) == most:
         return False
     numbers[_FOUND] += 1
-    if is_own:
+    if path == _NEVER:
         numbers[_OWN] += 1
         _make_ready(cast, patch)
     else:
-        cast.remote[numbers[_REMOTE_FOUND]] = patch
-        numbers[_REMOTE_FOUND] += 1
+        cast.remote[path, numbers[_REMOTE_FOUND + path]] = patch
+        numbers[_REMOTE_FOUND + path] += 1
     return True
+
+
+@compiled
+def _path(items, patch):
+    """The path to a patch, -1 of an own one."""
+    owner = items.owner[patch]
+    return OVER_NETWORK if owner >= 0 else ON_BUS if owner == NO_CLUSTER else _NEVER
 
 
 @compiled
@@ -379,10 +398,11 @@ def _read(cast, items, time):
     if (numbers[_READING] or numbers[_READ] == numbers[_AVAILABLE]
             or numbers[_OFFERED] - numbers[_ENTERED] == limits[_WAITING]):
         return
-    if items.owner[cast.ready[numbers[_READ]]] < 0:
+    path = _path(items, cast.ready[numbers[_READ]])
+    if path == _NEVER:
         numbers[_OWN] -= 1
     else:
-        numbers[_REMOTE_READ] += 1
+        numbers[_REMOTE_READ + path] += 1
     numbers[_READ] += 1
     numbers[_READING] = 1
     push(cast.heap, time + limits[_VERTICES], _GEOMETRY, cast.numbers[_SELF])

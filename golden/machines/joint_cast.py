@@ -1,7 +1,8 @@
 """Joint cast: clusters that cast sections at the same time and request patches from each other over the network.
 
 Each cluster replays the trace of its section (`golden.machines.section_trace`). Requests and replies have a network
-each, simulated flit by flit (`golden.machines.packet_network`).
+each, simulated flit by flit (`golden.machines.packet_network`). Patches that no cluster holds come over the bus
+(`golden.machines.bus_path`).
 """
 
 from collections.abc import Sequence
@@ -11,8 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.compiled import compiled
+from golden.config import Memsys
 from golden.errors import InputError
+from golden.machines.bus_path import BusPath, BusTiming, bus_cycle, bus_path, bus_waits, request_on_bus
 from golden.machines.cluster_cast import (
+    NO_CLUSTER,
+    ON_BUS,
+    OVER_NETWORK,
     ClusterCast,
     StageItems,
     add_stage,
@@ -46,8 +52,9 @@ from golden.noc.routing import Routing
 
 __all__ = ["JointTiming", "joint_cast"]
 
-# The kind of event that a patch of another cluster arrives, whose subject is its packet; those of clusters are lower.
-_ARRIVES = 64
+# The kinds of event that a patch of another cluster arrives, whose subject is its packet, and one over the bus, whose
+# subject is a cluster; those of clusters are lower.
+_ARRIVES, _FETCHED = 64, 65
 _NEVER = -1
 # Events of a cluster that can wait at the same time.
 _EACH = 512
@@ -56,8 +63,10 @@ _EACH = 512
 _BEGUN, _STAGES, _SCHEDULED, _SERVED = range(4)
 # Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
 _PATCH, _STAGE, _CELL, _ENTRY = range(4)
-_TIMES = ("request", "serve", "reply", "request_flits", "reply_flits", "outstanding")
-(_REQUEST, _SERVE, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _VERTICES, _NEAR, _TRAVERSED,
+# Of machines whose clusters hold all patches.
+_NO_BUS = BusTiming(request=1, hit=1, fetch=1, next_fetch=1, words=1, beats=1, outstanding=1, fetches=1, requests=1)
+_TIMES = ("request", "serve", "port", "reply", "request_flits", "reply_flits", "outstanding")
+(_REQUEST, _SERVE, _PORT, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _NEAR, _TRAVERSED,
  _GENERATOR) = range(10)
 
 
@@ -73,6 +82,8 @@ class JointTiming:
         From the cycle in which an own patch would be read to that in which the request for it enters the network.
     serve
         From a request that has left the network to its reply, which enters the network.
+    port
+        For which a request occupies the port of the cluster that serves it.
     reply
         From a reply that has left the network to the cycle in which the patch can be read like an own one.
     request_flits, reply_flits
@@ -90,6 +101,7 @@ class JointTiming:
 
     request: int
     serve: int
+    port: int
     reply: int
     request_flits: int
     reply_flits: int
@@ -109,6 +121,7 @@ class _Machine(NamedTuple):
     late: EventHeap
     requests: PacketNetwork
     replies: PacketNetwork
+    bus: BusPath
     limits: np.ndarray
     latency: np.ndarray
     first: np.ndarray
@@ -125,6 +138,8 @@ class _Machine(NamedTuple):
     is_new: np.ndarray
     tests: np.ndarray
     owner: np.ndarray
+    patch: np.ndarray
+    taken: np.ndarray
     cycles: np.ndarray
     searches: np.ndarray
     first_cell: np.ndarray
@@ -135,7 +150,8 @@ class _Machine(NamedTuple):
 
 def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: ClusterTiming, joint: JointTiming, *,
                routing: Routing, buffer_flits: int, arbitration: str, router_cycles: int, slots: int,
-               run_ahead: int) -> list[CastTimes]:
+               run_ahead: int, bus: BusTiming | None = None, memsys: Memsys | None = None,
+               kept: Sequence[int] = ()) -> list[CastTimes]:
     """The times of sections that clusters cast from the same cycle on.
 
     Parameters
@@ -143,31 +159,36 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     traces
         The section of each cluster, which is the node of that number.
     home
-        N int64: the cluster that holds each patch.
+        N int64: the cluster that holds each patch, -1 if none does.
     timing, joint
         Latencies and capacities.
     routing, buffer_flits, arbitration, router_cycles
         Of both networks, see `packet_network`.
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
+    bus, memsys, kept
+        The path to patches that no cluster holds, see `golden.machines.bus_path.bus_path`. Default: there is none.
 
     Raises
     ------
     InputError
-        A patch is held by no cluster.
+        A patch is held by no cluster, and there is no bus.
     """
     count, home = len(traces), np.asarray(home, dtype=np.int64)
-    if any((home[trace.patch] < 0).any() for trace in traces):
-        raise InputError("machines: Patches of a joint cast must be held by clusters")
+    if bus is None and any((home[trace.patch] < 0).any() for trace in traces):
+        raise InputError("machines: Patches of a joint cast without a bus must be held by clusters")
     casts = [begin_cast(timing, patches=len(trace.tests), shells=len(trace.cycles), slots=slots, run_ahead=run_ahead,
                         number=number) for number, trace in enumerate(traces)]
-    owner = [np.where(home[trace.patch] == number, -1, home[trace.patch]) for number, trace in enumerate(traces)]
+    owner = []
+    for number, trace in enumerate(traces):
+        held = home[trace.patch]
+        owner.append(np.select([held == number, held < 0], [-1, NO_CLUSTER], held))
     lengths = np.array([[len(trace.tests), len(trace.cycles), len(trace.offset), len(trace.is_new)]
                         for trace in traces])
     first = np.concatenate([np.zeros((1, 4), dtype=np.int64), lengths.cumsum(axis=0)])
 
     def joined(arrays):
-        return np.concatenate([np.asarray(array, dtype=np.int64) for array in arrays])
+        return np.concatenate([np.asarray(array, dtype=np.int64) for array in arrays], axis=-1)
 
     clusters = np.full((count, 4), _NEVER, dtype=np.int64)
     clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED] = 0, lengths[:, _STAGE], 0
@@ -176,14 +197,15 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
                                router_cycles=router_cycles) for _ in range(2)]
     machine = _Machine(
         heap=event_heap(_EACH * count), late=event_heap(_EACH * count), requests=networks[0], replies=networks[1],
-        limits=casts[0].limits,
-        latency=np.array([*(getattr(joint, name) for name in _TIMES), timing.vertices, timing.memory,
+        bus=bus_path(bus or _NO_BUS, memsys or Memsys(), clusters=count, kept=kept), limits=casts[0].limits,
+        latency=np.array([*(getattr(joint, name) for name in _TIMES), timing.memory,
                           timing.memory + timing.traversal, timing.generator], dtype=np.int64),
         first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
         **{name: joined(getattr(cast, name) for cast in casts) for name in ("ends", "ready", "remote", "closes")},
         begins=np.zeros(first[-1, _STAGE], dtype=np.int64), time=np.zeros(first[-1, _CELL], dtype=np.int64),
         **{name: joined(getattr(trace, name) for trace in traces) for name in (
-            "offset", "entries", "is_new", "tests", "cycles", "searches", "first_cell")},
+            "offset", "entries", "is_new", "patch", "tests", "cycles", "searches", "first_cell")},
+        taken=np.zeros(count, dtype=np.int64),
         owner=joined(owner), requested=np.zeros(rows, dtype=np.int64), unused=np.arange(rows)[::-1].copy(),
         count=np.array([rows], dtype=np.int64))
     for number in range(count):
@@ -206,7 +228,7 @@ def _cast(machine, number):
     patch, after = first[_PATCH], end[_PATCH]
     return ClusterCast(machine.heap, machine.numbers[number], machine.limits, machine.ends[patch:after],
                        machine.closes[first[_STAGE]:end[_STAGE]], machine.ready[patch:after],
-                       machine.remote[patch:after])
+                       machine.remote[:, patch:after])
 
 
 @compiled
@@ -228,7 +250,7 @@ def _run(machine):
         time = next_time(heap)
         if next_time(late) != _NEVER and (time == _NEVER or next_time(late) < time):
             time = next_time(late)
-        is_active = machine.requests.counts[UNARRIVED] + machine.replies.counts[UNARRIVED] > 0
+        is_active = machine.requests.counts[UNARRIVED] + machine.replies.counts[UNARRIVED] > 0 or bus_waits(machine.bus)
         if is_active and cycled != _NEVER and (time == _NEVER or cycled + 1 < time):
             time = cycled + 1
         if time == _NEVER:
@@ -238,6 +260,11 @@ def _run(machine):
             number = subject
             if kind == _ARRIVES:
                 number = _accept(machine, subject, time)
+            elif kind == _FETCHED:
+                # Patches of a cluster arrive over the bus in the order of its requests.
+                cast = _cast(machine, number)
+                arrive(cast, _items(machine, number), time, cast.remote[ON_BUS, machine.taken[number]])
+                machine.taken[number] += 1
             else:
                 apply_event(_cast(machine, number), _items(machine, number), time, kind)
             _update(machine, number, time)
@@ -287,13 +314,18 @@ def _update(machine, number, time):
     state, cast, latency = machine.clusters[number], _cast(machine, number), machine.latency
     items = _items(machine, number)
     while True:
-        patch = request_remote(cast, items, time, latency[_OUTSTANDING])
+        patch = request_remote(cast, items, time, OVER_NETWORK, latency[_OUTSTANDING])
         if patch == _NEVER:
             break
         machine.count[0] -= 1
         packet = machine.unused[machine.count[0]]
         machine.requested[packet] = patch
         _send(machine.requests, packet, number, items.owner[patch], latency[_REQUEST_FLITS], time + latency[_REQUEST])
+    while True:
+        patch = request_remote(cast, items, time, ON_BUS, machine.bus.waiting.shape[1])
+        if patch == _NEVER:
+            break
+        request_on_bus(machine.bus, time, number, machine.patch[machine.first[number, _PATCH] + patch])
     if state[_BEGUN] < state[_STAGES]:
         begin = next_begin(cast, _permission(machine, number))
         if begin != _NEVER:
@@ -312,7 +344,7 @@ def _send(network, packet, source, destination, flits, made):
 
 @compiled
 def _cycle(machine, time):
-    """A cycle of both networks: requests that leave theirs are served in turn, replies reach their clusters."""
+    """A cycle of networks and bus: requests that leave theirs are served in turn, replies reach their clusters."""
     requests, replies, latency = machine.requests, machine.replies, machine.latency
     if requests.counts[UNARRIVED]:
         network_cycle(requests, time)
@@ -320,12 +352,16 @@ def _cycle(machine, time):
             packet = requests.taken[index]
             server = requests.packets[packet, DESTINATION]
             begin = max(time + latency[_SERVE], machine.clusters[server, _SERVED])
-            machine.clusters[server, _SERVED] = begin + latency[_VERTICES]
+            machine.clusters[server, _SERVED] = begin + latency[_PORT]
             _send(replies, packet, server, requests.packets[packet, SOURCE], latency[_REPLY_FLITS], begin)
     if replies.counts[UNARRIVED]:
         network_cycle(replies, time)
         for index in range(replies.counts[TAKEN_NOW]):
             push(machine.heap, time + latency[_REPLY], _ARRIVES, replies.taken[index])
+    if bus_waits(machine.bus):
+        number, ready = bus_cycle(machine.bus, time)
+        if number != _NEVER:
+            push(machine.heap, ready, _FETCHED, number)
 
 
 @compiled

@@ -89,10 +89,11 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
     local
         Cycles in which a memory has a patch read. Default: one for each vertex.
     """
-    noc, timing = config.noc, cluster_timing(config)
+    noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
+    if local is not None:
+        timing, joint = replace(timing, vertices=local), replace(joint, port=local)
     return joint_cast(
-        prepared.traces, prepared.home, timing if local is None else replace(timing, vertices=local),
-        joint_timing(config),
+        prepared.traces, prepared.home, timing, joint,
         routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
         router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
 

@@ -1,9 +1,9 @@
 """Simulated machines: the cycles of one cluster, beside those of the hardware.
 
 ``radiosity bench machines`` simulates one hemisphere from each scene's ceiling on a cluster that holds all patches, and
-writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv, job-cycles.csv and
-cut-cycles.csv have of the hardware, and compares. Where latencies come from, `radiosity.cluster_timing` and
-`radiosity.job_timing` say.
+writes out/bench/machines.md. With ``--calibrate`` it simulates what docs/figures/engine-cycles.csv, memory-cycles.csv,
+cut-cycles.csv and job-cycles.csv have of the hardware, and compares. Where latencies come from,
+`radiosity.cluster_timing` and `radiosity.job_timing` say.
 """
 
 import csv
@@ -27,6 +27,7 @@ from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT, SCENES
 from radiosity.benchmarks.machine_cuts import recorded_cuts, simulated_cuts
 from radiosity.benchmarks.machine_jobs import recorded_jobs, simulate
+from radiosity.benchmarks.machine_memory import recorded_memory, simulated_memory
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.cluster_timing import cluster_timing
 
@@ -36,6 +37,7 @@ _RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
 _RAYS = 256, 64
 _HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
 _CUT_HEAD = ["scene", "clusters", "cycles", "simulated", "error"]
+_MEMORY_HEAD = ["scene", "frustum", "cell", "memory", "cycles", "simulated", "error"]
 _JOB_HEAD = ["scene", "clusters", "rays", "cell", "frusta", "hits", "cycles", "simulated", "load", "simulated load",
              "cast", "simulated cast", "error"]
 
@@ -135,6 +137,7 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
         errors["all"] = [*chain.from_iterable(errors.values())]
         lines += ["", *table(["scene", "rows", "mean error", "largest error"],
                              [[f"`{name}`", *_errors(each)] for name, each in errors.items() if each]), ""]
+        lines += _memory(tuple(row for row in recorded_memory() if not scenes or row.scene in scenes))
         lines += _cuts({row: cycles for row, cycles in recorded_cuts().items() if not scenes or row[0] in scenes})
         lines += _jobs(tuple(one for one in recorded_jobs() if not scenes or one.spec.scene in scenes))
     write_report(output, lines)
@@ -143,6 +146,20 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
 def _errors(each):
     """How many, the mean, and the largest one."""
     return [len(each), f"{100 * np.abs(each).mean():.1f} %", f"{100 * max(each, key=abs):+.1f} %"]
+
+
+def _memory(recorded):
+    """Tables of frusta in scenes larger than a cluster's memory."""
+    rows, errors = [], []
+    for row, simulated in simulated_memory(recorded):
+        errors.append(simulated / row.cycles - 1)
+        rows.append([f"`{row.scene}`", row.frustum, f"{row.cell:g}", row.latency, f"{row.cycles:,}", f"{simulated:,}",
+                     f"{100 * errors[-1]:+.1f} %"])
+        console().note(f"{row.scene}, {row.frustum}, memory of {row.latency} cycles: {simulated} cycles")
+    if not rows:
+        return []
+    return [*table(_MEMORY_HEAD, rows), "",
+            *table(["with main memory", "mean error", "largest error"], [_errors(errors)]), ""]
 
 
 def _cuts(recorded):

@@ -26,7 +26,7 @@ from golden.noc.topology import Topology
 from golden.scene.builtin import builtin_scene
 from golden.scene.halve import halved
 from radiosity.cluster_timing import cluster_timing
-from radiosity.job_timing import joint_timing
+from radiosity.job_timing import bus_timing, joint_timing
 from tb.golden.machines.gather.nodes import drawn_matrix, drawn_work
 from tb.golden.machines.packet_runs import run_packets
 from tb.golden.machines.torus.torus_cases import run_small
@@ -77,14 +77,23 @@ def drawn_trace(rng, *, stages, cells, patches, least):
         tests=rng.integers(1, 30, patches))
 
 
-def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, **path):
-    """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`."""
+def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, **path):
+    """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
+
+    With ``cached``, a placement, every third patch is held by no cluster, and the cache has eight lines.
+    """
     rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
     traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number) for number in range(clusters)]
-    times = run(traces, rng.integers(0, clusters, 30 + 10 * clusters), cluster_timing(PRESETS["paper"]),
-                replace(joint_timing(PRESETS["paper"]), **path),
+    home, others = rng.integers(0, clusters, 30 + 10 * clusters), {}
+    if cached:
+        config = PRESETS["paper"].replace({"memsys.cache_policy": cached, "memsys.patch_lines": 8})
+        home[::3] = -1
+        others = {"bus": replace(bus_timing(config, latency=50), outstanding=4, fetches=2, requests=6),
+                  "memsys": config.memsys, "kept": np.arange(0, 12, 3)}
+    times = run(traces, home, cluster_timing(PRESETS["paper"]), replace(joint_timing(PRESETS["paper"]), **path),
                 routing=route(Topology("mesh", columns, rows), noc.virtual_channels), buffer_flits=noc.buffer_flits,
-                arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=slots, run_ahead=run_ahead)
+                arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=slots, run_ahead=run_ahead,
+                **others)
     return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]]) for one in times])
 
 
@@ -107,7 +116,7 @@ def _projections():
 
 
 def _joint():
-    return joint_runs(joint_cast, columns=2, rows=2)
+    return np.concatenate([joint_runs(joint_cast, columns=2, rows=2, cached=cached) for cached in (None, "lfu")])
 
 
 def _torus():

@@ -32,15 +32,16 @@ class SimpyCluster:
     trace, timing, slots, run_ahead
         See `simpy_cast`.
     owner
-        P int, the cluster that holds each patch, in the order of discovery; -1 if this one does. Default: all.
-    ask
-        Called with each patch that is requested from another cluster; `arrive` answers.
+        P int, the cluster that holds each patch, in the order of discovery; -1 if this one does, -2 if none does.
+        Default: this one holds all.
+    asks
+        Of the network and of the bus: called with each patch that is requested there; `arrive` answers.
     most
-        Patches of others that are requested and not read, at most.
+        Of both: patches that are requested and not read, at most.
     """
 
-    def __init__(self, env, trace, timing, slots, run_ahead, *, owner=None, ask=None, most=1):
-        self._owner, self._ask, self._most = [-1] * len(trace.tests) if owner is None else owner, ask, most
+    def __init__(self, env, trace, timing, slots, run_ahead, *, owner=None, asks=(None, None), most=(1, 1)):
+        self._owner, self._asks, self._most = [-1] * len(trace.tests) if owner is None else owner, asks, most
         self._env, self._trace, self._timing, self._all_slots, self._run_ahead = env, trace, timing, slots, run_ahead
         self._change = env.event()
         self.begins, self.ends, self.last = [], [0] * len(trace.tests), 0
@@ -49,15 +50,17 @@ class SimpyCluster:
         self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
         self._cells, self._listing, self._entries, self._waiting = deque(), False, deque(), []
         # Patches that can be read, own ones among them; those that are not requested yet, and those that are.
-        self._ready, self._own, self._queued, self._outstanding = deque(), 0, deque(), 0
+        self._ready, self._own, self._queued, self._outstanding = deque(), 0, (deque(), deque()), [0, 0]
         self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
         # Traversal's clock when it has accepted all known requests. Before the slots: whether the patch filter has an
         # entry, patches that have entered setup, since when there are no cells and patches, and the first such time at
         # the end.
         self._accepted, self._filtering, self._entered, self._quiet, self._free = timing.begin, False, 0, None, None
-        for process in (self._front, self._traversal, self._close, self._list, self._filter, self._request,
-                        self._geometry, self._setup, self._walk):
+        for process in (self._front, self._traversal, self._close, self._list, self._filter, self._geometry,
+                        self._setup, self._walk):
             env.process(process())
+        for path in range(2):
+            env.process(self._request(path))
 
     def times(self):
         """The times of the cast when all has happened."""
@@ -65,7 +68,7 @@ class SimpyCluster:
                          cycles=self.last + self._timing.over + self._timing.end)
 
     def arrive(self, patch):
-        """A patch of another cluster has arrived."""
+        """A patch that another cluster or none holds has arrived."""
         self._ready.append(patch)
         self._changed()
 
@@ -186,13 +189,14 @@ class SimpyCluster:
         def can_pass():
             if not self._entries or not self._trace.is_new[self._entries[0]]:
                 return bool(self._entries)
-            return (self._own if self._owner[self._found] < 0 else len(self._queued)) < self._timing.requests
+            path = self._path(self._found)
+            return (self._own if path is None else len(self._queued[path])) < self._timing.requests
         while True:
             yield from self._until(can_pass)
             if self._trace.is_new[self._entries.popleft()]:
-                is_own = self._owner[self._found] < 0
-                self._own += is_own
-                (self._ready if is_own else self._queued).append(self._found)
+                path = self._path(self._found)
+                self._own += path is None
+                (self._ready if path is None else self._queued[path]).append(self._found)
                 self._found += 1
             self._filtering = True
             self._changed()
@@ -200,12 +204,17 @@ class SimpyCluster:
             self._filtering = False
             self._changed()
 
-    def _request(self):
-        """Requests to other clusters."""
+    def _path(self, patch):
+        """0 of patches of other clusters, 1 of those that no cluster holds, None of own ones."""
+        owner = self._owner[patch]
+        return 0 if owner >= 0 else 1 if owner == -2 else None
+
+    def _request(self, path):
+        """Requests on one of both paths."""
         while True:
-            yield from self._until(lambda: self._queued and self._outstanding < self._most)
-            self._outstanding += 1
-            self._ask(self._queued.popleft())
+            yield from self._until(lambda: self._queued[path] and self._outstanding[path] < self._most[path])
+            self._outstanding[path] += 1
+            self._asks[path](self._queued[path].popleft())
             self._changed()
 
     def _geometry(self):
@@ -213,10 +222,11 @@ class SimpyCluster:
         while True:
             yield from self._until(lambda: self._ready and len(self._waiting) < self._timing.waiting)
             patch = self._ready.popleft()
-            if self._owner[patch] < 0:
+            path = self._path(patch)
+            if path is None:
                 self._own -= 1
             else:
-                self._outstanding -= 1
+                self._outstanding[path] -= 1
             self._changed()
             yield self._env.timeout(self._timing.vertices)
             self._waiting.append((patch, self._env.now))

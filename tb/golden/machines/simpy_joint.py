@@ -1,44 +1,94 @@
 """Clusters that cast together, in SimPy, as a reference of `golden.machines.joint_cast`."""
 
+from collections import deque
+
 import numpy as np
 import simpy
 
+from golden.memsys.cache import Cache
 from tb.golden.machines.simpy_cluster import SimpyCluster
 from tb.golden.machines.simpy_network import Packet, SimpyNetwork, cycles
 
 __all__ = ["simpy_joint"]
 
 
-def simpy_joint(traces, home, timing, joint, *, routing, slots, run_ahead, **network):
+def simpy_joint(traces, home, timing, joint, *, routing, slots, run_ahead, bus=None, memsys=None, kept=(),
+                **network):
     """The times of `golden.machines.joint_cast.joint_cast`; ``network`` are the other parameters of its networks."""
-    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, network)
+    path = bus and SimpyBus(bus, memsys, len(traces), kept)
+    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, path, network)
     made.run()
     return [cluster.times() for cluster in made.clusters]
+
+
+class SimpyBus:
+    """The bus, with golden's own cache; parameters as `golden.machines.bus_path.bus_path` has them."""
+
+    def __init__(self, timing, memsys, clusters, kept):
+        self.timing, self._cache = timing, Cache.of(memsys, lines=memsys.patch_lines)
+        self._cache.access(kept)
+        self._waiting = [deque() for _ in range(clusters)]
+        # When patches could be read: all of them, and those fetched.
+        self._answers, self._fetches = [], []
+
+    @property
+    def is_active(self):
+        """Whether a request waits."""
+        return any(self._waiting)
+
+    def ask(self, cluster, patch, made):
+        """A request that may be granted from a cycle on."""
+        self._waiting[cluster].append((made, cluster, patch))
+
+    def grant(self, cycle):
+        """The request granted in a cycle: its cluster, and when its patch can be read."""
+        made, cluster, patch = min((queue[0] for queue in self._waiting if queue), default=(cycle + 1, None, None))
+        if made > cycle:
+            return None
+        self._waiting[cluster].popleft()
+        timing, answers, fetches = self.timing, self._answers, self._fetches
+        begin = max([cycle, *([answers[-timing.requests]] if len(answers) >= timing.requests else [])])
+        hit = self._cache.access([patch])[0][0]
+        ready = [begin + (timing.hit if hit else timing.fetch)]
+        if not hit:
+            ready += [last + timing.words for last in fetches[-1:]]
+            ready += [fetches[-timing.fetches] + timing.next_fetch] if len(fetches) >= timing.fetches else []
+            fetches.append(max(ready))
+        answers.append(max([*ready, *(last + timing.beats for last in answers[-1:])]))
+        return cluster, answers[-1]
 
 
 class _Joint:
     """Clusters with a clock of cycles, and networks with one of instants that is a cycle behind."""
 
-    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, network):
+    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, network):
+        self._bus, self._fetched = bus, [deque() for _ in traces]
         self._joint, self._timing, self._env, self._wires = joint, timing, simpy.Environment(), simpy.Environment()
         self._requests, self._replies = (SimpyNetwork(self._wires, routing, deliver=deliver, messages=1, **network)
                                          for deliver in (self._serve, self._return))
         self._patches, self._served, self._unarrived = {}, [0] * len(traces), 0
         self.clusters = []
         for number, trace in enumerate(traces):
-            owner = np.where(home[trace.patch] == number, -1, home[trace.patch])
+            held = home[trace.patch]
+            owner = np.where(held == number, -1, np.where(held < 0, -2, held))
             self.clusters.append(SimpyCluster(
-                self._env, trace, timing, slots, run_ahead, owner=owner, most=joint.outstanding,
-                ask=lambda patch, number=number, owner=owner: self._ask(number, int(owner[patch]), patch)))
+                self._env, trace, timing, slots, run_ahead, owner=owner,
+                most=(joint.outstanding, bus.timing.outstanding if bus else 0),
+                asks=(lambda patch, number=number, owner=owner: self._ask(number, int(owner[patch]), patch),
+                      lambda patch, number=number, trace=trace: self._ask_bus(number, trace, patch))))
 
     def run(self):
         """Cycle by cycle until nothing is left to happen."""
         cycle = 0
-        while self._env.peek() != simpy.core.Infinity or self._unarrived:
+        while self._env.peek() != simpy.core.Infinity or self._unarrived or (self._bus and self._bus.is_active):
             while self._env.peek() <= cycle:
                 self._env.step()
             while self._wires.peek() < cycles(cycle + 1):
                 self._wires.step()
+            granted = self._bus and self._bus.grant(cycle)
+            if granted:
+                number, ready = granted
+                self._env.process(self._arrive(number, self._fetched[number].popleft(), ready))
             cycle += 1
 
     def _ask(self, number, owner, patch):
@@ -47,11 +97,15 @@ class _Joint:
         self._unarrived += 1
         self._send(self._requests, packet, self._env.now + self._joint.request)
 
+    def _ask_bus(self, number, trace, patch):
+        self._fetched[number].append(patch)
+        self._bus.ask(number, int(trace.patch[patch]), self._env.now + self._bus.timing.request)
+
     def _serve(self, request):
         """A request has left the network: its owner serves it after those before it."""
         owner = request.destination
         begin = max(request.taken + self._joint.serve, self._served[owner])
-        self._served[owner] = begin + self._timing.vertices
+        self._served[owner] = begin + self._joint.port
         reply = Packet(source=owner, destination=request.source, length=self._joint.reply_flits, message=0)
         self._patches[reply] = self._patches.pop(request)
         self._send(self._replies, reply, begin)

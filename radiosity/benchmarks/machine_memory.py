@@ -1,0 +1,98 @@
+"""Frusta in scenes larger than a cluster's memory, simulated beside those of docs/figures/memory-cycles.csv.
+
+One cluster holds the first 1024 patches of a scene. The others come from main memory, over the bus and through the
+cache. Frusta are hemispheres of 256 x 64 rays and screens of 128 x 128.
+"""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from golden.cast.shelling import Shelling
+from golden.config import PRESETS
+from golden.ctu.sector import Sector
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.frustum.record import screen_record
+from golden.frustum.screen import Screen
+from golden.machines.cast_store import CastStore
+from golden.machines.joint_cast import joint_cast
+from golden.noc.routing import route
+from golden.noc.topology import Topology
+from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.scene.view import default_camera
+from golden.schedule.ceiling_points import ceiling_points
+from hw.history import ROOT
+from hw.simulator.simulation_config import simulation_config
+from radiosity.benchmarks.engine import POINT
+from radiosity.cluster_timing import cluster_timing
+from radiosity.job_timing import bus_timing, joint_timing
+
+__all__ = ["MemoryRow", "recorded_memory", "simulated_memory"]
+
+_RECORDED = ROOT / "docs" / "figures" / "memory-cycles.csv"
+_RAYS, _SCREEN, _RESIDENT = (256, 64), (128, 128), 1024
+# The network of one cluster carries nothing.
+_TOPOLOGY = Topology("mesh", 2, 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemoryRow:
+    """A warm cast of the hardware: preset ``paper``, one cluster, without a patch store.
+
+    Parameters
+    ----------
+    scene, frustum, cell
+        Scene, ``hemisphere`` or ``screen``, and size of the cells.
+    latency
+        Cycles of main memory.
+    cycles
+        Of the cast.
+    """
+
+    scene: str
+    frustum: str
+    cell: float
+    latency: int
+    cycles: int
+
+
+def recorded_memory() -> tuple[MemoryRow, ...]:
+    """The casts of the hardware."""
+    with _RECORDED.open(newline="") as file:
+        return tuple(MemoryRow(scene=row["scene"], frustum=row["frustum"], cell=float(row["cell"]),
+                               latency=int(row["latency"]), cycles=int(row["cycles"])) for row in csv.DictReader(file))
+
+
+def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None) -> Iterator[tuple[MemoryRow, int]]:
+    """Each row, with its simulated cycles; casts are kept in a folder, if there is one."""
+    config = simulation_config(PRESETS["paper"], clusters=1, topology="mesh", rays=_RAYS[0] * _RAYS[1])
+    noc, timing = config.noc, cluster_timing(config)
+    for row in rows:
+        geometry, record = _frustum(row, config)
+        shelling = Shelling(geometry, config, cell=row.cell, by_code=True)
+        trace = CastStore(shelling, config, timing, folder=folder).cast(record, Sector.whole(record)).trace
+        home = np.where(np.arange(len(geometry)) < _RESIDENT, 0, -1)
+        # The cast is the third one of the same frustum.
+        fetched = np.tile(trace.patch[home[trace.patch] < 0], 2)
+        times, = joint_cast(
+            [trace], home, timing, joint_timing(config), routing=route(_TOPOLOGY, noc.virtual_channels),
+            buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
+            slots=config.icu.slots, run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=row.latency),
+            memsys=config.memsys, kept=fetched)
+        yield row, times.cycles
+
+
+def _frustum(row, config):
+    """Patches and frustum of a row: from a point of the ceiling, or from the scene's camera."""
+    scene = open_scene(row.scene)
+    if row.frustum == "screen":
+        camera = default_camera(scene)
+        geometry = PatchGeometry.of(scene, config.numbers, [camera.eye])
+        return geometry, screen_record(Screen(camera=camera, width=_SCREEN[0], height=_SCREEN[1]), geometry.coordinates)
+    points, down = ceiling_points(scene)
+    geometry = PatchGeometry.of(scene, config.numbers, points[[POINT]])
+    return geometry, hemisphere_record(Hemisphere(*_RAYS), geometry.coordinates, points[POINT], down)

@@ -1,0 +1,19 @@
+"""Compiled cache lines hit and miss as golden's cache does."""
+
+import numpy as np
+import pytest
+
+from golden.config import Memsys
+from golden.machines.cache_lines import access_line, cache_lines
+from golden.memsys.cache import Cache
+
+
+@pytest.mark.parametrize("policy", ["direct", "lru", "lfu"])
+def test_hits_are_those_of_the_cache(policy):
+    memsys = Memsys(cache_policy=policy, lfu_lines=16, lfu_count_bits=3)
+    keys = np.random.default_rng(4).zipf(1.3, 3000) % 200
+    lines = cache_lines(memsys, lines=32)
+    found = [access_line(lines, int(key)) for key in keys]
+    hit, _, _ = Cache.of(memsys, lines=32).access(keys)
+    assert 0.1 < hit.mean() < 0.9
+    assert np.array_equal(found, hit)
