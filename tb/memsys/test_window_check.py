@@ -43,6 +43,10 @@ def is_bad(window, address, beats=1):
     ((0, TOP), 4, 1, True), ((0, 0), 0, 1, True),
     # A base beyond all addresses is not one near 0, nor is such a limit.
     ((TOP, TOP + 64), 0, 1, True), ((1 << 63, (1 << 63) + 64), 0, 1, True), ((TOP + 64, 1 << 63), 128, 1, True),
-    ((64, TOP + 32), 64, 8, False), ((64, TOP + 32), 0, 1, True)])
+    ((64, TOP + 32), 64, 8, False), ((64, TOP + 32), 0, 1, True),
+    # Windows need not begin or end with a beat.
+    *(((0, 4 * BEAT + rest), (4 - beats) * BEAT, beats, rest < 0) for rest in (-1, 0, 1) for beats in (1, 4)),
+    *(((4 * BEAT + rest, TOP), 4 * BEAT, beats, rest > 0) for rest in (-1, 0, 1) for beats in (1, 4)),
+    ((BEAT, 2 * BEAT), BEAT, 1, False), ((BEAT, 2 * BEAT - 1), BEAT, 1, True), ((BEAT + 1, 2 * BEAT), BEAT, 1, True)])
 def test_a_window(window, address, beats, bad):
     assert is_bad(window, address, beats) == bad
