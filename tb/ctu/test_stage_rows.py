@@ -64,6 +64,17 @@ def check(stages, came):
             assert (item["row"], item["row_number"]) == (firsts[shell][0] + rows[0], rows[0]), number
 
 
+def test_stages_of_each_frustum_are_counted_from_the_first_number_on():
+    """Whatever the frusta before had; all have the same windows here."""
+    stages = WindowStages("hemisphere", CONFIG, seed=3, last_shell=SHELLS).only(slice(0, 1))
+    came = BENCH.run(Schedule(
+        first={"i_table": stages.tables}, items={"i": [(5, item) for item in 2 * stages.items]}), **stages.ports)["o"]
+    one = [(number, shell) for number, (_, shell, _) in enumerate(stages.stages())]
+    assert len(one) > 2
+    assert [(item["stage"], item["shell"]) for item in came if not item["final"]] == 2 * one
+    assert [item["final"] for item in came] == 2 * [*[0] * len(one), 1]
+
+
 class BorderStages(WindowStages):
     """A row of each shell is at the sector's border, or ``outside`` units beyond it."""
 

@@ -1,6 +1,4 @@
-"""Items of released chains in their order, from stores of several sizes; `tb/formal/test_deferred_store.py` proves it of
-small ones.
-"""
+"""Items of released chains in their order; `tb/formal/test_deferred_store.py` proves it of small stores."""
 
 import random
 
