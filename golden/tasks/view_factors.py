@@ -118,6 +118,7 @@ class ViewFactorTask:
                    "reciprocity": factors.reciprocity, "error": factors.largest_error,
                    "sky_error": factors.largest_sky_error, "largest_change": factors.largest_change,
                    "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
+                   "missed": factors.missed.tolist(), "sky_missed": factors.sky_missed.tolist(),
                    "seconds": time.perf_counter() - self._began, "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
@@ -126,9 +127,11 @@ class ViewFactorTask:
             lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "
                          f"the projection moves factors by up to {factors.largest_change:.1e}, the sky by up to "
                          f"{factors.sky_change:.1e}")
-        if len(factors.infeasible):
-            some = ", ".join(map(str, factors.infeasible[:5].tolist()))
-            lines.append(f"rows that do not close within their errors: {len(factors.infeasible)}, the first {some}")
+        for what, rows in (("do not close within their errors", factors.infeasible),
+                           ("miss the requested error", factors.missed),
+                           ("miss the requested error of the sky", factors.sky_missed)):
+            if len(rows):
+                lines.append(f"rows that {what}: {len(rows)}, the first {', '.join(map(str, rows[:5].tolist()))}")
         if factors.row_sums is not None:
             shares = factors.row_sums / 2**factors.weight_bits
             report |= {"least_share": shares.min(), "greatest_share": shares.max()}

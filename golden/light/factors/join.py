@@ -49,7 +49,7 @@ class Estimate:
         """Standard errors of the sky's shares in closed rows, N float64: all else in a row measures them once more."""
         others = self.error.power(2).sum(axis=1) + self.back_error**2 + self.unseen_error**2
         own = self.sky_error**2
-        return np.sqrt(own * others / (own + others))
+        return np.sqrt(np.divide(own * others, own + others, out=np.zeros_like(own), where=own > 0))
 
 
 def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estimate:

@@ -25,7 +25,8 @@ class RowBlock:
     rays, back
         R int64: rays of each row's hemisphere, and those that met the black back of a one-sided patch.
     sky, sky_error
-        R float64: the share that leaves the scene, by these rays and maybe more, and its standard error.
+        R float64: the share that leaves the scene, by these rays and maybe more, or by geometry (`exact_sky`), and its
+        standard error.
     sky_patches
         R x P int32: of the rays that left those through each patch of the sky; P = 0 if they are not requested.
     hidden_error

@@ -8,6 +8,7 @@ from golden.compiled import is_compiler_active
 from golden.errors import InputError
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
+from golden.light.factors.exact_sky import FEW_TESTS, exact_sky
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.pair_kernel import candidates, may_exceed
@@ -46,6 +47,7 @@ class FactorRows:
     the hits of both hemispheres alone. Rows and columns are the scene's `Sides`.
 
     The sky is what rays of hemispheres miss. Rows get more of these rays until the sky's error is the requested one.
+    Where geometry decides all factors of a row (`exact_sky`), it is the rest of these.
 
     Some rows miss a factor that no ray met, or one of many estimates is far off, and then nothing within the errors
     closes the row. Such rows are measured again, finer, with all of their pairs.
@@ -119,7 +121,8 @@ class FactorRows:
     def _block(self, first, last, *, rays, limit, whole=False):
         """Rows by so many rays each and factors to a standard error, of all pairs or of those that the rows own."""
         row, column, hits, back, sky_rays = self._hemispheres(first, last, rays)
-        sky, sky_error = sky_rays.shares(rays, limit=self._sky_limit, most=self._most_sky_rays)
+        sky, sky_error = sky_rays.shares(rays, limit=self._sky_limit, most=self._most_sky_rays,
+                                         known=self._known_sky(first, row - first, back, sky_rays.left))
         pairs = self._measured(first, last, limit, whole)
         count, width = last - first, len(self)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
@@ -205,6 +208,15 @@ class FactorRows:
             keys.append((row[met] * width + side)[side >= 0])
         key, count = np.unique(np.concatenate(keys), return_counts=True)
         return key // width, key % width, count, back, sky
+
+    def _known_sky(self, first, own, back, left):
+        """The shares of the sky that geometry decides, NaN of other rows."""
+        known = np.full(len(back), np.nan)
+        seen = np.bincount(own, minlength=len(back))
+        few = np.flatnonzero((seen * len(self._sides.scene) <= FEW_TESTS) & (back == 0) & (left > 0))
+        if len(few):
+            known[few] = exact_sky(self._sides, first + few, *self._candidates(first + few, 0.0, True))
+        return known
 
     def _measured(self, first, last, limit, whole):
         """The pairs of these rows that segments measure."""

@@ -12,6 +12,9 @@ from golden.light.factors.sky_division import SkyDivision
 
 __all__ = ["SkyRays"]
 
+# Standard errors by which rays refute a share.
+_REFUTED = 5
+
 # Rays per block, which bounds memory.
 _BLOCK = 1 << 18
 
@@ -56,10 +59,17 @@ class SkyRays:
             slot = own * len(self._division) + self._division.numbers(direction)
             self.patches += self._counts(slot, self.patches.shape).astype(np.int32)
 
-    def shares(self, rays: int, *, limit: float, most: int) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def left(self) -> np.ndarray:
+        """R int64: rays of each side that left."""
+        return self._left.sum(axis=1)
+
+    def shares(self, rays: int, *, limit: float, most: int,
+               known: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The share of each side's rays that leave, and its standard error, R float64 each.
 
-        Sides whose error is above the limit get more rays, until it is not or they have ``most``.
+        Sides whose error is above the limit get more rays, until it is not or they have ``most``. A known share that
+        the first rays do not refute has no error, and needs rays for a division of the sky alone.
 
         Parameters
         ----------
@@ -69,14 +79,21 @@ class SkyRays:
             Standard error from which on a side gets more rays.
         most
             Rays of a side, at most.
+        known
+            R float64: exact shares, NaN where there is none. Default: there is none.
         """
         cast = np.full(len(self._row), rays)
+        settled = None
         while True:
             whole = np.repeat(cast[:, None] / REPLICATES, REPLICATES, axis=1)
             share, error = replicate_shares(whole, self._left, cast)
-            short = np.flatnonzero((error > limit) & (cast < most))
+            if settled is None:  # patches that overlap have factors too large
+                settled = np.zeros(len(share), dtype=bool) if known is None else (
+                    np.abs(known - share) <= _REFUTED * error)
+            done = settled if self._division is None else np.zeros(len(share), dtype=bool)
+            short = np.flatnonzero((error > limit) & (cast < most) & ~done)
             if not len(short):
-                return share, error
+                return np.where(settled, 0.0 if known is None else known, share), np.where(settled, 0.0, error)
             growth = np.clip((error[short] / limit)**2, 1.25, 4)
             target = np.ceil(cast[short] * growth / REPLICATES).astype(np.int64) * REPLICATES
             more = np.clip(target, REPLICATES, most) - cast[short]

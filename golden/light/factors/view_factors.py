@@ -12,6 +12,9 @@ from golden.output import check_outputs, whole_file
 
 __all__ = ["CLOSED", "ViewFactors"]
 
+# Above so many requested errors an error is not a rounding of it.
+_MISSED = 1 + 1e-9
+
 # A row that misses 1 by at most this is closed.
 CLOSED = 1e-9
 
@@ -136,6 +139,21 @@ class ViewFactors:
         if self.unprojected is None:
             return np.zeros(0, dtype=np.int64)
         return np.flatnonzero(np.abs(self.F.sum(axis=1) + self.sky + self.back - 1) > CLOSED)
+
+    @cached_property
+    def missed(self) -> np.ndarray:
+        """The rows with an entry whose estimated error is above the requested one; none if none was requested."""
+        if self.error is None or "error" not in self.settings:
+            return np.zeros(0, dtype=np.int64)
+        wrong = 2 * self.error.data > _MISSED * self.settings["error"]
+        return np.unique(np.repeat(np.arange(len(self)), np.diff(self.error.indptr))[wrong])
+
+    @cached_property
+    def sky_missed(self) -> np.ndarray:
+        """The rows whose estimated error of the sky is above the requested one; none if none was requested."""
+        if self.sky_error is None or "sky_error" not in self.settings:
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero(2 * self.sky_error > _MISSED * self.settings["sky_error"])
 
     @cached_property
     def largest_change(self) -> float | None:

@@ -6,6 +6,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputError
+from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.projection import project
 from golden.light.factors.rows import FactorRows
@@ -34,7 +35,9 @@ def test_every_ray_is_counted():
     rows = rows_of(plates(), error=0.1)
     block = rows.rows(0, len(rows))
     met = np.add.reduceat(block.hits, block.start[:-1])
-    np.testing.assert_allclose(met / rows.rays + block.sky, 1)
+    # Geometry decides all that the two sides of the plate see.
+    np.testing.assert_array_equal(block.sky_error > 0, [True, True, False, False])
+    np.testing.assert_allclose((met / rows.rays + block.sky)[:2], 1)
     assert not block.back.any()
 
 
@@ -98,6 +101,45 @@ def test_the_sky_of_a_canyon_is_within_its_error():
         assert found.largest_sky_error <= 2e-2
         within.append(np.abs(found.sky - exact.sky) <= 2 * np.hypot(found.sky_error, exact.sky_error))
     assert np.mean(within) >= 0.8
+
+
+def test_the_sky_is_what_exact_factors_leave():
+    """No rays are spent on it, whatever error is requested."""
+    low, high = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 0.5), (0, 1, 0), (1, 0, 0))
+    rows = rows_of(scene_of(([low, high], BLACK)), error=1e-2, sky_error=1e-6)
+    found = compute_view_factors(rows)
+    assert found.F[0, 1] == pytest.approx(c_11(2, 2), abs=1e-7)
+    np.testing.assert_allclose(found.sky, 1 - found.F.sum(axis=1), atol=1e-12)
+    assert found.largest_sky_error == 0
+    assert not len(found.sky_missed)
+
+
+def test_a_black_back_leaves_the_sky_to_rays():
+    """A back that no ray may have met takes a share of the rest."""
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 9), (0.1, 0, 0), (0, 0.1, 0))],
+                      BLACK))
+    block = rows_of(scene, error=0.1).rows(0, 1)
+    assert not block.back.any()
+    assert block.sky_error[0] > 0
+
+
+def test_rays_refute_a_sky_that_overlapping_patches_leave():
+    low, high = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 0.5), (0, 1, 0), (1, 0, 0))
+    block = rows_of(scene_of(([low, low, high], BLACK)), error=0.01).rows(2, 3)
+    assert block.sky[0] == pytest.approx(1 - c_11(2, 2), abs=0.05)
+    assert block.sky_error[0] > 0
+
+
+def test_rows_that_miss_the_requested_error_are_named(monkeypatch):
+    monkeypatch.setattr("golden.light.factors.visibility._MOST", 64)
+    monkeypatch.setattr("golden.light.factors.rows._MOST_SKY_RAYS", 256)
+    found = compute_view_factors(rows_of(plates(), error=1e-2, sky_error=1e-2))
+    assert found.largest_error > 1e-2
+    assert {0, 1} <= set(found.missed.tolist())
+    assert found.sky_missed.tolist() == np.flatnonzero(2 * found.sky_error > 1e-2).tolist() != []
+    fine = compute_view_factors(rows_of(cube(1), error=1e-2))
+    assert not len(fine.missed)
+    assert not len(fine.sky_missed)
 
 
 def test_a_row_that_nothing_closes_is_measured_again():
