@@ -12,6 +12,7 @@ __all__ = [
            "GATHER_SCHEMES",
            "GATHER_SOLVERS",
            "HIT_FORMATS",
+           "LENGTH_UNITS",
            "MERGE_DIVISIONS",
            "MERGE_SCHEMES",
            "PRESETS",
@@ -35,6 +36,8 @@ TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
 # Methods that cast any rays, and those that cast frusta for the renderer.
 RAY_METHODS = ("grid", "naive", "embree")
 FRUSTUM_METHODS = (*RAY_METHODS, "shelling", "naive-fixed")
+# Units of length of a scene.
+LENGTH_UNITS = ("m", "mm", "cm", "km", "in", "ft")
 # Methods of `cast`, and what it compares their hits with.
 RECORD_METHODS = ("shelling", "naive")
 REFERENCES = ("naive", "oracle")

@@ -6,7 +6,7 @@ import click
 from click.core import ParameterSource
 
 from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
-from golden.commands.choices import FRUSTUM_METHODS, RAY_METHODS, SKY_DIVISIONS
+from golden.commands.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
@@ -29,7 +29,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   help="Write the view factors to this .npz (scipy.sparse.load_npz reads F), .nc (netCDF), or "
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
     @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
-                  "its standard error.")
+                  "its standard error: 1e-6 to 0.1.")
     @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any share of the sky.  "
                   "[default: that of the factors, as far as 4096 rays per patch reach]")
     @click.option("--sky-patches", type=click.Choice(SKY_DIVISIONS), help="Also write the shares of Tregenza's 145 "
@@ -43,6 +43,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--project", is_flag=True, help="Close the rows of plain hemispheres and make them reciprocal.")
     @click.option("--facets", is_flag=True, help="Keep each face of a file as one patch, in the file's order; "
                   "its front alone radiates.")
+    @click.option("--unit", type=click.Choice(LENGTH_UNITS), default="m", help="Name the scene's unit of length; areas "
+                  "are written in m2.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how rays are cast.")
@@ -52,7 +54,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @WORKERS
     @add_options(option for method in methods for option in method.options)
     def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project, facets,
-                    max_edge, max_area, method, cell, resume, workers, **given):
+                    unit, max_edge, max_area, method, cell, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
@@ -62,6 +64,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
         _check_options(plain, method, project, time_limit, resume)
+        if sky_patches and output.suffix.lower() not in (".npz", ".nc"):
+            raise click.UsageError("--sky-patches needs an output that ends in .npz or .nc.")
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
@@ -73,7 +77,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if chosen:
             hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, facets=facets, max_edge=max_edge, max_area=max_area,
+        task = ViewFactorTask(scene, output, facets=facets, unit=unit, max_edge=max_edge, max_area=max_area,
                               progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, progress=console().progress))) as caster:

@@ -8,10 +8,11 @@ from golden.errors import InputError
 from golden.scene.facets import check_facets
 from golden.scene.material import Material
 from golden.scene.scene import Scene
+from golden.scene.unused import Unused
 
 __all__ = ["read_vs3"]
 
-_IGNORED = "TC!/"
+_IGNORED = "T!/"
 _END = "*E"
 
 
@@ -21,6 +22,7 @@ class _Vs3:
     def __init__(self, where: str):
         self._where = where
         self._line = 0
+        self._unused = Unused()
         self._points: list[list[float]] = []
         self._corners: list[list[int]] = []
         self._material: list[int] = []
@@ -47,7 +49,9 @@ class _Vs3:
                 return
             if kind in _IGNORED:
                 continue
-            if kind == "F":
+            if kind == "C":
+                self._unused.add("controls")
+            elif kind == "F":
                 if words[1:2] != ["3"]:
                     raise self._error(f"Geometry must be 3, not {' '.join(words[1:])!r}")
             elif kind == "V":
@@ -81,6 +85,7 @@ class _Vs3:
         if radiates:
             if self._number(words[5], "Base", int):
                 raise self._error("subsurfaces are not read: cut the base surface into facets around them")
+            self._unused.add("combination of a surface", self._number(words[6], "Combination", int) != 0)
             emittance = self._number(words[7], "Emittance")
             if not 0 <= emittance <= 1:
                 raise self._error(f"Emittance must be 0 to 1, not {emittance:g}")
@@ -95,6 +100,7 @@ class _Vs3:
             raise InputError(f"{self._where}: it has no surfaces")
         vertices = np.array(self._points)[np.array(self._corners) - 1]
         check_facets(vertices, self._where)
+        self._unused.warn()
         return Scene(name=name, vertices=vertices, material=np.array(self._material),
                      materials=tuple(self._materials))
 
@@ -103,7 +109,7 @@ def read_vs3(path: Path) -> Scene:
     """The scene of a View3D file with geometry 3: patch k is surface k, and only fronts (active sides) radiate.
 
     A surface's name and emittance become its material, with a diffuse reflectance of 1 - emittance. Obstructions are
-    patches as well, named ``obstruction``. Surfaces to be combined stay separate. Titles and controls are skipped.
+    patches as well, named ``obstruction``. Titles are skipped.
 
     Source: View3D user manual, version 3.3, section 5.
 
@@ -114,6 +120,11 @@ def read_vs3(path: Path) -> Scene:
         another geometry; surfaces that are not planar, not strictly convex or without area.
     OSError
         The file cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Controls are not used, and surfaces to be combined stay separate.
     """
     reader = _Vs3(str(path))
     reader.read(path.read_text(encoding="utf-8", errors="replace"))

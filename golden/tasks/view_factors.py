@@ -7,6 +7,7 @@ from pathlib import Path
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import check_view_factors_output, write_view_factors
+from golden.light.factors.units import in_metres
 from golden.light.factors.view_factors import ViewFactors
 from golden.peak_memory import peak_memory
 from golden.plural import counted
@@ -33,6 +34,8 @@ class ViewFactorTask:
         Path of the result, see `golden.light.factors.files.write_view_factors`.
     facets
         Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
+    unit
+        The scene's unit of length, see `golden.light.factors.units.METRES`.
     max_edge, max_area
         Patches are cut until none is larger, see `golden.scene.refine.refine`.
     progress
@@ -44,11 +47,11 @@ class ViewFactorTask:
         The scene, the output or a limit cannot be used.
     """
 
-    def __init__(self, scene: str, output: Path, *, facets: bool = False, max_edge: float | None = None,
-                 max_area: float | None = None, progress: bool = False):
+    def __init__(self, scene: str, output: Path, *, facets: bool = False, unit: str = "m",
+                 max_edge: float | None = None, max_area: float | None = None, progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
-        self._name, self._output, self._progress = scene, output, progress
+        self._name, self._output, self._progress, self._unit = scene, output, progress, unit
         opened = open_scene(scene, facets=facets)
         self.scene: Scene = opened if max_edge is None and max_area is None else refine(
             opened, max_edge=max_edge, max_area=max_area).scene
@@ -80,6 +83,7 @@ class ViewFactorTask:
         """
         factors = compute_view_factors(rows, store=store, spread=spread,
                                        progress=self._progress and len(rows) > rows.block_rows)
+        factors = in_metres(factors, self._unit)
         write_view_factors(factors, self._output)
         store.remove()
         return self._report(factors, method)
@@ -107,6 +111,7 @@ class ViewFactorTask:
             if reached == error or now + _LONGER * (now - began) > ends:
                 break
             reached = max(error, reached / _FINER)
+        factors = in_metres(factors, self._unit)
         write_view_factors(factors, self._output)
         report, text = self._report(factors, method)
         if reached > error:
@@ -119,6 +124,7 @@ class ViewFactorTask:
                    "sky_error": factors.largest_sky_error, "largest_change": factors.largest_change,
                    "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
                    "missed": factors.missed.tolist(), "sky_missed": factors.sky_missed.tolist(),
+                   "back": factors.back.max(),
                    "seconds": time.perf_counter() - self._began, "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
@@ -127,6 +133,9 @@ class ViewFactorTask:
             lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "
                          f"the projection moves factors by up to {factors.largest_change:.1e}, the sky by up to "
                          f"{factors.sky_change:.1e}")
+        if factors.back.any():
+            lines.append(f"black backs of one-sided patches take up to {factors.back.max():.3g} of a row"
+                         f"{'' if self._output.suffix.lower() in ('.npz', '.nc') else ', which these files leave out'}")
         for what, rows in (("do not close within their errors", factors.infeasible),
                            ("miss the requested error", factors.missed),
                            ("miss the requested error of the sky", factors.sky_missed)):

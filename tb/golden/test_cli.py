@@ -204,6 +204,8 @@ BAD = {
     "error above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "2"), "--error: Error must be"),
     "sky patches of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--sky-patches", "tregenza"),
                                          "--sky-patches excludes --rays"),
+    "sky patches as lines": ({}, ("formfactors", "furnace:1", "-o", "vfsparse.inp", "--sky-patches", "tregenza"),
+                             "--sky-patches needs an output that ends in .npz or .nc"),
     "error of the sky above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--sky-error", "2"),
                                    "--sky-error: Sky error must be"),
     "negative seed of view factors": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "-1"),

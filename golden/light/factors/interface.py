@@ -5,6 +5,7 @@ from golden.errors import InputError
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
+from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["view_factors"]
@@ -12,7 +13,7 @@ __all__ = ["view_factors"]
 
 def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3,
                  sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0, method: str = "grid",
-                 progress: bool = False) -> ViewFactors:
+                 unit: str = "m", progress: bool = False) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
@@ -24,7 +25,7 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     Parameters
     ----------
     geometry
-        N x 4 x 3 or N x 3 x 3 corners of facets, counter-clockwise as seen from the front, in any unit of length; a
+        N x 4 x 3 or N x 3 x 3 corners of facets, counter-clockwise as seen from the front, in ``unit``; a
         `trimesh.Trimesh`; or a `golden.scene.scene.Scene`.
     names
         N names of surfaces. Default: one for all.
@@ -40,6 +41,8 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
         Of the random numbers, at least 0.
     method
         How rays are cast: grid, naive or embree.
+    unit
+        Of length: m, mm, cm, km, in or ft. Areas are in m2.
     progress
         Shows a progress bar after two seconds.
 
@@ -56,6 +59,8 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
+    if unit not in METRES:
+        raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}")
     rows = FactorRows(scene, ray_caster(scene, method), error=error, sky_error=sky_error, sky_patches=sky_patches,
                       seed=seed)
-    return compute_view_factors(rows, progress=progress)
+    return in_metres(compute_view_factors(rows, progress=progress), unit)

@@ -31,7 +31,7 @@ class ViewFactors:
         N float64: the share that leaves the scene, the sky view factor, and the share that meets the black back of a
         one-sided patch.
     area
-        N float64, areas of the patches in squared units of length of the scene.
+        N float64, areas of the patches in m2.
     normal
         N x 3 float64, unit normals out of the sides: of a back that of the front reversed.
     surface

@@ -1,14 +1,19 @@
 """`formfactors` on a disk that is full, and within a time limit."""
 
+import re
 import resource
 from contextlib import contextmanager
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
+from golden.commands import choices
 from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.files import read_view_factors
 from golden.light.factors.rows import FactorRows
+from golden.light.factors.units import METRES
 from golden.scene.builtin import builtin_scene
 from golden.tasks.view_factors import ViewFactorTask
 from tb.golden.commands.runner import run
@@ -56,6 +61,24 @@ def test_a_run_that_met_a_full_disk_is_continued(folder):
     assert continued.exit_code == 0, continued.stderr
     assert (folder / "F.npz").read_bytes() == (folder / "whole.npz").read_bytes()
     assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
+
+
+def test_units_are_those_of_the_option_and_reach_the_file(folder):
+    assert tuple(METRES) == choices.LENGTH_UNITS
+    given = "formfactors", "furnace:1", "--rays", "16x4"
+    for unit in "m", "mm":
+        assert run(*given, "--unit", unit, "-o", f"{unit}.nc").exit_code == 0
+    metres, millimetres = read_view_factors(folder / "m.nc"), read_view_factors(folder / "mm.nc")
+    np.testing.assert_allclose(millimetres.area, metres.area / 1e6, rtol=1e-15)
+    assert millimetres.settings["unit"] == "mm"
+
+
+def test_the_share_of_black_backs_is_reported(folder):
+    (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                                  "f 1 2 3 4\nf 5 6 7 8\n")
+    found = run("formfactors", "a.obj", "--facets", "--error", "0.1", "-o", "vfsparse.inp.1")
+    assert re.search(r"black backs of one-sided patches take up to 0\.\d+ of a row, which these files leave out",
+                     found.stdout), found.stdout
 
 
 @pytest.mark.parametrize(("limit", "attempts"), [(0, 1), (17.9, 1), (20.1, 3), (99, 4)])

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.load import load_scene
 
 BOX = """T two squares and a triangle between them
-C encl=0 list=2 eps=1.e-4
+/ no control
 F 3
 ! number and coordinates
 V 1 0. 0. 0.
@@ -19,7 +19,7 @@ V 8 0 1 1
 V 9 .5 .5 .5
 
 S 1  1 2 3 4  0 0 0.50 floor
-S 2  8 7 6 5  0 1 0.90 lid
+S 2  8 7 6 5  0 0 0.90 lid
 O 3  1 2 9 0
 End of data
 S what follows is not read
@@ -43,6 +43,12 @@ def test_surfaces_become_patches_in_their_order(tmp_path):
     np.testing.assert_allclose(scene.channels("diffuse")[:, 0], [0.5, 0.1, 0])
 
 
+def test_what_is_not_used_is_named(tmp_path):
+    text = BOX.replace("/ no control", "C encl=0 list=2 eps=1.e-4").replace("0 0 0.90 lid", "0 1 0.90 lid")
+    with pytest.warns(InputWarning, match=r"a\.vs3: not used: controls, combination of a surface$"):
+        load_scene(written(tmp_path, text))
+
+
 def test_equal_names_and_emittances_are_one_material(tmp_path):
     scene = load_scene(written(tmp_path, BOX.replace("0.90 lid", "0.50 floor")))
     assert scene.material.tolist() == [0, 0, 1]
@@ -58,8 +64,8 @@ def test_equal_names_and_emittances_are_one_material(tmp_path):
     ("S 2  8", "S 2  99", "line 16: Vertex must be a number up to 9, not 99"),
     ("S 2  8", "S 2  0", "line 16: Vertex must be a number up to 9, not 0"),
     ("S 2  8", "S 2  8.5", "line 16: Vertex must be a number, not '8.5'"),
-    ("S 2  8 7 6 5  0 1 0.90 lid", "S 2  8 7 6 5", "line 16: a surface needs"),
-    ("0 1 0.90", "1 1 0.90", "line 16: subsurfaces are not read"),
+    ("S 2  8 7 6 5  0 0 0.90 lid", "S 2  8 7 6 5", "line 16: a surface needs"),
+    ("0 0 0.90", "1 0 0.90", "line 16: subsurfaces are not read"),
     ("0.90", "1.90", "line 16: Emittance must be 0 to 1, not 1.9"),
     ("O 3", "M 3", "line 17: masks and null surfaces are not read"),
     ("O 3", "X 3", "line 17: 'X' begins no known entry"),

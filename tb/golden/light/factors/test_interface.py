@@ -91,6 +91,13 @@ def test_files_are_those_of_the_command(tmp_path, write, suffix):
     assert (read_view_factors(path).F != factors.F).nnz == 0
 
 
+def test_areas_are_square_metres_whatever_the_unit():
+    metres, inches = view_factors(PLATES, **FAST), view_factors(PLATES, unit="in", **FAST)
+    np.testing.assert_allclose(inches.area, metres.area * 0.0254**2, rtol=1e-15)
+    assert inches.settings["unit"] == "in"
+    assert (inches.F != metres.F).nnz == 0
+
+
 @pytest.mark.parametrize(("write", "name"), [("to_npz", "a"), ("to_npz", "a.nc"), ("to_netcdf", "a.npz")])
 def test_files_with_another_ending_are_refused(tmp_path, write, name):
     with pytest.raises(InputError, match="Name must end in"):
@@ -110,6 +117,7 @@ def test_capitals_end_a_name_as_well(tmp_path):
     ([[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]], {}, "facet 1 is not planar and strictly convex"),
     (PLATES, {"error": 1.0}, "Error must be"), (PLATES, {"seed": -1}, "Seed must be"),
     (PLATES, {"names": ["a"]}, "one for each of 2 facets, not 1"),
+    (PLATES, {"unit": "yard"}, "Unit must be m or mm"),
     (PLATES, {"method": "magic"}, "grid or naive or embree"),
     (builtin_scene("furnace:1"), {"two_sided": True}, "those of the scene")])
 def test_what_cannot_be_used_is_refused(geometry, given, message):
