@@ -30,7 +30,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
     @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
                   "its standard error: 1e-6 to 0.1.")
-    @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any share of the sky.  "
+    @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any sky view factor.  "
                   "[default: that of the factors, as far as 4096 rays per patch reach]")
     @click.option("--sky-patches", type=click.Choice(SKY_DIVISIONS), help="Also write the shares of Tregenza's 145 "
                   "or Reinhart's 577 patches of the sky; +z is the zenith, +y the north.")
@@ -57,9 +57,10 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                     unit, max_edge, max_area, method, cell, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
-        F[i, j] is the share of the light that leaves patch i and arrives at patch j. Rows sum to 1 minus the share
-        that leaves for the sky, and A[i] F[i, j] = A[j] F[j, i], both within 1e-9. With --rays, or a method that casts
-        no single rays, F is what plain hemispheres met, and row_sums are integers in units of 2^-weight_bits.
+        F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
+        leave for the sky and that meet the backs of one-sided patches, and A[i] F[i, j] = A[j] F[j, i], both within
+        1e-9. With --rays, or a method that casts no single rays, F is what plain hemispheres met, and row_sums are
+        integers in units of 2^-weight_bits.
         """
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None

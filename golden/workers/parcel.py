@@ -1,4 +1,4 @@
-"""Objects on their way to workers, known by their content."""
+"""Objects that are sent to workers, known by their content."""
 
 import hashlib
 import io
@@ -18,7 +18,7 @@ class Parcel:
     digest
         SHA-256 of the content, as hexadecimal digits.
     content
-        The object's bytes. In place of what both ends have already they hold its name.
+        The object's bytes, with names instead of the objects that client and worker both have.
     """
 
     digest: str

@@ -21,7 +21,7 @@ from golden.workers.remote import known_objects, run_span
 
 __all__ = ["WorkerPool"]
 
-# Seconds in which a scheduler must answer, and a first worker be there.
+# Seconds in which a scheduler must answer, and a first worker connect to it.
 _ANSWER = 30
 _SETTINGS = {
     "distributed.worker.profile.enabled": False,
@@ -112,11 +112,11 @@ class WorkerPool:
 
     @contextmanager
     def _failures(self):
-        """Errors of one line in place of those of the network and of workers."""
+        """Errors of one line instead of those of the network and of workers."""
         try:
             yield
         except KilledWorker as error:
-            raise InputError(f"workers: {error.allowed_failures + 1} of them died of the same span of work") from error
+            raise InputError(f"workers: {error.allowed_failures + 1} of them died in the same span of work") from error
         except ImportError as error:
             raise InputError(f"workers: they cannot run this version of radiosity-engine ({error})") from error
         except (CancelledError, CommClosedError) as error:

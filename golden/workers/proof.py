@@ -1,4 +1,4 @@
-"""What a process computes with, so that two processes can tell whether they give the same bytes."""
+"""What a process computes with: two processes with equal proofs give the same bytes."""
 
 import hashlib
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ _PACKAGES = ("radiosity-engine", "numpy", "scipy", "numba")
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """Versions of packages, and a hash of a small fixed piece of work.
+    """Versions of packages, and the hash of a known-answer test: a small fixed piece of work.
 
-    Processors round sines and sums of products differently, by their vector instructions: the hash tells.
+    Processors with other vector instructions round sines and sums of products differently: the hash differs.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Proof:
     versions
         Version of each package, or "none"; that of numba is "none" where nothing is compiled.
     canary
-        SHA-256 of the work's results, as hexadecimal digits.
+        SHA-256 of the test's results, as hexadecimal digits.
     """
 
     method: str

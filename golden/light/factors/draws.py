@@ -17,7 +17,17 @@ __all__ = ["hemisphere_rays", "segments_by_direction", "segments_by_points"]
 
 
 def hemisphere_rays(sides: Sides, side: np.ndarray, uses: np.ndarray, number: np.ndarray):
-    """Origins and directions, K x 3 each, of the rays ``number`` of the uses, from points of the sides."""
+    """Origins and directions, K x 3 float64 each, of rays of the hemispheres of sides.
+
+    Parameters
+    ----------
+    sides
+        The sides.
+    side
+        K int: the side of each ray.
+    uses, number
+        K uint64 and K int64, see `golden.light.factors.points.sequence`.
+    """
     origin, direction = np.empty((2, len(side), 3))
     if is_compiler_active():
         depart(uses, number, side, sides.vertices, sides.triangle, sides.axes, origin, direction)
@@ -28,7 +38,10 @@ def hemisphere_rays(sides: Sides, side: np.ndarray, uses: np.ndarray, number: np
 
 
 def segments_by_direction(sides: Sides, first: np.ndarray, second: np.ndarray, uses: np.ndarray, number: np.ndarray):
-    """Ends of segments along directions from the first side, K x 3 each, and K weights: 1 if it meets the second."""
+    """Ends of segments along rays of the first sides, K x 3 each, and K weights: 1 if they meet the second ones.
+
+    ``first`` and ``second`` are K sides; for the other parameters see `hemisphere_rays`.
+    """
     origin, target = np.empty((2, len(first), 3))
     weight = np.empty(len(first))
     if is_compiler_active():
@@ -42,7 +55,10 @@ def segments_by_direction(sides: Sides, first: np.ndarray, second: np.ndarray, u
 
 
 def segments_by_points(sides: Sides, first: np.ndarray, second: np.ndarray, uses: np.ndarray, number: np.ndarray):
-    """Ends of segments between points on both sides, K x 3 each, and K weights cos cos / r^4 by area."""
+    """Ends of segments between points on both sides, K x 3 each, and K weights cos cos dA dA' / r^2.
+
+    The parameters are those of `segments_by_direction`.
+    """
     origin, target = np.empty((2, len(first), 3))
     weight = np.empty(len(first))
     if is_compiler_active():

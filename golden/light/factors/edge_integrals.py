@@ -47,6 +47,7 @@ def edge_integrals(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _parallel(between, unit_1, unit_2, length_1, length_2):
+    """Of parallel segments, in closed form; ``between`` leads from the first one's start to the second one's."""
     start = np.einsum("ij,ij->i", between, unit_1)
     height = np.linalg.norm(between - start[:, None] * unit_1, axis=1)
     end = start + length_2 * np.sign(np.einsum("ij,ij->i", unit_1, unit_2))
@@ -56,6 +57,7 @@ def _parallel(between, unit_1, unit_2, length_1, length_2):
 
 
 def _crossing(between, unit_1, unit_2, length_1, length_2):
+    """Of segments whose lines have an angle, coplanar or skew; the parameters are those of `_parallel`."""
     cosine = np.einsum("ij,ij->i", unit_1, unit_2)
     across = np.cross(unit_1, unit_2)
     square = np.einsum("ij,ij->i", across, across)

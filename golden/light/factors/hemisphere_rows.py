@@ -16,7 +16,15 @@ __all__ = ["HemisphereBlock", "HemisphereRows"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HemisphereBlock:
-    """Rows of some patches: ``indptr``, ``columns`` and ``values`` of a CSR matrix, and ``row_sums`` of rays."""
+    """Rows of R consecutive patches with E entries.
+
+    Parameters
+    ----------
+    indptr, columns, values
+        R + 1 int, E int and E float64: the CSR matrix of their view factors.
+    row_sums
+        R x samples int64: see `ViewFactors`.
+    """
 
     indptr: np.ndarray
     columns: np.ndarray

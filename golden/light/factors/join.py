@@ -55,9 +55,9 @@ class Estimate:
 def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estimate:
     """Join the rows of all sides.
 
-    Of a pair that segments measured their result counts, the surer one of two, for both directions. Any other pair has
-    a factor below ``error`` / 2 from the smaller patch, and gets the hits of both hemispheres: (k_i + k_j) /
-    (n_i / A_i + n_j / A_j), at most ``error`` from the smaller patch.
+    Of a pair that segments measured, the result with the smaller standard error counts, for both directions. Any other
+    pair has a factor below ``error`` / 2 from the smaller patch. Its exchange area follows from the hits k of both
+    hemispheres of n rays: (k_i + k_j) / (n_i / A_i + n_j / A_j), at most ``error`` times the smaller area.
 
     Parameters
     ----------
@@ -97,10 +97,10 @@ def join(blocks: Sequence[RowBlock], *, area: np.ndarray, error: float) -> Estim
     least = np.minimum(own, others)
     measured = np.isfinite(least)
     deviation[measured] = least[measured]
-    surer = own < others
+    is_own = own < others
     del own, others, least
     own, others = both("factor", np.nan)
-    exchange[measured] = np.where(surer, own * area[low], others * area[high])[measured]
+    exchange[measured] = np.where(is_own, own * area[low], others * area[high])[measured]
     del own, others, low, high
     middle = (back + 0.5) / (rays + 1)
     F, spread = (sparse.csr_array((values[pair] / area[row], indices, indptr), shape=(width, width))

@@ -15,10 +15,10 @@ _IN_PLANE = 1e-12
 
 
 @compiled
-def may_exceed(row, x, y, z, nx, ny, nz, radius, area, column, cx, cy, cz, mx, my, mz, reach, size, limit, whole):
+def may_exceed(row, x, y, z, nx, ny, nz, radius, area, column, cx, cy, cz, mx, my, mz, reach, size, limit, all_pairs):
     """Whether a row measures its pair with a column, and balls around both allow a factor above the limit.
 
-    The smaller patch measures, of equal ones either by parity; if ``whole`` any row does.
+    The smaller patch measures, of equal ones either by parity; if ``all_pairs`` any row does.
 
     Parameters
     ----------
@@ -34,11 +34,11 @@ def may_exceed(row, x, y, z, nx, ny, nz, radius, area, column, cx, cy, cz, mx, m
     large = size * np.minimum(over_row, gap) * np.minimum(over_column, gap) > limit * np.pi * (gap * gap) * (gap * gap)
     excess = size / area - 1
     owns = (excess > 1e-9) | ((np.abs(excess) <= 1e-9) & (((row + column) % 2 == 0) == (row < column)))
-    return (owns | whole) & (over_row > 0) & (over_column > 0) & (large | (gap <= 0))
+    return (owns | all_pairs) & (over_row > 0) & (over_column > 0) & (large | (gap <= 0))
 
 
 @compiled
-def candidates(rows, centre, normal, radius, area, limit, whole):
+def candidates(rows, centre, normal, radius, area, limit, all_pairs):
     """The rows and columns of the pairs that `may_exceed`, in order."""
     row_of, column_of = np.empty((2, len(rows) * len(area)), dtype=np.int64)
     found = 0
@@ -47,7 +47,7 @@ def candidates(rows, centre, normal, radius, area, limit, whole):
             if may_exceed(row, centre[row, 0], centre[row, 1], centre[row, 2], normal[row, 0], normal[row, 1],
                           normal[row, 2], radius[row], area[row], column, centre[column, 0], centre[column, 1],
                           centre[column, 2], normal[column, 0], normal[column, 1], normal[column, 2], radius[column],
-                          area[column], limit, whole):
+                          area[column], limit, all_pairs):
                 row_of[found], column_of[found] = row, column
                 found += 1
     return row_of[:found].copy(), column_of[:found].copy()
@@ -62,12 +62,12 @@ def heights(patch, other):
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     nx, ny, nz = nx / length, ny / length, nz / length
-    arm = np.maximum(np.maximum(_far(patch, 0, x, y, z), _far(patch, 1, x, y, z)),
-                     np.maximum(_far(patch, 2, x, y, z), _far(patch, 3, x, y, z)))
-    edge = np.maximum(np.maximum(_far(other, 1, other[0, 0], other[0, 1], other[0, 2]),
-                                 _far(other, 2, other[0, 0], other[0, 1], other[0, 2])),
-                      _far(other, 3, other[0, 0], other[0, 1], other[0, 2]))
-    least = _IN_PLANE * (arm + edge)
+    extent = np.maximum(np.maximum(_max_norm(patch, 0, x, y, z), _max_norm(patch, 1, x, y, z)),
+                        np.maximum(_max_norm(patch, 2, x, y, z), _max_norm(patch, 3, x, y, z)))
+    edge = np.maximum(np.maximum(_max_norm(other, 1, other[0, 0], other[0, 1], other[0, 2]),
+                                 _max_norm(other, 2, other[0, 0], other[0, 1], other[0, 2])),
+                      _max_norm(other, 3, other[0, 0], other[0, 1], other[0, 2]))
+    least = _IN_PLANE * (extent + edge)
     return (_over(patch, 0, x, y, z, nx, ny, nz, least), _over(patch, 1, x, y, z, nx, ny, nz, least),
             _over(patch, 2, x, y, z, nx, ny, nz, least), _over(patch, 3, x, y, z, nx, ny, nz, least))
 
@@ -150,43 +150,47 @@ def exchange_of_far(first, second, limits, begin, rules, total, kind, over):
 
 @compiled
 def _middle(patch):
+    """The mean of the four corners."""
     return ((patch[0, 0] + patch[1, 0] + patch[2, 0] + patch[3, 0]) / 4,
             (patch[0, 1] + patch[1, 1] + patch[2, 1] + patch[3, 1]) / 4,
             (patch[0, 2] + patch[1, 2] + patch[2, 2] + patch[3, 2]) / 4)
 
 
 @compiled
-def _far(patch, corner, x, y, z):
-    """The largest difference of a coordinate of a corner and of a point."""
+def _max_norm(patch, corner, x, y, z):
+    """Maximum norm of the vector from a point to a corner."""
     return np.maximum(np.maximum(np.abs(patch[corner, 0] - x), np.abs(patch[corner, 1] - y)),
                       np.abs(patch[corner, 2] - z))
 
 
 @compiled
 def _over(patch, corner, x, y, z, nx, ny, nz, least):
-    """A corner's height over a plane, 0 up to a least one."""
+    """A corner's height over a plane, 0 if its magnitude is at most ``least``."""
     height = (patch[corner, 0] - x) * nx + (patch[corner, 1] - y) * ny + (patch[corner, 2] - z) * nz
     return height * (np.abs(height) > least)
 
 
 @compiled
 def _radius(patch, x, y, z):
-    """The distance of the farthest corner."""
-    return np.sqrt(np.maximum(np.maximum(_square(patch, 0, x, y, z), _square(patch, 1, x, y, z)),
-                              np.maximum(_square(patch, 2, x, y, z), _square(patch, 3, x, y, z))))
+    """The distance of the farthest corner from a point."""
+    return np.sqrt(np.maximum(np.maximum(_square_distance(patch, 0, x, y, z), _square_distance(patch, 1, x, y, z)),
+                              np.maximum(_square_distance(patch, 2, x, y, z), _square_distance(patch, 3, x, y, z))))
 
 
 @compiled
-def _square(patch, corner, x, y, z):
+def _square_distance(patch, corner, x, y, z):
+    """Square of the distance of a corner from a point."""
     dx, dy, dz = patch[corner, 0] - x, patch[corner, 1] - y, patch[corner, 2] - z
     return dx * dx + dy * dy + dz * dz
 
 
 @compiled
 def _along_u(patch, axis, v):
+    """A coordinate of the bilinear map's derivative along u."""
     return (1 - v) * (patch[1, axis] - patch[0, axis]) + v * (patch[2, axis] - patch[3, axis])
 
 
 @compiled
 def _along_v(patch, axis, u):
+    """A coordinate of the bilinear map's derivative along v."""
     return (1 - u) * (patch[3, axis] - patch[0, axis]) + u * (patch[2, axis] - patch[1, axis])

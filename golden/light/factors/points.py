@@ -127,7 +127,7 @@ def segment_by_direction(use, number, patch, triangle, axes, other, normal):
 
 @compiled
 def segment_by_points(use, number, patch, triangle, other, other_triangle):
-    """Ends of a segment between points on two patches, and its weight cos cos / r^4 by area."""
+    """Ends of a segment between points on two patches, and its weight cos cos dA dA' / r^2."""
     a, b, c, d = sequence(use, number)
     x, y, z, ax, ay, az = weighted_point_on(patch, triangle, a, b)
     px, py, pz, bx, by, bz = weighted_point_on(other, other_triangle, c, d)

@@ -34,7 +34,7 @@ def project(estimate: Estimate, *, area: np.ndarray,
     The unknowns are A_i F_ij of each pair once, A_i sky_i and A_i back_i, each at least 0. Factors stay within two
     standard errors of their estimates, shares outside within five. With a multiplier l_i for each row, an unknown is
     its estimate plus its variance times (l_i + l_j), clipped to its bounds; Newton steps on the N multipliers find the
-    rows' sums. A row without a ray that left stays closed.
+    rows' sums. A row of which no ray left keeps a sky view factor of 0.
 
     Parameters
     ----------

@@ -11,13 +11,14 @@ __all__ = ["replicate_shares"]
 _COMMON = 16
 _STUDENT = 2.181 / 2
 
-# Each replicate is the true share rounded up or down at random to a number of equal weights, at least. If all agree,
-# which side it is has the error by Wilson of as many trials.
+# A replicate of n equal weights is at best the true share rounded up or down to a multiple of 1 / n. If all replicates
+# agree, Wilson's error of `REPLICATES` trials is left, in units of 1 / n.
 _LEAST = 2 * REPLICATES / (REPLICATES + 4)
 
 
 def replicate_shares(whole: np.ndarray, part: np.ndarray, squares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The share of a part in the whole, and its standard error; Wilson's where replicates cannot tell.
+    """The share of a part in the whole, and its standard error; by Wilson where the replicates do not
+    estimate it.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def replicate_shares(whole: np.ndarray, part: np.ndarray, squares: np.ndarray) -
     share = np.divide(seen, total, out=np.full(len(total), 0.5), where=some)
     share = np.where(seen == total, np.where(some, 1.0, 0.5), share)
     size = np.divide(total**2, squares, out=np.zeros(len(total)), where=some)
-    # Half of the way to the farther end of Wilson's interval at two standard deviations.
+    # Half of the distance to the farther end of Wilson's interval at two standard deviations.
     error = (np.abs(1 - 2 * share) + np.sqrt(size * share * (1 - share) + 1)) / (size + 4)
     rest = part - share[:, None] * whole
     scatter = _STUDENT * np.sqrt(np.einsum("pr,pr->p", rest, rest) * REPLICATES / (REPLICATES - 1))

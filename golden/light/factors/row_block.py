@@ -20,8 +20,8 @@ class RowBlock:
     hits
         E int32: rays of the row's hemisphere that met the column.
     factor, error
-        E float64: the view factor from row to column and its standard error, 0 if it is exact; NaN where only rays
-        tell.
+        E float64: the view factor from row to column and its standard error, 0 if it is exact; NaN where only
+        rays measured it.
     rays, back
         R int64: rays of each row's hemisphere, and those that met the black back of a one-sided patch.
     sky, sky_error

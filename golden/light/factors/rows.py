@@ -59,9 +59,10 @@ class FactorRows:
     caster
         A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
     error
-        Requested error of every factor: twice its standard error, 1e-6 to 0.1.
+        Requested error of every factor: twice its standard error, 1e-6 to 0.1. It is reached as far as 2^20 segments
+        of a pair do.
     sky_error
-        The same of every share of the sky. Default: that of the factors, as far as 4096 rays of a row measure it.
+        The same of every sky view factor. Default: that of the factors, as far as 4096 rays of a row reach it.
     sky_patches
         Name of a division of the sky (`SKY_DIVISIONS`) whose patches' shares are measured too. Default: none.
     seed
@@ -118,12 +119,12 @@ class FactorRows:
         """The rows ``first`` to ``last`` - 1."""
         return self._block(first, last, rays=self.rays, limit=self._error / 2)
 
-    def _block(self, first, last, *, rays, limit, whole=False):
-        """Rows by so many rays each and factors to a standard error, of all pairs or of those that the rows own."""
+    def _block(self, first, last, *, rays, limit, all_pairs=False):
+        """Rows by so many rays each; factors to a standard error, of all pairs or of those that the rows measure."""
         row, column, hits, back, sky_rays = self._hemispheres(first, last, rays)
         sky, sky_error = sky_rays.shares(rays, limit=self._sky_limit, most=self._most_sky_rays,
                                          known=self._known_sky(first, row - first, back, sky_rays.left))
-        pairs = self._measured(first, last, limit, whole)
+        pairs = self._measured(first, last, limit, all_pairs)
         count, width = last - first, len(self)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
         entry, inverse = np.unique(key, return_inverse=True)
@@ -178,7 +179,7 @@ class FactorRows:
             begin = first
             for row in first + np.flatnonzero(again[first:last]):
                 refined += [block[begin - first:row - first], self._block(
-                    row, row + 1, rays=round(self.rays / finer), limit=self._error * finer / 2, whole=True)]
+                    row, row + 1, rays=round(self.rays / finer), limit=self._error * finer / 2, all_pairs=True)]
                 begin = row + 1
             refined.append(block[begin - first:last - first])
             first = last
@@ -218,13 +219,13 @@ class FactorRows:
             known[few] = exact_sky(self._sides, first + few, *self._candidates(first + few, 0.0, True))
         return known
 
-    def _measured(self, first, last, limit, whole):
+    def _measured(self, first, last, limit, all_pairs):
         """The pairs of these rows that segments measure."""
         sides = self._sides
         found = []
         step = max(1, _PAIRS // len(self) // 4)
         for low in range(first, last, step):
-            row, column = self._candidates(np.arange(low, min(low + step, last)), limit, whole)
+            row, column = self._candidates(np.arange(low, min(low + step, last)), limit, all_pairs)
             factor = exchange_areas(sides.vertices[row], sides.vertices[column]) / sides.area[row]
             large = np.flatnonzero(factor > limit)
             found.append((row[large], column[large], factor[large]))
@@ -233,13 +234,13 @@ class FactorRows:
                                 seed=int(mix(self._seed, _SEGMENTS)))
         return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error}
 
-    def _candidates(self, rows, limit, whole):
+    def _candidates(self, rows, limit, all_pairs):
         """The pairs of rows and columns that these rows measure and whose factor may exceed the limit."""
         sides = self._sides
         if is_compiler_active():
-            return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, whole)
+            return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, all_pairs)
         every = (np.arange(len(self)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
-        row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, whole))
+        row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, all_pairs))
         return rows[row], column
 
 

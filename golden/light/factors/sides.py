@@ -26,10 +26,12 @@ class Sides:
         N x 4 x 3, counter-clockwise seen from the side; a triangle repeats its last vertex.
     normal, area, surface
         N x 3 unit normals out of the side, N float64, and N int32 (see `Scene`).
+    triangle
+        N bool: whether the patch is a triangle.
     axes
         N x 3 x 3, the `frame` of each normal.
     centre, radius
-        N x 3, and N float64: the ball around the middle of the corners that contains the patch.
+        N x 3 and N float64: the smallest ball around the mean of the corners that contains the patch.
     """
 
     def __init__(self, scene: Scene):

@@ -130,7 +130,7 @@ class ViewFactors:
 
     @cached_property
     def largest_sky_error(self) -> float | None:
-        """Estimated absolute error of the least certain share of the sky; None if it is unknown."""
+        """Estimated absolute error of the least certain sky view factor; None if it is unknown."""
         return None if self.sky_error is None else 2 * float(self.sky_error.max())
 
     @cached_property

@@ -63,7 +63,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     factor
         P float64: view factors from the first to the second, without occlusion, above 0.
     limit
-        Largest standard error of factor times share.
+        Largest standard error of factor times share, as far as 2^20 segments reach it.
     seed
         Of the segments; those of a pair do not depend on other pairs.
     """
