@@ -12,6 +12,7 @@ from golden.light.factors.view_factors import ViewFactors
 from golden.peak_memory import peak_memory
 from golden.plural import counted
 from golden.scene.open import open_scene
+from golden.scene.overlaps import warn_of_overlaps
 from golden.scene.refine import refine
 from golden.scene.scene import Scene
 from golden.spread import Spread
@@ -45,6 +46,11 @@ class ViewFactorTask:
     ------
     InputError
         The scene, the output or a limit cannot be used.
+
+    Warns
+    -----
+    InputWarning
+        Patches overlap in one plane.
     """
 
     def __init__(self, scene: str, output: Path, *, facets: bool = False, unit: str = "m",
@@ -53,6 +59,7 @@ class ViewFactorTask:
         check_view_factors_output(output)
         self._name, self._output, self._progress, self._unit = scene, output, progress, unit
         opened = open_scene(scene, facets=facets)
+        warn_of_overlaps(opened)
         self.scene: Scene = opened if max_edge is None and max_area is None else refine(
             opened, max_edge=max_edge, max_area=max_area).scene
 

@@ -7,6 +7,7 @@ from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
+from golden.scene.overlaps import warn_of_overlaps
 
 __all__ = ["view_factors"]
 
@@ -56,12 +57,18 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     ------
     InputError
         The geometry or a parameter cannot be used.
+
+    Warns
+    -----
+    InputWarning
+        Facets overlap in one plane.
     """
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
     if unit not in METRES:
         raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}")
+    warn_of_overlaps(scene)
     rows = FactorRows(scene, ray_caster(scene, method), error=error, sky_error=sky_error, sky_patches=sky_patches,
                       seed=seed)
     return in_metres(compute_view_factors(rows, progress=progress), unit)

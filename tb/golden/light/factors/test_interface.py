@@ -7,7 +7,7 @@ import trimesh
 from scipy import sparse
 
 from golden import view_factors
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.light.closed_forms import c_11
 from golden.light.factors import interface
 from golden.light.factors.files import read_view_factors
@@ -89,6 +89,11 @@ def test_files_are_those_of_the_command(tmp_path, write, suffix):
     factors, path = view_factors(PLATES, **FAST), tmp_path / f"F{suffix}"
     getattr(factors, write)(path)
     assert (read_view_factors(path).F != factors.F).nnz == 0
+
+
+def test_facets_that_overlap_are_named():
+    with pytest.warns(InputWarning, match="facets: patches 0 and 1 overlap in one plane: each counts"):
+        view_factors([SQUARE, *PLATES], error=0.1)
 
 
 def test_areas_are_square_metres_whatever_the_unit():
