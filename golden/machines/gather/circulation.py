@@ -13,7 +13,7 @@ __all__ = ["circulate"]
 
 def circulate(rows: list[np.ndarray], held: Assignment, work: ProjectionWork, cube: Hypercube,
               start: np.ndarray) -> np.ndarray:
-    """When each node has its rows.
+    """P int64: when each node has its rows, in ns.
 
     A node projects its own patches on the hemicube of a row. It sends them to the node on its left, takes a block from
     the node on its right, projects it and sends it on, until all blocks have come. A node without a further row only
@@ -37,10 +37,10 @@ def circulate(rows: list[np.ndarray], held: Assignment, work: ProjectionWork, cu
     block = np.empty(len(held.order), dtype=np.int64)
     block[held.order] = np.repeat(np.arange(nodes), held.sizes)
     projections, around = work.of_blocks(block, nodes), ring(nodes)
-    place = np.argsort(around)
+    position = np.argsort(around)
     # The block that is at each node in each step, and the step's neighbours.
-    at = around[(place + np.arange(nodes)[:, None]) % nodes]
-    left, right = around[place - 1], around[(place + 1) % nodes]
+    at = around[(position + np.arange(nodes)[:, None]) % nodes]
+    left, right = around[position - 1], around[(position + 1) % nodes]
     is_sent = np.arange(nodes)[:, None] < nodes - 1
     target, source = np.where(is_sent, left, -1), np.where(is_sent, right, -1)
     words = np.where(is_sent, PATCH_WORDS * held.sizes[at], 0)

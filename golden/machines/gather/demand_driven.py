@@ -30,7 +30,7 @@ class DemandedRows(NamedTuple):
     ended
         N int64: when it had the row.
     ends
-        P int64: when each node hears of the end.
+        P int64: when the host's message of the end reaches each node.
     """
 
     node: np.ndarray
@@ -48,8 +48,8 @@ def demand_rows(times: np.ndarray, sizes: np.ndarray, free: np.ndarray, cube: Hy
     """Make rows until all are made or a memory is full.
 
     A node requests ``granularity`` patches when it has made the rows of those before. A node that cannot store a row
-    drops it and tells the host, which then serves no more. When all nodes wait, the host tells each that the phase
-    has ended. The source has no times of the host; ours sets messages up as a node does, one after the other.
+    drops it and sends MEMORY_FULL to the host, which then serves no more. When all nodes wait, the host sends each the
+    end of the phase. The source has no times of the host; ours sets messages up as a node does, one after the other.
 
     Parameters
     ----------

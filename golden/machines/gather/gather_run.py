@@ -136,7 +136,7 @@ def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: Gathe
     solver
         ``gauss-jacobi`` or ``conjugate-gradient``.
     completion
-        Entries are redistributed, and split rows completed in this way, ``shift`` or ``merge``. Default: they stay.
+        How split rows are completed after the redistribution of entries, ``shift`` or ``merge``. Default: entries stay.
     timing, memory
         Of a node. Default: the iPSC/2's.
 

@@ -41,8 +41,8 @@ def hypercube(nodes: int, timing: NodeTiming) -> Hypercube:
 
 def ring(nodes: int) -> np.ndarray:
     """Nodes in an order in which each is a neighbour of the next, and the last one of the first: a Gray code."""
-    place = np.arange(nodes)
-    return place ^ place >> 1
+    position = np.arange(nodes)
+    return position ^ position >> 1
 
 
 @compiled

@@ -38,7 +38,7 @@ class ChannelSolution:
 
 
 def check_completion(matrix: NodeMatrix, completion: str) -> None:
-    """A way to complete split rows is one, and can complete those of the matrix.
+    """A name is one of `COMPLETIONS` and can complete the split rows of the matrix.
 
     Raises
     ------

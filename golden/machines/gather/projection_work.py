@@ -95,7 +95,7 @@ def _count(centres, normals, frames, vertices, areas, two_sided, block, numbers,
                 if _face(centres[patch], centres[row], frame_of_row, local):
                     far = np.sqrt(to[0] * to[0] + to[1] * to[1] + to[2] * to[2])
                     angle = 2 * np.pi * (1 - far / np.sqrt(far * far + areas[patch] / np.pi)) * abs(facing) / far
-                    # Of a side's half of 50 squares; a square is seen the smaller the farther it is.
+                    # Half an edge has `SIDE` squares; a square's solid angle is depth^3 / `SIDE`^2.
                     depth = max(abs(local[0]), abs(local[1]), local[2]) / far
                     found += square * min(SQUARES, int(angle * SIDE * SIDE / depth ** 3))
             operations[row, block[patch]] += found

@@ -40,8 +40,8 @@ def iteration_program(solver: str, matrix: NodeMatrix, timing: NodeTiming, *, co
     """An iteration of a channel: 2 M + 6 N operations of Gauss-Jacobi, 2 M + 18 N of conjugate gradients.
 
     Without split rows its time in equal shares is that of Eqs. 2.15 and 2.16. To shift takes a message of a word and an
-    addition. To merge takes a word and an addition for each exchange; conjugate gradients need two words, as both ends
-    of each group of nodes go along. The source describes that for Gauss-Jacobi alone.
+    addition. To merge takes a word and an addition for each exchange; conjugate gradients need two words, for the
+    partial products of both ends of each group of nodes. The source describes that for Gauss-Jacobi alone.
 
     Parameters
     ----------
