@@ -82,8 +82,8 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
     path
         Path of the file; its suffix selects the reader.
     up
-        Up direction of the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. NFF files
-        state their own.
+        Up direction of the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. VS3 files
+        have +z, NFF files state their own.
     facets
         Whether each face of the file is one patch, in the file's order, whose front alone radiates.
 

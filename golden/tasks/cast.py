@@ -95,8 +95,8 @@ class FrustumChoice:
             return None
         if self.patch is None:
             return "no ray hits a patch: the hemisphere faces away from the scene; try the opposite --normal"
-        return (f"no ray hits a patch: the front of patch {self.patch} faces away from the scene; wind the patch the "
-                "other way round, or give --origin and --normal")
+        return (f"no ray hits a patch: the front of patch {self.patch} faces away from the scene; reverse the "
+                "patch's winding, or give --origin and --normal")
 
     def _base_point(self, scene):
         if self.patch is None:

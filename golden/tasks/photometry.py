@@ -26,7 +26,7 @@ _BEYOND = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class Photometry:
-    """What is measured in a render, in the units of light as the eye weighs it.
+    """What is measured in a render, in photometric units.
 
     Parameters
     ----------
