@@ -184,10 +184,10 @@ def _obj(scene: Scene, path: Path) -> None:
         lines.append(f"usemtl {name}")
         for row, is_triangle in zip((corners[chosen] + 1).tolist(), scene.is_triangle[chosen].tolist(), strict=True):
             lines.append("f " + " ".join(map(str, row[:3] if is_triangle else row)))
-    with whole_file(library) as part:
-        part.write_text("\n".join(_mtl(material, name) for material, name in zip(scene.materials, names, strict=True)),
-                        encoding="utf-8")
-    with whole_file(path) as part:
+    # Neither file is replaced before both are written.
+    with whole_file(library) as materials, whole_file(path) as part:
+        materials.write_text("\n".join(_mtl(material, name) for material, name in
+                                       zip(scene.materials, names, strict=True)), encoding="utf-8")
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

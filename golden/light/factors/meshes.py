@@ -33,7 +33,13 @@ def geometry_scene(geometry, *, names=None, two_sided: bool = False) -> Scene:
         if names is not None or two_sided:
             raise InputError("view factors: Names and sides must be those of the scene")
         return geometry
-    vertices = np.asarray(getattr(geometry, "triangles", geometry), dtype=np.float64)
+    if not isinstance(two_sided, bool | np.bool_):
+        raise InputError(f"view factors: Two sided must be True or False, not {two_sided!r}")
+    try:
+        vertices = np.asarray(getattr(geometry, "triangles", geometry), dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("view factors: Geometry must be a Scene, a mesh of triangles or N x 3 x 3 or N x 4 x 3 "
+                         f"vertices, not {type(geometry).__name__}") from None
     if vertices.ndim != 3 or vertices.shape[1:] not in ((3, 3), (4, 3)) or not len(vertices):
         raise InputError(f"view factors: Vertices must be N x 3 x 3 or N x 4 x 3, not {vertices.shape!r}")
     if not np.isfinite(vertices).all():

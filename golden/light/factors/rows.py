@@ -1,5 +1,7 @@
 """Rows of view factors: what each side sees, by closed forms and rays."""
 
+from numbers import Real
+
 import numpy as np
 from scipy import sparse
 
@@ -90,7 +92,7 @@ class FactorRows:
     def __init__(self, scene: Scene, caster, *, error: float = 1e-3, sky_error: float | None = None,
                  sky_patches: str | None = None, seed: int = 0, block_rows: int = 128):
         for name, value in (("Error", error), ("Sky error", error if sky_error is None else sky_error)):
-            if not 1e-6 <= value <= 0.1:
+            if not isinstance(value, Real) or not 1e-6 <= value <= 0.1:
                 raise InputError(f"view factors: {name} must be 1e-6 to 0.1, not {value!r}")
         if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**63:
             raise InputError(f"view factors: Seed must be an integer from 0 to 2^63 - 1, not {seed!r}")

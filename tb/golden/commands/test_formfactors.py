@@ -51,6 +51,13 @@ def test_a_full_disk_ends_in_one_line_and_leaves_the_old_files(folder, name):
     assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
 
+def test_a_full_disk_leaves_no_library_without_its_scene(folder):
+    with full_disk(600):
+        failed = run("scene", "cornell", "-o", "a.obj")
+    assert failed.exit_code == 2
+    assert not list(folder.iterdir())
+
+
 def test_a_run_that_met_a_full_disk_is_continued(folder):
     assert run("formfactors", *SCENE, "-o", "whole.npz").exit_code == 0
     size = (folder / "whole.npz").stat().st_size

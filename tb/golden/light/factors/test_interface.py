@@ -122,7 +122,9 @@ def test_capitals_end_a_name_as_well(tmp_path):
     ([[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]], {}, "facet 1 is not planar and strictly convex"),
     (PLATES, {"error": 1.0}, "Error must be"), (PLATES, {"seed": -1}, "Seed must be"),
     (PLATES, {"names": ["a"]}, "one for each of 2 facets, not 1"),
-    (PLATES, {"unit": "yard"}, "Unit must be m or mm"),
+    (PLATES, {"error": "small"}, "Error must be 1e-6 to 0.1, not 'small'"), (PLATES, {"error": None}, "not None"),
+    ("cornell", {}, "not str"), (trimesh.PointCloud([(0, 0, 0), (1, 0, 0)]), {}, "not PointCloud"),
+    (PLATES, {"two_sided": "x"}, "True or False, not 'x'"), (PLATES, {"unit": "yard"}, "Unit must be m or mm"),
     (PLATES, {"method": "magic"}, "grid or naive or embree"),
     (builtin_scene("furnace:1"), {"two_sided": True}, "those of the scene")])
 def test_what_cannot_be_used_is_refused(geometry, given, message):
