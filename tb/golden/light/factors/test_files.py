@@ -10,7 +10,8 @@ from tb.golden.light.factors.samples import three_sides
 
 def same(one, other):
     if sparse.issparse(one):
-        return same(one.data, other.data) and same(one.indices, other.indices) and same(one.indptr, other.indptr)
+        return one.shape == other.shape and all(
+            same(getattr(one, part), getattr(other, part)) for part in ("data", "indices", "indptr"))
     return np.array_equal(one, other)
 
 
@@ -101,3 +102,9 @@ def test_archives_of_other_arrays_are_refused(tmp_path):
     sparse.save_npz(tmp_path / "G.npz", sparse.csr_array(np.eye(3)))
     with pytest.raises(InputError, match="no view factors"):
         read_view_factors(tmp_path / "G.npz")
+
+
+def test_entries_of_urban_models_have_ten_digits(tmp_path):
+    write_view_factors(three_sides(F=sparse.csr_array(np.eye(3) / 3), error=None, unprojected=None),
+                       tmp_path / "vfsparse.inp")
+    assert (tmp_path / "vfsparse.inp").read_text().splitlines()[0] == "1 1 0.3333333333"

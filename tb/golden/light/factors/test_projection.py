@@ -151,3 +151,17 @@ def test_the_search_ends_when_all_rows_close(room, noisy, monkeypatch):
     monkeypatch.setattr(_Problem, "_newton_step", lambda *given: steps.append(1) or step(*given))
     project(estimate(*noisy), area=room[1])
     assert 0 < len(steps) <= 2 * len(_SLACKS)
+
+
+def test_a_row_of_which_no_ray_left_keeps_a_sky_of_zero(room, noisy):
+    count = len(noisy[0])
+    sky = project(estimate(*noisy, sky=np.zeros(count), sky_error=np.full(count, 0.01)), area=room[1])[1]
+    assert not sky.any()
+
+
+def test_exact_factors_of_a_small_side_stay_beside_large_ones():
+    area = np.array([1.0, 1e4, 1e4])
+    exchange = np.array([[0, 0.5 - 1e-5, 0.5], [0.5 - 1e-5, 0, 9999.5], [0.5, 9999.5, 0]])
+    F = exchange / area[:, None]
+    result = project(estimate(F, 0), area=area)[0].toarray()
+    np.testing.assert_allclose(result[0], F[0], rtol=0, atol=2.1e-8)

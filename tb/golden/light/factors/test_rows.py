@@ -200,3 +200,15 @@ def test_a_seed_gives_its_own_numbers():
 def test_settings_out_of_range_are_refused(settings, message):
     with pytest.raises(InputError, match=message):
         rows_of(plates(), **settings)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_hidden_error_of_a_row_is_its_largest(order):
+    # Two plates hide both squares together, which geometry does not find; the far one needs a segment or two.
+    squares = [rectangle((x, 0, 1), (0, 1, 0), (1, 0, 0)) for x in (0, 2)]
+    halves = [rectangle((-1 + 1.5 * k, -1, 0.5), (1.5 + 3 * k, 0, 0), (0, 3, 0)) for k in range(2)]
+    # The first row measures the pairs with even columns.
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), halves[0], squares[order[0]], halves[1],
+                       squares[order[1]]], BLACK))
+    block = rows_of(scene, error=0.03).rows(0, 1)
+    assert 0.01 < block.hidden_error[0] <= 0.015

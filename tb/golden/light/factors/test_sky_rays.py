@@ -54,3 +54,16 @@ def test_a_side_that_sees_no_sky_has_the_bound_of_its_rays():
     share, error = sky_rays(wide, [0]).shares(0, limit=1e-2, most=4096)
     assert share[0] == 0
     assert 7e-3 < error[0] <= 1e-2
+
+
+def test_more_rays_of_a_side_are_other_ones():
+    scene, directions = plates(), []
+
+    class Recording(Grid):
+        def any_hit(self, rays):
+            directions.append(rays.direction)
+            return super().any_hit(rays)
+
+    SkyRays(Sides(scene), Recording(scene, 0.5), np.array([0]), mix(0, np.array([0]))).shares(0, limit=1e-9, most=256)
+    assert len(directions) > 1
+    assert len(np.unique(np.concatenate(directions), axis=0)) == 256

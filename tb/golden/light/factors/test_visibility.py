@@ -85,3 +85,15 @@ def test_near_pairs_of_an_uneven_kernel_are_joined_by_directions(second, by_dire
         len(first)) or segments_by_direction(sides, first, *others))
     shares(scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), second], BLACK)), 0, 1, limit=1e-2)
     assert (sum(drawn) > 0) == by_directions
+
+
+def test_what_geometry_decides_belongs_to_its_pair():
+    def between(x, plates):
+        return [rectangle((x, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((x, 0, 1), (0, 1, 0), (1, 0, 0)), *plates]
+
+    halves = [rectangle((-1 + 1.5 * k, -1, 0.5), (1.5, 0, 0), (0, 3, 0)) for k in range(2)]
+    whole = rectangle((9, -1, 0.5), (3, 0, 0), (0, 3, 0))
+    scene = scene_of(([*between(0, halves), *between(10, [whole])], BLACK))
+    result = shares(scene, [0, 4], [1, 5], limit=1e-3)[1]
+    assert result.exact.tolist() == [False, True]
+    assert result.share.tolist() == [0, 0]
