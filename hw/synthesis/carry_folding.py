@@ -1,7 +1,8 @@
 """LUTs in front of adders become part of the adders' own LUTs, of which the mapper for the ECP5 uses two inputs."""
 
-from collections import defaultdict
 from itertools import chain, permutations, product
+
+from hw.synthesis.netlist import Netlist
 
 __all__ = ["fold"]
 
@@ -43,23 +44,8 @@ def fold(module: dict) -> int:
     return gone
 
 
-class _Netlist:
-    """Cells, with the driver and the readers of each bit."""
-
-    def __init__(self, module):
-        self.cells = module["cells"]
-        self._driver, self._readers = {}, defaultdict(set)
-        for port in module["ports"].values():
-            if port["direction"] == "output":
-                for bit in port["bits"]:
-                    self._readers[bit].add((None, None))
-        for name, cell in self.cells.items():
-            for pin, bits in cell["connections"].items():
-                for bit in bits:
-                    if cell["port_directions"][pin] == "output":
-                        self._driver[bit] = name
-                    else:
-                        self._readers[bit].add((name, pin))
+class _Netlist(Netlist):
+    """LUTs, and the halves of carry cells."""
 
     def luts(self):
         """Names of all LUTs."""
@@ -72,7 +58,7 @@ class _Netlist:
     def carry_readers(self, name):
         """The halves of carry cells that read a LUT, as names and numbers; none if something else reads it."""
         halves = set()
-        for reader, pin in self._readers[self.cells[name]["connections"]["Z"][0]]:
+        for reader, pin in self.readers[self.cells[name]["connections"]["Z"][0]]:
             # Not the carry input.
             if reader is None or self.cells[reader]["type"] != "CCU2C" or pin == "CIN":
                 return []
@@ -86,16 +72,16 @@ class _Netlist:
         """Give a carry cell's half other nets and another table."""
         (name, half), (nets, table) = at, change
         for pin, net in zip(_PINS, nets, strict=True):
-            self._readers[self.cells[name]["connections"][pin + half][0]].discard((name, pin + half))
+            self.readers[self.cells[name]["connections"][pin + half][0]].discard((name, pin + half))
             self.cells[name]["connections"][pin + half] = [net]
-            self._readers[net].add((name, pin + half))
+            self.readers[net].add((name, pin + half))
         self.cells[name]["parameters"][f"INIT{half}"] = f"{table:016b}"
 
     def remove(self, name):
         """Delete a LUT without readers; the LUTs in front of it."""
         for pin, net in zip(_PINS, self.inputs(name), strict=True):
-            self._readers[net].discard((name, pin))
-        before = {self._driver.get(net) for net in self.inputs(name)}
+            self.readers[net].discard((name, pin))
+        before = {self.driver.get(net) for net in self.inputs(name)}
         del self.cells[name]
         return sorted(driver for driver in before if driver in self.cells and self.cells[driver]["type"] == "LUT4")
 

@@ -1,6 +1,6 @@
 """Registers at DSP blocks and block RAMs become their internal ones, which the mapper for the ECP5 leaves unused."""
 
-from collections import defaultdict
+from hw.synthesis.netlist import Netlist
 
 __all__ = ["absorb"]
 
@@ -39,26 +39,8 @@ def absorb(module: dict) -> dict[str, int]:
     return gone
 
 
-class _Netlist:
-    """Cells, with who drives and who reads each bit.
-
-    Registers that can be moved are those that start at 0 and have no reset.
-    """
-
-    def __init__(self, module):
-        self.cells = module["cells"]
-        self._driver, self._readers = {}, defaultdict(list)
-        for port in module["ports"].values():
-            if port["direction"] == "output":
-                for bit in port["bits"]:
-                    self._readers[bit].append((None, None))
-        for name, cell in self.cells.items():
-            for pin, bits in cell["connections"].items():
-                for bit in bits:
-                    if cell["port_directions"][pin] == "output":
-                        self._driver[bit] = name
-                    else:
-                        self._readers[bit].append((name, pin))
+class _Netlist(Netlist):
+    """Registers that can be moved are those that start at 0 and have no reset."""
 
     def bit(self, name, pin):
         """What is connected to a pin."""
@@ -66,14 +48,14 @@ class _Netlist:
 
     def before(self, name, pin):
         """The register that drives an input pin, or None if it is none that can be moved."""
-        register = self._driver.get(self.bit(name, pin))
+        register = self.driver.get(self.bit(name, pin))
         return register if register is not None and self._is_movable(register) else None
 
     def behind(self, name, pins):
         """By used output pin its register; none at all if a pin has another sink."""
         registers = {}
         for pin in pins:
-            readers = self._readers[self.bit(name, pin)]
+            readers = self.readers[self.bit(name, pin)]
             if readers:
                 (register, input_pin), *others = readers
                 if others or input_pin != "DI" or not self._is_movable(register):
@@ -94,12 +76,12 @@ class _Netlist:
     def pass_by(self, name, registers):
         """Connect input pins to the inputs of the registers in front of them; how many registers have no sink then."""
         for pin, register in registers.items():
-            self._readers[self.bit(name, pin)].remove((name, pin))
+            self.readers[self.bit(name, pin)].remove((name, pin))
             self.cells[name]["connections"][pin] = [self.bit(register, "DI")]
-            self._readers[self.bit(register, "DI")].append((name, pin))
-        unread = [register for register in set(registers.values()) if not self._readers[self.bit(register, "Q")]]
+            self.readers[self.bit(register, "DI")].add((name, pin))
+        unread = [register for register in set(registers.values()) if not self.readers[self.bit(register, "Q")]]
         for register in unread:
-            self._readers[self.bit(register, "DI")].remove((register, "DI"))
+            self.readers[self.bit(register, "DI")].remove((register, "DI"))
             del self.cells[register]
         return len(unread)
 
@@ -107,7 +89,7 @@ class _Netlist:
         """Let output pins drive what the registers behind them drive; how many registers are gone."""
         for pin, register in registers.items():
             bit = self.bit(register, "Q")
-            self.cells[name]["connections"][pin], self._driver[bit] = [bit], name
+            self.cells[name]["connections"][pin], self.driver[bit] = [bit], name
             del self.cells[register]
         return len(registers)
 
