@@ -194,7 +194,7 @@ def test_what_the_simulation_overrides_is_named():
     assert set(changes) == {"icu.rays", "icu.generation_bits"}
     noc = SimpleNamespace(nodes=8, topology="torus")
     caster = SimpleNamespace(_simulated=SimpleNamespace(config=SimpleNamespace(noc=noc)), _changes=changes,
-                             jobs=1, frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None)
+                             jobs=1, frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None, kinds={})
     assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, cell 0.5 (chosen), 1 job, 1 frusta")
     assert MachineCaster.summary(caster).endswith(text)
     assert overridden_text({}) == ""

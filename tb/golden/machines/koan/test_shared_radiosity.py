@@ -61,7 +61,7 @@ def test_pages_being_written_go_home_from_a_small_cache():
 
 
 def test_neighbouring_directions_refer_to_fewer_pages_than_directions_in_disorder():
-    """Faults of the rays of a hemisphere, one by one, in a small cache."""
+    """Faults of the rays of a hemisphere, one by one, in a cache that holds the pages of a ray, but not those of all."""
     scene = builtin_scene("teapot:3")
     grid, hemisphere = Grid(scene, koan_cell(scene), jobs=1), Hemisphere(32, 16)
     layout, count = ScenePages.of(grid.cells, len(scene), 256), len(hemisphere)
@@ -70,7 +70,7 @@ def test_neighbouring_directions_refer_to_fewer_pages_than_directions_in_disorde
         directions = hemisphere.directions[order] @ frame(scene.normals[:1])[0]
         rays = Rays(np.repeat(scene.centres[:1], count, axis=0), directions, source=np.full(count, scene.surface[0]))
         string = ray_pages(grid.cells, layout, rays, grid.nearest(rays), np.arange(count), count)
-        cache = Cache(CachePolicy.LRU, lines=16, ways=16)
+        cache = Cache(CachePolicy.LRU, lines=128, ways=128)
         cache.access(string.page)
         faults.append(cache.misses)
     assert 1.3 * faults[0] < faults[1]
