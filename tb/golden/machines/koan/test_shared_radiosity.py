@@ -61,7 +61,7 @@ def test_pages_being_written_go_home_from_a_small_cache():
 
 
 def test_neighbouring_directions_refer_to_fewer_pages_than_directions_in_disorder():
-    """Faults of the rays of a hemisphere, one by one, in a cache that holds the pages of a ray, but not those of all."""
+    """Faults of the rays of a hemisphere, one by one, in a cache that holds the pages of a ray, not those of all."""
     scene = builtin_scene("teapot:3")
     grid, hemisphere = Grid(scene, koan_cell(scene), jobs=1), Hemisphere(32, 16)
     layout, count = ScenePages.of(grid.cells, len(scene), 256), len(hemisphere)
