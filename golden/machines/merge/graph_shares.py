@@ -158,6 +158,25 @@ def _grown(vertex, start, target, weight, seed):
 
 
 @compiled
+def _move(at, side, held, gain, degree, start, target, weight, vertex):
+    """A vertex changes sides; weights of both sides, gains and numbers of cut edges follow."""
+    held[side[at]] -= vertex[at]
+    side[at] = 1 - side[at]
+    held[side[at]] += vertex[at]
+    gain[at] = -gain[at]
+    for edge in range(start[at], start[at + 1]):
+        other = target[edge]
+        if side[other] == side[at]:
+            gain[other] -= 2 * weight[edge]
+            degree[other] -= 1
+            degree[at] -= 1
+        else:
+            gain[other] += 2 * weight[edge]
+            degree[other] += 1
+            degree[at] += 1
+
+
+@compiled
 def _refined(vertex, start, target, weight, side, passes, moves, slack):
     """Boundary Kernighan-Lin: vertices change sides by their gain, and the best cut of a pass is kept; its weight."""
     count, total = len(vertex), vertex.sum()
@@ -193,22 +212,9 @@ def _refined(vertex, start, target, weight, side, passes, moves, slack):
                     chosen = at
             if chosen < 0:
                 break
-            held[side[chosen]] -= vertex[chosen]
-            side[chosen] = 1 - side[chosen]
-            held[side[chosen]] += vertex[chosen]
             cut -= gain[chosen]
-            gain[chosen] = -gain[chosen]
             is_locked[chosen] = True
-            for edge in range(start[chosen], start[chosen + 1]):
-                other = target[edge]
-                if side[other] == side[chosen]:
-                    gain[other] -= 2 * weight[edge]
-                    degree[other] -= 1
-                    degree[chosen] -= 1
-                else:
-                    gain[other] += 2 * weight[edge]
-                    degree[other] += 1
-                    degree[chosen] += 1
+            _move(chosen, side, held, gain, degree, start, target, weight, vertex)
             moved[done] = chosen
             done += 1
             worst = max(held[0], held[1])
@@ -216,21 +222,7 @@ def _refined(vertex, start, target, weight, side, passes, moves, slack):
             if is_better or (cut == best_cut and worst < best_worst):
                 best_cut, best_worst, best_moves = cut, worst, done
         for back in range(done - 1, best_moves - 1, -1):
-            at = moved[back]
-            held[side[at]] -= vertex[at]
-            side[at] = 1 - side[at]
-            held[side[at]] += vertex[at]
-            gain[at] = -gain[at]
-            for edge in range(start[at], start[at + 1]):
-                other = target[edge]
-                if side[other] == side[at]:
-                    gain[other] -= 2 * weight[edge]
-                    degree[other] -= 1
-                    degree[at] -= 1
-                else:
-                    gain[other] += 2 * weight[edge]
-                    degree[other] += 1
-                    degree[at] += 1
+            _move(moved[back], side, held, gain, degree, start, target, weight, vertex)
         cut = best_cut
         if best_cut == first[0] and best_worst == first[1]:
             break
