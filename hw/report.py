@@ -34,7 +34,7 @@ from hw.synthesis.flow import (
     tool_versions,
 )
 
-__all__ = ["UNITS", "Row", "make_unit", "measure", "spread", "table"]
+__all__ = ["UNITS", "Row", "changed_parameters", "make_unit", "measure", "spread", "table"]
 
 
 def _router(*, bits, channels, cycles=2):
@@ -159,12 +159,16 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
             whose = f" (seed {best.seed})" if several else ""
             cells += [spread(clock.mhz for clock in row.clocks), best.path + whose]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    usual = PRESETS[preset].parameters()
-    changed = "".join(f" {path}={value}" for path, value in config.parameters().items() if value != usual[path])
-    about = [tool_versions(FAMILIES[family])]
+    about = [tool_versions(clock=FAMILIES[family].has_clock)]
     about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []
     return "\n".join([f"# {block}: {FAMILIES[family].title}", "", *lines, "", FAMILIES[family].counted, "",
-                      f"{'; '.join(about)}; preset {preset}{changed}.", ""])
+                      f"{'; '.join(about)}; preset {preset}{changed_parameters(config, PRESETS[preset])}.", ""])
+
+
+def changed_parameters(config: Config, usual: Config) -> str:
+    """The parameters that differ from the usual ones as `` PATH=VALUE`` each."""
+    expected = usual.parameters()
+    return "".join(f" {path}={value}" for path, value in config.parameters().items() if value != expected[path])
 
 
 def spread(clocks) -> str:

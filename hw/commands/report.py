@@ -1,6 +1,7 @@
 """``report``: area and clock of a block's units."""
 
 import shlex
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -20,6 +21,8 @@ __all__ = ["report"]
               help="Measure only this unit. May be repeated.  [default: all]")
 @click.option("--family", type=click.Choice(FAMILIES), default="ecp5",
               help="Choose the FPGA family. Only the ECP5 has a clock.")
+@click.option("--liberty", type=FILE, metavar="FILE", help="Map to the standard cells of this Liberty file instead of "
+              "an FPGA: area and the delay of the logic before layout.")
 @click.option("--route/--no-route", default=None, help="Place and route for the clock, or only count the area.  "
               "[default: route where there is a clock]")
 @click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,),
@@ -31,11 +34,11 @@ __all__ = ["report"]
               help="Write netlists and tables to this folder.")
 @PRESET
 @ASSIGNMENTS
-def report(block, units, family, route, seeds, nextpnr, records, folder, preset, assignments):
+def report(block, units, family, liberty, route, seeds, nextpnr, records, folder, preset, assignments):
     """Measure area and clock of each unit of BLOCK alone, with open tools.
 
     The clock is of an ECP5-85; other families have the area only. Prints a table and writes it to FOLDER/BLOCK.md, with
-    the tools' logs beside it.
+    the tools' logs beside it. With --liberty it is of an ASIC, and FOLDER/BLOCK-cells.md has area and delay.
     """
     from golden.config import PRESETS
     from golden.errors import InputError
@@ -47,10 +50,16 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     from hw.synthesis.flow import tool_versions
 
     config = PRESETS[preset].with_parameters(assignments)
-    tools = tool_versions(KNOWN[family])
     for unit in units:
         if unit not in UNITS[block]:
             raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
+    units = units or tuple(UNITS[block])
+    if liberty:
+        if route or records or family != "ecp5":
+            raise InputError("report: --liberty goes with neither --family, --route nor --record")
+        _report_cells(block, units, liberty, folder, preset, config)
+        return
+    tools = tool_versions(clock=KNOWN[family].has_clock)
     if route and not KNOWN[family].has_clock:
         raise InputError(f"report: there is no place and route for {KNOWN[family].title}")
     seeds = tuple(dict.fromkeys(seeds)) if KNOWN[family].has_clock and route is not False else ()
@@ -58,7 +67,7 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     measured = measured_commit() if records else None
     name = block if family == "ecp5" else f"{block}-{family}"
     rows = []
-    with progress_bar(units or UNITS[block], desc=block, unit="unit", disable=not console().progress) as bar:
+    with progress_bar(units, desc=block, unit="unit", disable=not console().progress) as bar:
         for unit in bar:
             bar.set_postfix_str(unit)
             rows.append(measure(block, unit, config, folder / name, family=family, seeds=seeds, options=options))
@@ -68,4 +77,22 @@ def report(block, units, family, route, seeds, nextpnr, records, folder, preset,
     text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
     write_text(folder / f"{name}.md", text)
     console().report({"output": folder / f"{name}.md", "block": block, "family": family, "preset": preset,
-                      "parameters": config.parameters(), "units": [vars(row) for row in rows]}, text.rstrip("\n"))
+                      "parameters": config.parameters(), "units": [asdict(row) for row in rows]}, text.rstrip("\n"))
+
+
+def _report_cells(block, units, liberty, folder, preset, config):
+    """Area and delay in the cells of a Liberty file."""
+    from golden.progress_bar import progress_bar
+    from hw.cell_report import cell_table, measure_cells
+    from hw.output import write_text
+    from hw.synthesis.flow import tool_versions
+
+    name, tools, rows = f"{block}-cells", tool_versions(clock=False), []
+    with progress_bar(units, desc=block, unit="unit", disable=not console().progress) as bar:
+        for unit in bar:
+            bar.set_postfix_str(unit)
+            rows.append(measure_cells(block, unit, config, liberty, folder / name))
+    text = cell_table(rows, block=block, preset=preset, config=config, liberty=liberty, tools=tools)
+    write_text(folder / f"{name}.md", text)
+    console().report({"output": folder / f"{name}.md", "block": block, "liberty": liberty,
+                      "parameters": config.parameters(), "units": [asdict(row) for row in rows]}, text.rstrip("\n"))

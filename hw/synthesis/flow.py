@@ -21,8 +21,8 @@ from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "place_and_route", "synthesise", "synthesise_between_registers",
-           "tool_versions", "yosys"]
+__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "pins_rtlil", "place_and_route", "synthesise",
+           "synthesise_between_registers", "tool_versions", "yosys"]
 
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 # In a large unit fewer paths violate their timing than with the default weight of 10.
@@ -59,7 +59,7 @@ class Clock:
     path: str
 
 
-def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
+def tool_versions(*, clock: bool = True) -> str:
     """The versions that a table of figures must name.
 
     Raises
@@ -69,7 +69,7 @@ def tool_versions(family: Family = FAMILIES["ecp5"]) -> str:
     """
     try:
         found = [f"{name} {importlib.metadata.version(name)}" for name in ("amaranth", "pyosys")]
-        if family.has_clock:
+        if clock:
             said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
             found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1))
     except importlib.metadata.PackageNotFoundError as error:
@@ -89,9 +89,13 @@ def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) ->
     InputError
         The family has no RAM for one of its memories.
     """
+    return _area(_netlist(pins_rtlil(component), folder, "area", family), family)
+
+
+def pins_rtlil(component) -> str:
+    """A component as RTLIL, the module ``top``, with all its ports as pins."""
     ports = [Value.cast(value) for _, _, value in component.signature.flatten(component)]
-    ports = [value for value in ports if not isinstance(value, Const)]
-    return _area(_netlist(_rtlil(component, ports=ports), folder, "area", family), family)
+    return _rtlil(component, ports=[value for value in ports if not isinstance(value, Const)])
 
 
 def synthesise_between_registers(component, folder: Path) -> Path:

@@ -258,7 +258,7 @@ def no_tools(monkeypatch):
     monkeypatch.setattr("hw.report.measure", measure)
     monkeypatch.setattr("hw.history.measured_commit", lambda: Commit(name="a", date="2026-01-01"))
     monkeypatch.setattr("hw.history.add_record", lambda record: None)
-    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda *_: "tools")
+    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda **_: "tools")
     monkeypatch.setattr("hw.board.ulx3s.build",
                         lambda shell, folder, **_: made.append(type(shell)) or [folder / "board.bit"])
     yield made

@@ -69,6 +69,8 @@ def test_another_family_has_its_cells_and_no_clock(tmp_path):
     assert "MHz" not in result.output
     assert (tmp_path / "ctu-gowin.md").read_text() in result.output
     assert not (tmp_path / "ctu-gowin" / "CellNumber" / "clock.json").exists()
+    area = json.loads(CliRunner().invoke(main, [*command, "--json"]).output)["units"][0]["area"]
+    assert f"| CellNumber | 6 | {area['lut']} | {area['ff']} | {area['dsp']} | {area['bram']} |" in result.output
     refused = CliRunner().invoke(main, [*command, "--route"])
     assert (refused.exit_code, refused.output) == (2, "error: report: there is no place and route for Gowin GW2A\n")
 
