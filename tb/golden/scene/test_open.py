@@ -23,6 +23,15 @@ def test_a_file_of_a_built_in_name_is_reached_by_its_path(tmp_path, monkeypatch)
         open_scene("./cornell")
 
 
+def test_up_and_facets_reach_the_file(tmp_path):
+    """Two triangles of a square stay two patches, with front alone; +y up is the file's, unless another is given."""
+    path = tmp_path / "square.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
+    assert len(open_scene(path)) == 1
+    assert len(open_scene(path, facets=True)) == 2
+    assert open_scene(path, up=(1, 0, 0)).up == (1, 0, 0) != open_scene(path).up
+
+
 @pytest.mark.parametrize(("spec", "message"), [
     ("cornel", "scene 'cornel': no built-in scene and no file has that name; did you mean 'cornell'? Built in are "
      "cornell, "),

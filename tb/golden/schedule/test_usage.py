@@ -15,6 +15,12 @@ def test_effectiveness_is_the_served_share_of_what_the_best_would_serve():
     assert np.allclose(effectiveness(dense, sparse), [10 / 40, 50 / 70, 70 / 90])
 
 
+def test_effectiveness_is_one_where_the_best_have_no_references_too():
+    assert effectiveness([0, 0, 0], [3, 0, 2]).tolist() == [1, 1]
+    assert effectiveness([0, 5, 0], [3, 0, 2]).tolist() == [0, 0]
+    assert effectiveness([4, 5, 6], [0, 0, 0]).tolist() == []
+
+
 def test_effectiveness_of_the_dense_casting_itself_is_one():
     dense = np.random.default_rng(1).integers(0, 100, 50)
     assert (effectiveness(dense, dense) == 1).all()

@@ -1,7 +1,7 @@
 """All coefficients of Perez's model, beside the tables that Radiance's gendaylit and gendaymtx have of the papers.
 
-perez.csv has table 1 of Perez, Seals, Michalsky (1993) in columns a1 to e4, and table 4 of Perez et al. (1990) in columns
-diffuse_a to direct_d.
+perez.csv has table 1 of Perez, Seals, Michalsky (1993) in columns a1 to e4, and table 4 of Perez et al. (1990) in
+columns diffuse_a to direct_d.
 """
 
 import csv
