@@ -3,7 +3,7 @@
 Clusters request over one bus, a request in each cycle. The cache answers in order; fetches of misses overlap.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from golden.compiled import compiled
 from golden.config import Memsys
 from golden.machines.cache_lines import CacheLines, access_line, cache_lines
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import PositiveNumbers
 
 __all__ = ["BusPath", "BusTiming", "bus_cycle", "bus_path", "bus_waits", "request_on_bus"]
 
@@ -23,7 +23,7 @@ _REQUEST, _HIT, _FETCH, _NEXT_FETCH, _WORDS, _BEATS = range(6)
 
 
 @dataclass(frozen=True, kw_only=True)
-class BusTiming:
+class BusTiming(PositiveNumbers):
     """Numbers of the path to patches that no cluster holds, in cycles unless stated otherwise.
 
     `radiosity.job_timing.bus_timing` takes them from the components of a configuration.
@@ -49,10 +49,8 @@ class BusTiming:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 1.
+    TypeError, ValueError
+        See `PositiveNumbers`.
     """
 
     request: int
@@ -64,9 +62,6 @@ class BusTiming:
     outstanding: int
     fetches: int
     requests: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=[field.name for field in fields(self)])
 
 
 class BusPath(NamedTuple):

@@ -1,14 +1,15 @@
 """Cluster timing: latencies and capacities of a cluster's components, as their docstrings state them."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["ClusterTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClusterTiming:
+class ClusterTiming(TimingNumbers):
     """Numbers of a cluster that the golden model does not know, in cycles unless stated otherwise.
 
     `radiosity.cluster_timing.cluster_timing` takes them from the components of a configuration.
@@ -53,6 +54,8 @@ class ClusterTiming:
         A number is negative, or a capacity or the number of vertices below 1.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("vertices", "cells", "entries", "requests", "waiting")
+
     begin: int
     generator: int
     search: int
@@ -72,6 +75,3 @@ class ClusterTiming:
     entries: int
     requests: int
     waiting: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=("vertices", "cells", "entries", "requests", "waiting"))

@@ -1,14 +1,15 @@
 """Job timing: latencies and capacities of what is between the casts of a job, as the components' docstrings state."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["JobTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class JobTiming:
+class JobTiming(TimingNumbers):
     """Numbers of the engine that the golden model does not know, in cycles unless stated otherwise.
 
     `radiosity.job_timing.job_timing` takes them from the components of a configuration.
@@ -44,6 +45,8 @@ class JobTiming:
         A number is negative, or a capacity below 1.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("beats", "buffers")
+
     first: int
     dispatch: int
     slot: int
@@ -54,6 +57,3 @@ class JobTiming:
     report: int
     beats: int
     buffers: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=("beats", "buffers"))

@@ -6,7 +6,7 @@ each, simulated flit by flit (`golden.machines.packet_network`). Patches that no
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +47,7 @@ from golden.machines.packet_network import (
     send,
 )
 from golden.machines.section_trace import CastTimes, SectionTrace
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import PositiveNumbers
 from golden.noc.routing import Routing
 
 __all__ = ["JointTiming", "joint_cast"]
@@ -71,7 +71,7 @@ _TIMES = ("request", "serve", "port", "reply", "request_flits", "reply_flits", "
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointTiming:
+class JointTiming(PositiveNumbers):
     """Numbers of the path to patches of other clusters, in cycles unless stated otherwise.
 
     `radiosity.job_timing.joint_timing` takes them from the components of a configuration.
@@ -93,10 +93,8 @@ class JointTiming:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 1.
+    TypeError, ValueError
+        See `PositiveNumbers`.
     """
 
     request: int
@@ -106,9 +104,6 @@ class JointTiming:
     request_flits: int
     reply_flits: int
     outstanding: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=[field.name for field in fields(self)])
 
 
 class _Machine(NamedTuple):

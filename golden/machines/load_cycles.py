@@ -1,8 +1,8 @@
 """Load cycles: those of the load of an image."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import PositiveNumbers
 from golden.memory_map.image import MemoryImage
 from golden.memory_map.layout import ENTRY, HEADER, REGIONS
 
@@ -14,7 +14,7 @@ _OWN = ("clusters", "subshells", "residents", "patches")
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadTiming:
+class LoadTiming(PositiveNumbers):
     """Numbers of a load, in cycles unless stated otherwise.
 
     `radiosity.job_timing.load_timing` takes them from the components of a configuration.
@@ -36,10 +36,8 @@ class LoadTiming:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 1.
+    TypeError, ValueError
+        See `PositiveNumbers`.
     """
 
     trip: int
@@ -49,9 +47,6 @@ class LoadTiming:
     group: int
     burst: int
     end: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=[field.name for field in fields(self)])
 
 
 def load_cycles(image: MemoryImage, timing: LoadTiming) -> int:

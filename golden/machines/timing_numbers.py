@@ -1,15 +1,15 @@
-"""Numbers of a timing: whole ones, and none below its least."""
+"""Timing numbers: fields of a simulated timing, which are integers, and none below its least."""
 
-from collections.abc import Collection
 from dataclasses import fields
+from typing import ClassVar
 
 from golden.errors import check_int
 
-__all__ = ["check_numbers"]
+__all__ = ["PositiveNumbers", "TimingNumbers"]
 
 
-def check_numbers(timing: object, *, positive: Collection[str]) -> None:
-    """All fields of a dataclass are whole numbers of at least 0, those in ``positive`` of at least 1.
+class TimingNumbers:
+    """A base of dataclasses whose fields are all integers of at least 0, or of at least 1 if ``POSITIVE`` names them.
 
     Raises
     ------
@@ -18,9 +18,23 @@ def check_numbers(timing: object, *, positive: Collection[str]) -> None:
     ValueError
         A number is below its least.
     """
-    for field in fields(timing):
-        value, name = getattr(timing, field.name), field.name.replace("_", "-").capitalize()
-        check_int(name, value)
-        least = int(field.name in positive)
-        if value < least:
-            raise ValueError(f"{name} must be at least {least}, not {value!r}")
+
+    POSITIVE: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self):
+        for field in fields(self):
+            value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
+            check_int(name, value)
+            least = self._least(field.name)
+            if value < least:
+                raise ValueError(f"{name} must be at least {least}, not {value!r}")
+
+    def _least(self, name):
+        return int(name in self.POSITIVE)
+
+
+class PositiveNumbers(TimingNumbers):
+    """`TimingNumbers` of which each is at least 1."""
+
+    def _least(self, name):
+        return 1

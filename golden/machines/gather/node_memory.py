@@ -1,9 +1,10 @@
 """Memory of a node: what its patches, its hemicube and its rows take."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from golden.errors import InputError
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["PATCH_WORDS", "SIDE", "SQUARES", "NodeMemory"]
 
@@ -18,7 +19,7 @@ _WORD, _ENTRY_WORDS, _ROW_WORDS, _SQUARE_WORDS = 4, 2, 2, 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class NodeMemory:
+class NodeMemory(TimingNumbers):
     """Bytes of a node, with words of 4 bytes; an entry of a row has a column and a value, a square a patch and a depth.
 
     The source has 4 MB and is silent on the rest. With 1 MiB for the system and the program, exactly those of its
@@ -41,11 +42,10 @@ class NodeMemory:
     Source: Kurc 1997, section 2.3.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("size",)
+
     size: int = 4 << 20
     reserved: int = 1 << 20
-
-    def __post_init__(self):
-        check_numbers(self, positive=("size",))
 
     def free(self, patches: int) -> int:
         """Bytes for rows beside a hemicube and so many patches.

@@ -1,14 +1,15 @@
 """Timing of a node: its operations, its messages, and the operations of a hemicube."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["NodeTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class NodeTiming:
+class NodeTiming(TimingNumbers):
     """Nanoseconds of an operation and of messages, and operations of the steps of a form factor row.
 
     The defaults are the iPSC/2's: 5.87 us for an addition or multiplication and 400 us to set a message up, as the
@@ -47,6 +48,8 @@ class NodeTiming:
     Source: Kurc 1997, sections 2.3 and 2.7.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("operation",)
+
     operation: int = 5870
     setup: int = 400_000
     word: int = 1430
@@ -57,6 +60,3 @@ class NodeTiming:
     square: int = 4
     clearing: int = 2
     summing: int = 2
-
-    def __post_init__(self):
-        check_numbers(self, positive=("operation",))

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["PageTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PageTiming:
+class PageTiming(TimingNumbers):
     """Nanoseconds of the shared memory's steps.
 
     The source has none of them. The times of messages are the iPSC/2's, as in `NodeTiming`. A fault takes ``trap`` and
@@ -29,10 +29,8 @@ class PageTiming:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 0.
+    TypeError, ValueError
+        See `TimingNumbers`.
 
     Source: Badouel 1991, sections 3 and 4; section 6 for the device.
     """
@@ -43,6 +41,3 @@ class PageTiming:
     serve: int = 1_000_000
     access: int = 0
     is_offloaded: int = 0
-
-    def __post_init__(self):
-        check_numbers(self, positive=())

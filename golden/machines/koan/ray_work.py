@@ -1,17 +1,18 @@
 """Ray work: how long a node computes on a pixel, faults aside."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from golden.cast.rays import Hits
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["RayWork"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class RayWork:
+class RayWork(TimingNumbers):
     """Nanoseconds of a ray, of a cell that it passes, and of a test.
 
     The source has none. Ours are operations of 5.87 us, as in `NodeTiming`: 8 to pass a cell (Amanatides and Woo:
@@ -26,12 +27,11 @@ class RayWork:
         A number is below 0, or a ray takes no time.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("ray",)
+
     ray: int = 587_000
     step: int = 46_960
     test: int = 176_100
-
-    def __post_init__(self):
-        check_numbers(self, positive=("ray",))
 
     def of_groups(self, hits: Hits, group: np.ndarray, groups: int) -> np.ndarray:
         """G int64: ns of groups of rays, such as those of a pixel.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["CELL_WORDS", "PIXEL_WORDS", "MergeWork"]
 
@@ -11,7 +11,7 @@ CELL_WORDS, PIXEL_WORDS = 2, 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class MergeWork:
+class MergeWork(TimingNumbers):
     """Operations of the steps of a picture, each of which takes the operation of a `NodeTiming`.
 
     The source has none of them, only times of whole phases. ``cell`` and ``clearing`` are the means of its table 4.2.
@@ -38,10 +38,8 @@ class MergeWork:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 0.
+    TypeError, ValueError
+        See `TimingNumbers`.
 
     Source: Kurc 1997, sections 4.3 to 4.6.
     """
@@ -56,6 +54,3 @@ class MergeWork:
     deciding: int = 1
     cell: int = 10_420
     clearing: int = 800
-
-    def __post_init__(self):
-        check_numbers(self, positive=())

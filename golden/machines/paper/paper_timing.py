@@ -1,14 +1,15 @@
 """Timing of the paper's machine: latencies and capacities that the paper does not state."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["PaperTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PaperTiming:
+class PaperTiming(TimingNumbers):
     """Numbers in cycles unless stated otherwise.
 
     `radiosity.paper_timing.paper_timing` takes them from the engine's components of the same function.
@@ -40,6 +41,8 @@ class PaperTiming:
         A number is below 0, or words, vertices or requests are below 1.
     """
 
+    POSITIVE: ClassVar[tuple[str, ...]] = ("vertices", "words", "requests")
+
     traversal: int
     resident: int
     cache: int
@@ -51,6 +54,3 @@ class PaperTiming:
     main: int
     requests: int
     deferred: int
-
-    def __post_init__(self):
-        check_numbers(self, positive=("vertices", "words", "requests"))

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from golden.machines.timing_numbers import check_numbers
+from golden.machines.timing_numbers import TimingNumbers
 
 __all__ = ["PROFILES", "RayTiming"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class RayTiming:
+class RayTiming(TimingNumbers):
     """Microseconds on a node. The defaults are the profile ``1987``: a VAX 11/780 without floating-point hardware.
 
     The source has the times of a step, of its setup, of tests and of hits, and 2 ms for a call of the shared memory.
@@ -30,10 +30,8 @@ class RayTiming:
 
     Raises
     ------
-    TypeError
-        A number is no int.
-    ValueError
-        A number is below 0.
+    TypeError, ValueError
+        See `TimingNumbers`.
 
     Source: Pearce 1987, tables 4-3 and 4-4, and section 5.2 for calls.
     """
@@ -48,9 +46,6 @@ class RayTiming:
     polygon_hit: int = 1362
     rest: int = 6000
     call: int = 2000
-
-    def __post_init__(self):
-        check_numbers(self, positive=())
 
 
 PROFILES = {"1987": RayTiming()}
