@@ -3,7 +3,7 @@
 from golden.compiled import compiled
 from golden.machines.koan.page_state import DROPPED, FREE, LOGGED, NEWER, NONE, OLDER, PAGE, READ, WRITE, PageState
 
-__all__ = ["lose", "note", "store", "touch"]
+__all__ = ["discard", "note", "store", "touch"]
 
 # Columns of `COUNTS`.
 _DROPS = 4
@@ -42,8 +42,8 @@ def touch(state: PageState, node: int, page: int) -> None:
 
 
 @compiled
-def lose(state: PageState, time: int, node: int, page: int, code: int) -> None:
-    """A node has a page no more; its frame in the cache is free."""
+def discard(state: PageState, time: int, node: int, page: int, code: int) -> None:
+    """Discard a node's copy of a page, and free its frame in the cache."""
     state.mode[node, page] = NONE
     frame = state.frame[node, page]
     if frame >= 0:
@@ -57,7 +57,7 @@ def lose(state: PageState, time: int, node: int, page: int, code: int) -> None:
 def store(state: PageState, time: int, node: int, page: int) -> int:
     """Find a frame for a page of another home.
 
-    The page least recently used is dropped, if no frame is free. A page in write mode is passed by.
+    The page least recently used is dropped, if no frame is free. A page in write mode is skipped.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def store(state: PageState, time: int, node: int, page: int) -> int:
         if oldest == end:
             return state.frames[node, state.frames[node, end, NEWER], PAGE]
         state.counts[node, _DROPS] += 1
-        lose(state, time, node, state.frames[node, oldest, PAGE], DROPPED)
+        discard(state, time, node, state.frames[node, oldest, PAGE], DROPPED)
     frame = state.nodes[node, FREE]
     state.nodes[node, FREE] = state.frames[node, frame, NEWER]
     state.frames[node, frame, PAGE], state.frame[node, page] = page, frame

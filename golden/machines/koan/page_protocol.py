@@ -3,7 +3,7 @@
 from golden.compiled import compiled
 from golden.machines.event_heap import push
 from golden.machines.gather.hypercube import transfer
-from golden.machines.koan.page_cache import lose, note, store, touch
+from golden.machines.koan.page_cache import discard, note, store, touch
 from golden.machines.koan.page_state import (
     BUSY,
     FIRST,
@@ -170,7 +170,7 @@ def _grant(state, references, time, page):
         state.pages[page, HOLDER] = node
         state.copies[page, :] = False
         if node != home and state.mode[home, page] != NONE:
-            lose(state, time, home, page, INVALIDATED)
+            discard(state, time, home, page, INVALIDATED)
     if node != home:
         state.copies[page, node] = True
     return time
@@ -189,7 +189,7 @@ def _returned(state, time, page):
 def _install(state, references, time, node, page, has_page):
     """A node gets the page that it has requested, or the right to write what it has, and makes its reference at once.
 
-    A page that were taken away before could be passed around for ever.
+    Otherwise other nodes could invalidate the page before, again and again: a livelock.
     """
     if has_page:
         state.counts[node, _FETCHES] += 1
@@ -197,7 +197,7 @@ def _install(state, references, time, node, page, has_page):
         if pinned >= 0:
             time = _send_page(state, time, node, pinned % len(state.nodes), pinned, WRITE_BACK, 1)
             state.counts[node, _WRITE_BACKS] += 1
-            lose(state, time, node, pinned, WRITTEN_BACK)
+            discard(state, time, node, pinned, WRITTEN_BACK)
             store(state, time, node, page)
         _copy(state.cached[node, -1], state.cached[node, state.frame[node, page]])
     if state.nodes[node, WRITES]:
@@ -212,8 +212,8 @@ def _install(state, references, time, node, page, has_page):
 def handle(state: PageState, references: References, time: int, kind: int, subject: int) -> None:
     """A message about a page has arrived; the server of its target handles it when it is free.
 
-    An owner that has to give a page back sends it home, and may read it on if another node reads. The home lets a
-    writer write when all that had a copy have acknowledged that they have it no more. A node that has dropped its copy
+    An owner that has to give a page back sends it home, and keeps a copy if another node reads. The home lets a writer
+    write when all that had a copy have acknowledged that they have discarded it. A node that has dropped its copy
     acknowledges too: its home gets no message of the drop.
     """
     nodes = len(state.nodes)
@@ -243,7 +243,7 @@ def handle(state: PageState, references: References, time: int, kind: int, subje
         else:
             end = send(state, end, node, source, 1, ANSWER, page, 0)
         if kind == INVALIDATE and mode != NONE:
-            lose(state, end, node, page, INVALIDATED)
+            discard(state, end, node, page, INVALIDATED)
         elif mode == WRITE:
             state.mode[node, page] = READ
             note(state, end, node, page, READ)

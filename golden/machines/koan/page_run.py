@@ -74,7 +74,7 @@ def run_items(state: PageState, items: Items, references: References, start: np.
     """Work on all items.
 
     A node works on its own items in their order. Then, if items are shared, it sends a request to its successor on a
-    ring that a Gray code makes; a node without an item that has not begun passes it on. Who gets its own request back
+    ring that a Gray code makes; a node without an item that has not begun forwards it. Who gets its own request back
     stops. An item is taken from the end of its owner's, where the owner comes last; the source does not say which.
     Requests are handled at interrupt level, for the set-up of what is sent.
 
@@ -150,7 +150,7 @@ def _next_item(state, items, times, successor, node, time, is_shared):
 
 @compiled
 def _passed(state, items, times, successor, time, kind, subject):
-    """A request or an item has arrived; a request is answered, passed on, or back."""
+    """A request or an item has arrived; a request is answered, forwarded, or returned."""
     nodes = len(state.nodes)
     node, about = subject // 2 % nodes, subject // 2 // nodes // nodes
     if kind == ITEM:

@@ -15,7 +15,7 @@ NONE, READ, WRITE = range(3)
 """Modes of a page in a node."""
 
 INVALIDATED, DROPPED, WRITTEN_BACK, USED = 3, 4, 5, 6
-"""Further codes of the log: why a node lost a page; that it made a reference, whose number stands for the page."""
+"""Further codes of the log: why a node discarded a page; that it made a reference, whose number stands for the page."""
 
 COUNTS = ("references", "remote_references", "faults", "fetches", "drops", "write_backs", "invalidations",
           "acknowledgements", "recalls", "pages_sent", "ring_hops", "ring_requests", "interrupted")
@@ -77,7 +77,7 @@ class PageState(NamedTuple):
     counts
         N x len(COUNTS).
     log
-        L x 4: time, node, page, and its new mode or a code of its loss.
+        L x 4: time, node, page, and its new mode, or why it was discarded.
     times
         The timing of servers, words of a page's message, and rows that were to be logged, which may be more than L.
     heap, cube

@@ -104,7 +104,7 @@ class _Nodes:
             np.cumsum([0, *sizes]), np.array([item[0] for item in items], dtype=np.int64),
             np.full(len(items), self.timing.access), np.asarray(own, dtype=np.int64)), references, self.ends,
             is_shared=False)
-        # All nodes wait for each other.
+        # A barrier.
         self.ends = run_program(reduction(self.nodes, 1), self.state.cube, times.stops)
         self.ends[:] = self.ends.max()
         return np.split(references.value, np.cumsum(sizes)[:-1])

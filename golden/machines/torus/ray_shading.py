@@ -31,7 +31,7 @@ RAY_COLUMNS = 14
 
 LEVEL, MEDIUM, IS_SHADOW = range(3)
 CHILD_COLUMNS = 3
-"""Columns of a child's whole numbers. The medium is an object, or -1 for air."""
+"""Columns of a child's integers. The medium is an object, or -1 for air."""
 
 _AIR = -1
 
@@ -42,7 +42,7 @@ class Spawned(NamedTuple):
     Parameters
     ----------
     rays, numbers
-        Numbers and whole numbers of each child.
+        Floats and integers of each child.
     colour
         3 float64: what returns to the host.
     """

@@ -217,7 +217,7 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
     Raises
     ------
     InputError
-        See `golden.machines.torus.node_boxes.node_boxes`; or buffers are so small that nodes wait for each other.
+        See `golden.machines.torus.node_boxes.node_boxes`; or the buffers are so small that the nodes are in a deadlock.
     RuntimeError
         The state packet began a phase while there was work.
     """
@@ -228,13 +228,13 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
     order, starts = spiral_order(boxes, setup.size)
     timing = setup.timing
     aspect = setup.size[1] / setup.size[0]
-    whole = [setup.side, *setup.size, setup.deepest, setup.has_shadows, setup.is_stealing, setup.buffer,
-             *((timing.hash_setup, timing.hash_step) if is_hash else (timing.array_setup, timing.array_step)),
-             timing.sphere_test, timing.polygon_test, timing.sphere_hit, timing.polygon_hit, timing.rest, timing.call]
+    ints = [setup.side, *setup.size, setup.deepest, setup.has_shadows, setup.is_stealing, setup.buffer,
+            *((timing.hash_setup, timing.hash_step) if is_hash else (timing.array_setup, timing.array_step)),
+            timing.sphere_test, timing.polygon_test, timing.sphere_hit, timing.polygon_hit, timing.rest, timing.call]
     delays = np.random.default_rng(setup.seed).integers(0, setup.delay + 1, _DELAYS)
     machine = Machine(
-        whole=np.array(whole, dtype=np.int64),
-        real=np.array([setup.least, aspect * scene.slope, scene.slope, boxes.front]), grids=grids, objects=objects,
+        ints=np.array(ints, dtype=np.int64),
+        floats=np.array([setup.least, aspect * scene.slope, scene.slope, boxes.front]), grids=grids, objects=objects,
         bounds=bounds, grown=boxes.grown, rows=boxes.rows, columns=boxes.columns, order=order, delays=delays,
         mail=np.zeros(len(scene), dtype=np.int64), walked=np.zeros(WALK_COUNTS, dtype=np.int64),
         out=spawned(len(scene.lights)), log=np.zeros((log, _LOG_COLUMNS), dtype=np.int64))
@@ -243,17 +243,17 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
         item = ts.new_item(state, ts.OBJECT)
         state.items[item, ts.PIXEL] = number
         ts.append(state, 0, ts.OBJECTS, item)
-    # Of each node a turn or a message, and of each link what fits its buffer.
+    # A turn or a message of each node, and what fits the buffer of each link.
     heap = event_heap(setup.nodes * (4 + 4 * (setup.buffer // ts.LEAST_BYTES + 1)))
     start_turns(heap, machine, state)
     while True:
         ended, time = run_turns(heap, machine, state)
         if ended != FULL:
             break
-        state = ts.roomier(state)
+        state = ts.enlarged(state)
     if ended == DONE:
         return TorusRun(scene=scene, setup=setup, boxes=boxes, grids=grids, state=state, time=int(time),
                         log=machine.log[:state.counts[ts.LOGGED]])
     if state.counts[ts.LIVE] and (state.nodes[:, ts.BLOCKED_LINK] != ts.NONE).any():
-        raise InputError(f"torus: Buffer must be larger than {setup.buffer} bytes: nodes wait for each other")
+        raise InputError(f"torus: Buffer must be larger than {setup.buffer} bytes: the nodes are in a deadlock")
     raise RuntimeError("The state packet must begin no phase while there is work")

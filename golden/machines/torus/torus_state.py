@@ -9,8 +9,8 @@ from golden.machines.torus.ray_shading import RAY_COLUMNS
 from golden.machines.torus.state_packet import CLIPPING, HAS_PACKET, PHASE, PHASES
 from golden.machines.torus.torus_links import LINKS
 
-__all__ = ["TorusState", "append", "dequeue", "drop_item", "message_bytes", "new_item", "push_first", "put_out",
-           "roomier", "take_first", "torus_state", "wake_event"]
+__all__ = ["TorusState", "append", "dequeue", "drop_item", "enlarged", "message_bytes", "new_item", "push_first",
+           "put_out", "take_first", "torus_state", "wake_event"]
 
 NONE = -1
 
@@ -187,7 +187,7 @@ def put_out(state: TorusState, node: int, link: int, item: int) -> None:
 
 @compiled
 def wake_event(state: TorusState, node: int) -> bool:
-    """Whether a node slept, and is now to have a turn."""
+    """Whether a node slept, so that a turn of it is to be scheduled."""
     if state.nodes[node, SLEEPS]:
         state.nodes[node, SLEEPS] = 0
         return True
@@ -228,7 +228,7 @@ def torus_state(side: int, size: tuple[int, int], bounds: np.ndarray, *, items: 
         counts=counts)
 
 
-def roomier(state: TorusState) -> TorusState:
+def enlarged(state: TorusState) -> TorusState:
     """The same state with twice the capacity for items and packets, all numbers kept."""
     counts = state.counts
     items, packets = len(state.items), len(state.packets)

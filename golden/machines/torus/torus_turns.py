@@ -1,4 +1,4 @@
-"""Torus turns: what a node does with its messages, with the state packet, and with one ray at a time."""
+"""Torus turns: events in which a node takes its messages, handles the state packet, and traces one ray."""
 
 from typing import NamedTuple
 
@@ -51,10 +51,10 @@ SCALE = 1 << 16
 """Units of a colour of 1 in the sums of pixels."""
 
 _TURN, _SEND, _ARRIVE = range(3)
-# Of ``whole``: rows and columns of nodes and pixels, the deepest level, switches, bytes of a link's buffer, and times.
+# Of ``ints``: rows and columns of nodes and pixels, the deepest level, switches, bytes of a link's buffer, and times.
 (SIDE, ROWS, COLUMNS, DEEPEST, HAS_SHADOWS, STEALS, BUFFER, SETUP, STEP, _SPHERE_TEST, _POLYGON_TEST, _SPHERE_HIT,
  _POLYGON_HIT, REST, CALL) = range(15)
-# Of ``real``: least contribution, tangents of half the fields of view, z of the front.
+# Of ``floats``: least contribution, tangents of half the fields of view, z of the front.
 LEAST, SLOPE_X, SLOPE_Y, FRONT = range(4)
 _MARGIN = 16
 
@@ -64,7 +64,7 @@ class Machine(NamedTuple):
 
     Parameters
     ----------
-    whole, real
+    ints, floats
         15 int64 and 4 float64, see the numbers.
     grids, objects, bounds
         Voxels and objects of the nodes, and N x 2 x 3 float64: the objects' bounds.
@@ -82,8 +82,8 @@ class Machine(NamedTuple):
         W x 6 int64: of each walk its begin and us, node, pixel, level, and whether it is a shadow ray; as many as fit.
     """
 
-    whole: np.ndarray
-    real: np.ndarray
+    ints: np.ndarray
+    floats: np.ndarray
     grids: NodeGrids
     objects: Objects
     bounds: np.ndarray
@@ -100,7 +100,7 @@ class Machine(NamedTuple):
 
 @compiled
 def start_turns(heap: EventHeap, machine: Machine, state: TorusState) -> None:
-    """Node 0 creates the state packet, and all nodes have a turn."""
+    """Node 0 creates the state packet, and a turn of each node is scheduled."""
     state.nodes[0, HAS_PACKET] = 1
     for node in range(len(state.nodes)):
         state.nodes[node, ts.SLEEPS] = 0
@@ -124,7 +124,7 @@ def run_turns(heap: EventHeap, machine: Machine, state: TorusState) -> tuple[int
             _send(heap, machine, state, subject, now)
         else:
             state.links[subject, ts.ARRIVED] += 1
-            node = neighbour(subject // LINKS, subject % LINKS, machine.whole[SIDE])
+            node = neighbour(subject // LINKS, subject % LINKS, machine.ints[SIDE])
             if ts.wake_event(state, node):
                 push(heap, now, _TURN, node)
     return STUCK, now
@@ -136,7 +136,7 @@ def _turn(heap, machine, state, node, now):
 
     Whether the packet began a phase while there was work.
     """
-    row, call, is_early = state.nodes[node], machine.whole[CALL], False
+    row, call, is_early = state.nodes[node], machine.ints[CALL], False
     phase = row[PHASE]
     cost, arrived = _poll(heap, machine, state, node, now)
     if arrived:
@@ -152,7 +152,7 @@ def _turn(heap, machine, state, node, now):
     if has_worked:
         row[IS_INACTIVE] = 0
         cost += _work(machine, state, node, now + cost)
-    elif phase == RAYTRACE and machine.whole[STEALS] and _request(machine, state, node):
+    elif phase == RAYTRACE and machine.ints[STEALS] and _request(machine, state, node):
         row[IS_INACTIVE] = 0
     elif row[HAS_PACKET] and _is_idle(state, node):
         release_packet(state.packet, state.nodes, node)
@@ -170,7 +170,7 @@ def _turn(heap, machine, state, node, now):
 @compiled
 def _pass_packet(machine, state, node):
     """The state packet is to go to the next node of its loop."""
-    ts.put_out(state, node, loop_link(node, machine.whole[SIDE]), ts.new_item(state, ts.TOKEN))
+    ts.put_out(state, node, loop_link(node, machine.ints[SIDE]), ts.new_item(state, ts.TOKEN))
 
 
 @compiled
@@ -203,7 +203,7 @@ def _is_idle(state, node):
 @compiled
 def _poll(heap, machine, state, node, now):
     """Take what has arrived on all links: us, and whether the state packet was among it."""
-    cost, side, arrived = 0, machine.whole[SIDE], False
+    cost, side, arrived = 0, machine.ints[SIDE], False
     for link in range(LINKS):
         sender = neighbour(node, link, side)
         row = state.links[LINKS * sender + (link ^ 1)]
@@ -217,7 +217,7 @@ def _poll(heap, machine, state, node, now):
                 push(heap, now, _SEND, sender)
             elif row[ts.USED] == 0 and state.nodes[sender, HAS_PACKET] and ts.wake_event(state, sender):
                 push(heap, now, _TURN, sender)
-            cost += machine.whole[CALL]
+            cost += machine.ints[CALL]
             state.tallies[node, ts.CALLS] += 1
             if state.items[item, ts.KIND] == ts.TOKEN:
                 arrived = True
@@ -255,12 +255,12 @@ def _take(machine, state, node, item):
 
 @compiled
 def _send(heap, machine, state, node, now):
-    """The first message of a node goes to the buffer of its link, or the node blocks until there is space."""
-    call = machine.whole[CALL]
+    """The first message of a node goes to the buffer of its link, or the node blocks until it has enough free bytes."""
+    call = machine.ints[CALL]
     item = state.nodes[node, ts.OUT]
     link = state.items[item, ts.VIA]
     row, size = state.links[LINKS * node + link], ts.message_bytes(state, item)
-    if row[ts.USED] + size > machine.whole[BUFFER]:
+    if row[ts.USED] + size > machine.ints[BUFFER]:
         state.nodes[node, ts.BLOCKED_LINK] = link
         return
     ts.dequeue(state, node, ts.OUT)
@@ -308,7 +308,7 @@ def _work(machine, state, node, now):
 @compiled
 def _clip(machine, state, node):
     """An object goes right along the lowest row and up from there, as far as boxes have it: us."""
-    item, side = ts.dequeue(state, node, ts.OBJECTS), machine.whole[SIDE]
+    item, side = ts.dequeue(state, node, ts.OBJECTS), machine.ints[SIDE]
     number = state.items[item, ts.PIXEL]
     state.tallies[node, ts.DOWNLOADED] += 1
     for link in (RIGHT, UP):
@@ -324,13 +324,13 @@ def _clip(machine, state, node):
         state.items[passed, ts.PIXEL] = number
         ts.put_out(state, node, link, passed)
     ts.drop_item(state, item)
-    return machine.whole[CALL] if node == 0 else 0
+    return machine.ints[CALL] if node == 0 else 0
 
 
 @compiled
 def _next_primary(machine, state, node):
     """The next pixel that has not begun, of the node's own, then of given rows; -1 without one."""
-    row, columns = state.nodes[node], machine.whole[COLUMNS]
+    row, columns = state.nodes[node], machine.ints[COLUMNS]
     while row[ts.PRIMARY] < row[ts.PRIMARY_END]:
         pixel = machine.order[row[ts.PRIMARY]]
         row[ts.PRIMARY] += 1
@@ -349,10 +349,10 @@ def _next_primary(machine, state, node):
 def _front_point(machine, pixel, axis):
     """Coordinate at which the primary ray of a pixel is at the front."""
     if axis == 0:
-        return ((2 * (pixel % machine.whole[COLUMNS]) + 1) / machine.whole[COLUMNS] - 1) * (
-            machine.real[SLOPE_X] * machine.real[FRONT])
-    return ((2 * (pixel // machine.whole[COLUMNS]) + 1) / machine.whole[ROWS] - 1) * (
-        machine.real[SLOPE_Y] * machine.real[FRONT])
+        return ((2 * (pixel % machine.ints[COLUMNS]) + 1) / machine.ints[COLUMNS] - 1) * (
+            machine.floats[SLOPE_X] * machine.floats[FRONT])
+    return ((2 * (pixel // machine.ints[COLUMNS]) + 1) / machine.ints[ROWS] - 1) * (
+        machine.floats[SLOPE_Y] * machine.floats[FRONT])
 
 
 @compiled
@@ -361,7 +361,7 @@ def _start_primary(machine, state, node, pixel):
     item = ts.new_item(state, ts.RAY)
     ray, row = state.rays[item], state.items[item]
     ray[DIRECTION], ray[DIRECTION + 1] = _front_point(machine, pixel, 0), _front_point(machine, pixel, 1)
-    ray[DIRECTION + 2] = machine.real[FRONT]
+    ray[DIRECTION + 2] = machine.floats[FRONT]
     length = np.sqrt(ray[DIRECTION] * ray[DIRECTION] + ray[DIRECTION + 1] * ray[DIRECTION + 1]
                      + ray[DIRECTION + 2] * ray[DIRECTION + 2])
     for axis in range(3):
@@ -377,17 +377,17 @@ def _start_primary(machine, state, node, pixel):
 @compiled
 def _trace(machine, state, node, item, now):
     """Walk a ray through the node, and do what follows: us."""
-    ray, row, whole, objects = state.rays[item], state.items[item], machine.whole, machine.objects
+    ray, row, ints, objects = state.rays[item], state.items[item], machine.ints, machine.objects
     walked = machine.walked
     walked[:] = 0
     state.counts[ts.WALKS] += 1
     ended, what, distance = walk(machine.grids, objects, node, ray[ORIGIN:ORIGIN + 3], ray[DIRECTION:DIRECTION + 3],
                                  ray[ENTRY], ray[LIMIT], machine.mail, state.counts[ts.WALKS], walked)
-    cost = whole[SETUP]
+    cost = ints[SETUP]
     for column in range(WALK_COUNTS - 1):
-        cost += walked[column] * whole[STEP + column]
+        cost += walked[column] * ints[STEP + column]
     if row[ts.HOPS] == 0:
-        cost += whole[REST]
+        cost += ints[REST]
     state.tallies[node, ts.TRACED] += 1
     for column in range(WALK_COUNTS):
         state.tallies[node, ts.WALKED + column] += walked[column]
@@ -397,7 +397,7 @@ def _trace(machine, state, node, item, now):
         entry[0], entry[1], entry[2], entry[3] = now, cost, node, row[ts.PIXEL]
         entry[4], entry[5] = row[ts.LEVEL_OF], row[ts.KIND] == ts.SHADOW
         state.counts[ts.LOGGED] += 1
-    if ended == EXIT and what < LINKS and has_box(node, what, whole[SIDE]):
+    if ended == EXIT and what < LINKS and has_box(node, what, ints[SIDE]):
         ray[ENTRY] = distance
         row[ts.HOPS] += 1
         ts.put_out(state, node, what, item)
@@ -421,8 +421,8 @@ def _trace(machine, state, node, item, now):
         cost += _return_colour(machine, state, node, row[ts.PIXEL], ray[COLOUR:COLOUR + 3])
         ts.drop_item(state, item)
         return cost
-    children = shade(objects, ray, row[ts.LEVEL_OF], row[ts.MEDIUM_OF], what, distance, whole[DEEPEST],
-                     machine.real[LEAST], whole[HAS_SHADOWS] != 0, machine.out)
+    children = shade(objects, ray, row[ts.LEVEL_OF], row[ts.MEDIUM_OF], what, distance, ints[DEEPEST],
+                     machine.floats[LEAST], ints[HAS_SHADOWS] != 0, machine.out)
     for number in range(children):
         is_shadow = machine.out.numbers[number, IS_SHADOW]
         child = ts.new_item(state, ts.SHADOW if is_shadow else ts.RAY)
@@ -475,10 +475,10 @@ def _send_pixels(machine, state, node):
 def _route_pixels(machine, state, node, item):
     """A packet of pixels goes on towards node 0, which gives it to the host with a call: us."""
     if node:
-        ts.put_out(state, node, route_link(node, 0, machine.whole[SIDE], state.turns[node]), item)
+        ts.put_out(state, node, route_link(node, 0, machine.ints[SIDE], state.turns[node]), item)
         state.turns[node] += 1
         return 0
-    number, columns = state.items[item, ts.PIXEL], machine.whole[COLUMNS]
+    number, columns = state.items[item, ts.PIXEL], machine.ints[COLUMNS]
     for value in range(state.packets[number, ts.VALUES_OF_PACKET, 0]):
         pixel = state.packets[number, value, 0]
         for channel in range(3):
@@ -487,13 +487,13 @@ def _route_pixels(machine, state, node, item):
     state.counts[ts.FREE_PACKETS] += 1
     ts.drop_item(state, item)
     state.tallies[0, ts.CALLS] += 1
-    return machine.whole[CALL]
+    return machine.ints[CALL]
 
 
 @compiled
 def _request(machine, state, node):
     """An idle node requests rows from each neighbour in space, once until one gives some: whether it does now."""
-    side, is_new = machine.whole[SIDE], False
+    side, is_new = machine.ints[SIDE], False
     for link in range(LINKS):
         if has_box(node, link, side) and not state.nodes[node, ts.REQUESTED] >> link & 1:
             state.nodes[node, ts.REQUESTED] |= 1 << link
@@ -507,8 +507,8 @@ def _request(machine, state, node):
 @compiled
 def _give(machine, state, node, link):
     """Reply to a neighbour with a row of pixels of which none has begun and which enter its box, or with none."""
-    side = machine.whole[SIDE]
-    asking = neighbour(node, link, side)
+    side = machine.ints[SIDE]
+    requester = neighbour(node, link, side)
     item = ts.new_item(state, ts.GRANT)
     row = state.items[item]
     bottom, top = machine.rows[node // side], machine.rows[node // side + 1]
@@ -518,10 +518,10 @@ def _give(machine, state, node, link):
         pixels = top - 1 - step if link == UP else bottom + step
         first, end, is_free = right, left, True
         for column in range(left, right):
-            pixel, is_inside = pixels * machine.whole[COLUMNS] + column, True
+            pixel, is_inside = pixels * machine.ints[COLUMNS] + column, True
             for axis in range(2):
                 at = _front_point(machine, pixel, axis)
-                is_inside &= machine.grown[asking, 0, axis] < at < machine.grown[asking, 1, axis]
+                is_inside &= machine.grown[requester, 0, axis] < at < machine.grown[requester, 1, axis]
             if is_inside:
                 first, end = min(first, column), column + 1
                 is_free &= not state.is_started[pixels, column]

@@ -1,0 +1,18 @@
+"""Buffers of links are finite: nodes block, go on when a message has been taken, and a deadlock is named."""
+
+import pytest
+
+from golden.errors import InputError
+from tb.golden.machines.torus.torus_cases import run_small
+
+
+def test_nodes_block_while_a_buffer_is_full_and_go_on():
+    small, large = (run_small(nodes=4, size=(40, 40), delay=400_000, buffer=buffer) for buffer in (1024, 1 << 16))
+    assert small.sums.tobytes() == large.sums.tobytes()
+    assert small.time > large.time
+
+
+def test_a_deadlock_of_small_buffers_is_named():
+    """Nodes whose buffers are full block each other: the source avoids that by few rays alone."""
+    with pytest.raises(InputError, match="Buffer must be larger than 340 bytes: the nodes are in a deadlock"):
+        run_small(nodes=4, size=(40, 40), delay=400_000, buffer=340)
