@@ -72,6 +72,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	done
 	$(BIN)/radiosity bench machines --calibrate
 	$(BIN)/radiosity bench scaling
+	$(BIN)/radiosity bench lanes
 	$(BIN)/radiosity bench thesis_networks
 	$(BIN)/radiosity bench paper_machine
 	$(BIN)/radiosity bench gathering

@@ -21,7 +21,7 @@ from golden.icu.patch_setup import Patches, PatchSetup
 from golden.icu.ray_memory import RayMemory
 from golden.icu.screening import cones
 from golden.icu.section_clip import section_clip
-from golden.icu.window_walk import walk_cycles
+from golden.icu.window_walk import issue_cycles, walk_cycles
 from golden.memsys.cell_table import CellTable
 from golden.scene.cells import check_cell_size
 from golden.scene.patch_geometry import PatchGeometry
@@ -185,10 +185,11 @@ class Shelling:
                               by_code=self._by_code)
 
     def tests(self, record: FrustumRecord, memory: RayMemory, *, references=None, ray_tests=None,
-              block: int = BLOCK) -> "Tests":
-        """The tests of a frustum's rays, see `cast`; ``block`` rays of windows at once."""
+              block: int = BLOCK, lanes: int = 1) -> "Tests":
+        """The tests of a frustum's rays, see `cast` and `Tests`; ``block`` rays of windows at once."""
         patches = PatchSetup(record, self._config).patches(self.geometry)
-        return Tests(patches, record, memory, self._config, references=references, ray_tests=ray_tests, block=block)
+        return Tests(patches, record, memory, self._config, references=references, ray_tests=ray_tests, block=block,
+                     lanes=lanes)
 
 
 class Tests:
@@ -198,13 +199,16 @@ class Tests:
     -------
     patches
         The patches, set up for the frustum.
+    issued
+        P int64: of each patch so far, the cycles in which its rays are issued, up to ``lanes`` of a tile in each.
     """
 
     def __init__(self, patches: Patches, record: FrustumRecord, memory: RayMemory, config: Config, *,
-                 references=None, ray_tests=None, block: int = BLOCK):
+                 references=None, ray_tests=None, block: int = BLOCK, lanes: int = 1):
         self._size = block
         self.patches, self._record, self._memory, self._config = patches, record, memory, config
         self._references, self._ray_tests = references, ray_tests
+        self.issued, self._lanes = np.zeros(len(patches.live), dtype=np.int64), lanes
         self._directions = record.all_directions()
         # Products of planes and directions are below 2^53: exact in float64.
         self._components = np.ascontiguousarray(self._directions.T, dtype=np.float64)
@@ -247,7 +251,13 @@ class Tests:
         ray, patch = ray[may_improve], patch[may_improve]
         counts.tests += len(ray)
         clip = section_clip(self.patches.window[block], section, self._record)
-        live = np.bincount(which[may_improve], minlength=len(block))
+        which = which[may_improve]
+        live = np.bincount(which, minlength=len(block))
+        if self._lanes > 1:
+            live = issue_cycles(which, ray % self._record.columns - section.first_column,
+                                ray // self._record.columns - section.first_row, self._lanes, self._config.icu)
+            live = np.pad(live, (0, len(block) - len(live)))
+        self.issued[block] += live
         counts.walk_cycles += int(walk_cycles(clip, live, self._config.icu).sum())
         if self._references is not None:
             self._references += np.bincount(patch, minlength=len(self._references))

@@ -5,7 +5,7 @@ import numpy as np
 from golden.config import Icu
 from golden.icu.section_clip import SectionWindow
 
-__all__ = ["ray_address", "walk_cycles", "window_rays", "window_tiles"]
+__all__ = ["issue_cycles", "ray_address", "walk_cycles", "window_rays", "window_tiles"]
 
 
 def ray_address(column: np.ndarray, row: np.ndarray, tiles_across: int, icu: Icu) -> np.ndarray:
@@ -54,3 +54,23 @@ def window_rays(window: SectionWindow, which: int, icu: Icu) -> tuple[np.ndarray
 def walk_cycles(window: SectionWindow, live: np.ndarray, icu: Icu) -> np.ndarray:
     """P int64: cycles of the scan of each window if ``live`` (P) of its rays may improve."""
     return np.maximum(window_tiles(window, icu), live)
+
+
+def issue_cycles(patch: np.ndarray, column: np.ndarray, row: np.ndarray, lanes: int, icu: Icu) -> np.ndarray:
+    """Cycles in which the rays of tests are issued when up to ``lanes`` of a tile are in a cycle.
+
+    Parameters
+    ----------
+    patch, column, row
+        T int64: the patch of each test; column and row of its ray, relative to the section's first.
+    lanes
+        Rays that are tested in a cycle.
+
+    Returns
+    -------
+    :
+        P int64: of each patch up to the largest number.
+    """
+    tile = np.stack([patch, row >> icu.tile_bits, column >> icu.tile_bits])
+    tiles, rays = np.unique(tile, axis=1, return_counts=True)
+    return np.bincount(tiles[0], weights=-(-rays // lanes)).astype(np.int64)

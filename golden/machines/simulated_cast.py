@@ -50,7 +50,7 @@ class SimulatedCast:
 
 
 def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming, *,
-                 section: Sector | None = None) -> SimulatedCast:
+                 section: Sector | None = None, lanes: int = 1) -> SimulatedCast:
     """Cast a section of a frustum on one cluster that holds all patches.
 
     Parameters
@@ -63,8 +63,10 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
         Latencies and capacities of a cluster.
     section
         The section. Default: all rays.
+    lanes
+        Rays of a tile that are tested in a cycle; the hardware has one lane.
     """
-    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record))
+    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record), lanes)
     times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
     return SimulatedCast(trace=stages.trace(), times=times, tests=stages.tests, cells=stages.cells,
                        grid_rays=stages.grid_rays, hit=stages.hit)
@@ -73,11 +75,11 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
 class _Stages:
     """The stages of a section, each explored when it begins."""
 
-    def __init__(self, shelling, record, config, timing, section):
+    def __init__(self, shelling, record, config, timing, section, lanes):
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
         self._section, self._memory = section, RayMemory(len(record), config)
         self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
-        self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK)
+        self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK, lanes=lanes)
         self._cluster = shelling.cluster(record, self._section)
         self._found, self.cells = np.zeros(len(shelling.geometry), dtype=bool), 0
         self._cycles, self._first_cell = [], [0]
@@ -150,16 +152,16 @@ class _Stages:
         """Test the patches, and keep the stored inverse distances in between, since survival reads them any time."""
         self.cells += len(stage.opened)
         clip = section_clip(self._tests.patches.window[stage.found], self._section, self._record)
-        before = self._references.copy()
+        before = self._tests.issued.copy()
         done = len(self._walks)
         for part in np.array_split(stage.found, max(1, len(stage.found) // _PART)):
             self._tests.run(replace(stage, found=part), self._section, ShellingCounts())
             done += len(part)
             self._patches.append(done)
             self._inverse.append(self._memory.inverse.copy())
-        tests = (self._references - before)[stage.found]
+        issued = (self._tests.issued - before)[stage.found]
         self._patch = np.append(self._patch, stage.found)
-        self._walks = np.append(self._walks, np.maximum(tests, window_tiles(clip, self._config.icu)))
+        self._walks = np.append(self._walks, np.maximum(issued, window_tiles(clip, self._config.icu)))
 
     def _append_lists(self, cells, stage):
         """Which of the cells are open, and which of the others' patches have been found."""

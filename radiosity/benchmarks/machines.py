@@ -68,10 +68,10 @@ class SceneCasts:
         self._geometry = PatchGeometry.of(opened, config.numbers, points[[POINT]])
         self._record = hemisphere_record(Hemisphere(*rays), self._geometry.coordinates, points[POINT], down)
 
-    def cast(self, cell: float) -> SimulatedCast:
-        """The cast with cells of a size."""
+    def cast(self, cell: float, *, lanes: int = 1) -> SimulatedCast:
+        """The cast with cells of a size and with so many ray lanes."""
         shelling = Shelling(self._geometry, self._config, cell=cell, by_code=True)
-        return cast_section(shelling, self._record, self._config, self._timing)
+        return cast_section(shelling, self._record, self._config, self._timing, lanes=lanes)
 
 
 def machine_config(preset: str, assignments: tuple[str, ...], rays: tuple[int, int]) -> Config:

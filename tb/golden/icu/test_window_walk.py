@@ -1,9 +1,11 @@
+import math
+
 import numpy as np
 import pytest
 
 from golden.config import PRESETS
 from golden.icu.section_clip import SectionWindow
-from golden.icu.window_walk import ray_address, walk_cycles, window_rays, window_tiles
+from golden.icu.window_walk import issue_cycles, ray_address, walk_cycles, window_rays, window_tiles
 
 ICU = PRESETS["small"].icu
 SIDE = 1 << ICU.tile_bits
@@ -56,3 +58,18 @@ def test_addresses_number_tiles_then_rays(across):
                     found = ray_address(np.array(tile_column * SIDE + x), np.array(tile_row * SIDE + y), across, ICU)
                     assert found == expected
                     expected += 1
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 5])
+def test_lanes_issue_rays_of_one_tile_of_one_patch(lanes):
+    random = np.random.default_rng(7)
+    rays = {(int(patch), int(column), int(row)) for patch, column, row in zip(
+        random.integers(0, 4, 300), random.integers(0, 3 * SIDE, 300), random.integers(0, 2 * SIDE, 300), strict=True)}
+    expected = [0] * 4
+    for patch in range(4):
+        for across in range(3):
+            for down in range(2):
+                live = [ray for ray in rays if (ray[0], ray[1] // SIDE, ray[2] // SIDE) == (patch, across, down)]
+                expected[patch] += math.ceil(len(live) / lanes)
+    patch, column, row = np.array(sorted(rays, key=hash)).T
+    assert issue_cycles(patch, column, row, lanes, ICU).tolist() == expected

@@ -64,3 +64,11 @@ def test_a_replay_and_processes_in_simpy_have_the_same_events(name, cell, change
         assert np.array_equal(times.begins, cast.times.begins)
         assert np.array_equal(times.ends, cast.times.ends)
         assert (times.free, times.cycles) == (cast.times.free, cast.times.cycles)
+
+
+def test_two_lanes_halve_the_cycles_of_tests_at_most():
+    """Cycles of a tile with an odd number of rays are rounded up, and a patch's walk reads each tile once."""
+    config = machine_config("paper", (), (64, 16))
+    one, two = (SceneCasts("cornell", config, rays=(64, 16)).cast(0.35, lanes=lanes) for lanes in (1, 2))
+    assert 1.3 < one.trace.tests.sum() / two.trace.tests.sum() <= 2
+    assert 1.2 < one.times.cycles / two.times.cycles < 2
