@@ -21,7 +21,7 @@ from golden.image import read_exr
 from tb.golden.jobs.manifests import write_manifest
 from tb.golden.scene.luminaires.texts import eulumdat, ies
 
-__all__ = ["RECORD", "results", "write_inputs"]
+__all__ = ["RECORD", "listed", "results", "write_inputs"]
 
 RECORD = Path(__file__).parent / "printed.json"
 # Lines of a text up to which it is listed whole, and characters of one of them.
@@ -74,7 +74,7 @@ def results(commands: list[str]) -> list[dict]:
             if done.exception is not None and not isinstance(done.exception, SystemExit):
                 raise done.exception
             files = set(_files(folder))
-            found.append({"exit": done.exit_code, "stdout": _printed(done.stdout), "stderr": _lines(done.stderr),
+            found.append({"exit": done.exit_code, "stdout": _printed(done.stdout), "stderr": listed(done.stderr),
                           "files": {str(path.relative_to(folder)): _content(path) for path in sorted(files - seen)}})
             seen = files
         return [{name: value for name, value in one.items() if value} for one in found]
@@ -97,7 +97,7 @@ def _number(found):
     return f"{float(found[0]):.6g}"
 
 
-def _lines(text):
+def listed(text):
     """The lines of a text without times, or their number and check sum if there are many."""
     text = re.sub(r"\d+\.\d+ s\b", "# s", text)
     # What `render` lists at the end.
@@ -110,7 +110,7 @@ def _lines(text):
 
 
 def _printed(text):
-    return _rounded(json.loads(text)) if text.startswith("{") else _lines(text)
+    return _rounded(json.loads(text)) if text.startswith("{") else listed(text)
 
 
 def _content(path):
@@ -129,13 +129,13 @@ def _content(path):
         case ".json":
             return _rounded(json.loads(path.read_text()))
         case _:
-            return _lines(path.read_text())
+            return listed(path.read_text())
 
 
 def _array(array):
     """Type, shape, and check sum of an array, or of real numbers two sums, the second of which sees their order."""
     if array.dtype.kind == "U":
-        return _lines(str(array))
+        return listed(str(array))
     head = f"{array.dtype.str} {array.shape}"
     if array.dtype.kind != "f":
         return f"{head} {zlib.crc32(np.ascontiguousarray(array).tobytes()):08x}"

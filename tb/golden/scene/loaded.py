@@ -109,7 +109,16 @@ element edge 1
 property int a
 end_header
 """
-_STL = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
+_STL = """solid a
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid
+"""
 _VS3 = """T title
 C encl=1
 F 3
@@ -247,7 +256,7 @@ def _plain(value):
         return _plain(value.tolist())
     if isinstance(value, (float, np.floating)):
         return float(f"{value:.9g}") + 0.0
-    return value if isinstance(value, (int, type(None))) else str(value)
+    return value if isinstance(value, int | None) else str(value)
 
 
 if __name__ == "__main__":
