@@ -63,20 +63,17 @@ def _elements(what, value, name, dimensions):
         yield from _leaves(what.signature, value, f"{name}.")
 
 
-class Run:
-    """One run of a component.
+class Runs:
+    """Runs of a component, each from its initial state; its simulator is made once.
 
     Members
     -------
-    came
-        The items that came out of each stream.
     moved
-        Streams whose offer changed before it was taken.
+        Streams whose offer changed before it was taken, in any run.
     """
 
-    def __init__(self, kind, given, *, offers, takes, cycles):
+    def __init__(self, kind, given):
         self._dut = kind(**given)
-        self._offers, self._takes, self._cycles = offers, takes, cycles
         self._inputs, self._outputs, self._others = {}, {}, {}
         for name, is_input, value in _leaves(self._dut.signature, self._dut):
             if hasattr(value, "payload") and hasattr(value, "ready"):
@@ -84,11 +81,19 @@ class Run:
                     Value.cast(value.payload), value.valid, value.ready)
             elif is_input:
                 self._others[name] = Value.cast(value)
-        self.came, self.moved = {name: [] for name in self._outputs}, set()
-        simulator = Simulator(self._dut)
-        simulator.add_clock(1e-8)
-        simulator.add_testbench(self._run)
-        simulator.run()
+        self._came, self.moved = None, set()
+        self._simulator = Simulator(self._dut)
+        self._simulator.add_clock(1e-8)
+        self._simulator.add_testbench(self._run)
+
+    def run(self, *, offers, takes, cycles):
+        """Items of each stream, for probabilities of an offer and of readiness."""
+        self._offers, self._takes, self._cycles = offers, takes, cycles
+        if self._came is not None:
+            self._simulator.reset()
+        self._came = {name: [] for name in self._outputs}
+        self._simulator.run()
+        return self._came
 
     async def _run(self, ctx):
         when, what = random.Random(self._offers), {name: random.Random(name) for name in self._inputs}
@@ -112,7 +117,7 @@ class Run:
                     self.moved.add(name)
                 held.pop(name, None)
                 if item is not None and ctx.get(ready):
-                    self.came[name].append(item)
+                    self._came[name].append(item)
                 elif item is not None:
                     held[name] = item
             for name in taken:
@@ -124,11 +129,11 @@ class Run:
 def _found(name):
     """Streams whose items depend on time, and those whose offers do not stay."""
     kind, given = COMPONENTS[name]
-    fast, *slow = (Run(kind, given, offers=offers, takes=takes, cycles=cycles)
-                   for offers, takes, cycles in (FAST, *SLOW))
-    timed = {name for one in slow for name, items in one.came.items()
-             if any(a != b for a, b in zip(items, fast.came[name], strict=False))}
-    return timed, fast.moved.union(*(one.moved for one in slow))
+    runs = Runs(kind, given)
+    fast, *slow = (runs.run(offers=offers, takes=takes, cycles=cycles) for offers, takes, cycles in (FAST, *SLOW))
+    timed = {name for came in slow for name, items in came.items()
+             if any(a != b for a, b in zip(items, fast[name], strict=False))}
+    return timed, runs.moved
 
 
 @pytest.mark.parametrize("name", COMPONENTS)
