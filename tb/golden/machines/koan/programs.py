@@ -28,7 +28,8 @@ def run_programs(programs, *, pages, frames=4, timing=QUICK, is_shared=False, wo
     state = page_state(nodes=nodes, pages=pages, frames=frames, page_bytes=page_bytes, timing=timing, words=words,
                        log=40 * len(made) + 100)
     references = References((2 * page + writes).astype(np.int32), *((word, value) if words else (word[:0], value[:0])))
-    items = Items(np.cumsum([0, *(len(each) for _, each in flat)]), np.array([work for work, _ in flat]),
+    items = Items(np.cumsum([0, *(len(each) for _, each in flat)]),
+                  np.array([work for work, _ in flat], dtype=np.int64),  # also where no node has an item
                   np.full(len(flat), timing.access), np.cumsum([0, *map(len, programs)]))
     times = run_items(state, items, references, np.zeros(nodes) if start is None else np.array(start),
                       is_shared=is_shared)
