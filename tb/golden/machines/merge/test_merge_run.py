@@ -23,15 +23,20 @@ def drawn():
     return drawn_triangles(7, 400, width=WIDTH, height=HEIGHT, size=5.0)
 
 
+@pytest.fixture(scope="module")
+def plain(drawn):
+    """The picture without nodes, and where it is active."""
+    return plain_picture(span_lists(drawn[0], drawn[1] % 1, WIDTH, HEIGHT), WIDTH, HEIGHT)
+
+
 def run(drawn, nodes=8, **scheme):
     return simulate_merge(*drawn, MergeScheme(**scheme), nodes=nodes, width=WIDTH, height=HEIGHT)
 
 
 @pytest.mark.parametrize(("name", "division", "nodes", "is_full"),
                          list(product(SCHEMES, DIVISIONS, (1, 2, 8, 32), (False, True))))
-def test_pictures_are_a_plain_z_buffer_s(drawn, name, division, nodes, is_full):
-    spans = span_lists(drawn[0], drawn[1] % 1, WIDTH, HEIGHT)
-    expected, is_active = plain_picture(spans, WIDTH, HEIGHT)
+def test_pictures_are_a_plain_z_buffer_s(drawn, plain, name, division, nodes, is_full):
+    expected, is_active = plain
     found = run(drawn, nodes, name=name, division=division, is_full=is_full)
     assert np.array_equal(found.picture, expected)
     assert found.active == is_active.sum()
