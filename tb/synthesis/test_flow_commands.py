@@ -1,0 +1,120 @@
+"""What the tools are told and what is read from what they write; no tool runs."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import pytest
+
+from golden.errors import InputError
+from hw.synthesis import flow
+from hw.synthesis.family import FAMILIES
+from hw.synthesis.flow import Clock, bitstream, place_and_route
+
+
+def part(kind, delay, cell="", to=""):
+    return {"type": kind, "delay": delay, "from": {"cell": cell}, "to": {"cell": to}}
+
+
+PATHS = [
+    {"from": "async", "to": "posedge clk", "path": [part("logic", 99.0, "pin", "pin")]},
+    {"from": "posedge clk", "to": "async", "path": [part("logic", 98.0, "pin", "pin")]},
+    {"from": "posedge clk", "to": "posedge clk", "path": [part("logic", 5.0, "short", "short")]},
+    {"from": "posedge clk", "to": "posedge clk", "path": [
+        part("clk-to-q", 0.5, "a.count_TRELLIS_FF_Q_3"), part("routing", 1.25), part("logic", 0.25),
+        part("routing", 2.0), part("setup", 4.0, "x", "b.sum_LUT4_Z_1")]}]
+REPORT = {"fmax": {"$glbnet$clk": {"achieved": 90.5, "constraint": 105.0},
+                   "other": {"achieved": 71.25, "constraint": 105.0}}, "critical_paths": PATHS}
+
+
+@pytest.fixture
+def commands(monkeypatch, tmp_path):
+    """The commands that are run, each with the name of its log."""
+    found = []
+
+    def run(command, log):
+        found.append(([str(word) for word in command], log.name))
+        if "--report" in command:
+            (log.parent / command[command.index("--report") + 1]).write_text(json.dumps(REPORT))
+
+    monkeypatch.setattr(flow, "_run", run)
+    monkeypatch.setattr(flow, "_program", lambda name: f"/bin/{name}")
+    return found
+
+
+def test_a_netlist_is_placed_on_the_device_with_its_seed(commands, tmp_path):
+    """The clock is the slowest one; its path the longest between registers, logic and routing apart."""
+    found = place_and_route(tmp_path / "clock.json", seed=7, options=("--router", "router2"))
+    assert commands == [([
+        "/bin/nextpnr-ecp5", "--json", "clock.json", "--85k", "--package", "CABGA381", "--speed", "6",
+        "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", "105", "--router", "router2", "--seed", "7",
+        "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
+    assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
+
+
+def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path):
+    area = FAMILIES["ecp5"].area({})
+    monkeypatch.setattr(flow, "_netlist", lambda text, folder, name, family: folder / f"{name}.json")
+    monkeypatch.setattr(flow, "_area", lambda netlist, family: area)
+    found, clock = bitstream("text", "LOCATE", tmp_path, "board", seed=2, options=("--freq", "25"))
+    assert found is area
+    assert clock.mhz == 71.25
+    assert (tmp_path / "board.lpf").read_text() == "LOCATE"
+    (placing, placed), (packing, packed) = commands
+    assert placing[8:14] == ["--lpf", "board.lpf", "--textcfg", "board.config", "--freq", "25"]
+    assert not {"--timing-allow-fail", "--lpf-allow-unconstrained"} & set(placing)
+    assert placing[-4:] == ["--seed", "2", "--report", "board.seed-2.report.json"]
+    assert packing == ["/bin/ecppack", "--compress", "board.config", "board.bit"]
+    assert (placed, packed) == ("board.seed-2.nextpnr.log", "board.ecppack.log")
+
+
+def test_area_counts_cells_of_all_modules_but_black_boxes(tmp_path):
+    def module(attributes, *cells):
+        return {"attributes": attributes, "cells": {str(number): {"type": one} for number, one in enumerate(cells)}}
+
+    netlist = tmp_path / "area.json"
+    netlist.write_text(json.dumps({"modules": {
+        "top": module({"folded_luts": f"{5:032b}"}, "LUT4", "LUT4", "TRELLIS_FF"),
+        "part": module({"folded_luts": f"{2:032b}"}, "LUT4", "DP16KD", "MULT18X18D"),
+        "LUT4": module({"blackbox": "1"}, "LUT4", "LUT4")}}))
+    found = flow._area(netlist, FAMILIES["ecp5"])
+    assert (found.lut, found.ff, found.bram, found.dsp, found.folded) == (3, 1, 1, 1, 7)
+
+
+MEMORY = """module \\a
+{attribute}  memory width 4 size 8 \\{memory}
+  cell $memrd_v2 \\read
+    parameter \\MEMID "\\\\m"
+    parameter \\TRANSPARENCY_MASK 2'00
+    parameter \\COLLISION_X_MASK 2'00
+    parameter \\CLK_ENABLE {clocked}
+  end
+end
+"""
+
+
+UNCHECKED = "  attribute \\no_rw_check 1\n"
+
+
+@pytest.mark.parametrize(("attribute", "memory", "clocked", "expected"), [
+    (UNCHECKED, "m", 1, "11"), (f"{UNCHECKED}  attribute \\b 2\n", "m", 1, "11"), ("", "m", 1, "00"),
+    (UNCHECKED, "n", 1, "00"), (UNCHECKED, "m", 0, "00")])
+def test_clocked_read_ports_of_unchecked_memories_are_marked(attribute, memory, clocked, expected):
+    text = MEMORY.format(attribute=attribute, memory=memory, clocked=clocked)
+    found = flow._marked(text)
+    assert re.search(r"COLLISION_X_MASK 2'(\d+)", found)[1] == expected
+    assert re.search(r"TRANSPARENCY_MASK 2'(\d+)", found)[1] == "00"
+
+
+def test_a_tool_that_fails_is_a_line_with_its_last_words(monkeypatch, tmp_path):
+    def run(command, *, cwd, stdout, stderr, check):
+        assert (cwd, check) == (tmp_path, False)
+        stdout.write("first\nlast words\n\n")
+        return SimpleNamespace(returncode=command[1:] == ["bad"])
+
+    monkeypatch.setattr(flow.subprocess, "run", run)
+    log = tmp_path / "a.log"
+    flow._run(["/bin/tool", "good"], log)
+    with pytest.raises(InputError) as error:
+        flow._run(["/bin/tool", "bad"], log)
+    assert str(error.value) == f"report: tool failed, see {log}: last words"

