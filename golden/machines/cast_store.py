@@ -15,6 +15,7 @@ from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.section_trace import CastTimes, SectionTrace
 from golden.machines.simulated_cast import SimulatedCast, cast_section
 from golden.output import whole_file
+from golden.schedule.subshells import SubshellList
 
 __all__ = ["CastStore"]
 
@@ -47,25 +48,28 @@ class CastStore:
                                  sort_keys=True).encode())
         self._scene = digest.digest()
 
-    def cast(self, record: FrustumRecord, section: Sector) -> SimulatedCast:
+    def cast(self, record: FrustumRecord, section: Sector, subshells: SubshellList | None = None) -> SimulatedCast:
         """The cast of a section, see `cast_section`."""
-        name = self._name(record, section)
+        name = self._name(record, section, subshells)
         if name not in self._kept:
             path = self._folder / f"{name}.npz" if self._folder else None
-            if path and path.exists():
-                self._kept[name] = _read(path)
-            else:
-                self._kept[name] = cast_section(self._shelling, record, self._config, self._timing, section=section)
+            cast = _read(path) if path and path.exists() else None
+            if cast is None:
+                cast = cast_section(self._shelling, record, self._config, self._timing, section=section,
+                                    subshells=subshells)
                 if path:
-                    _write(path, self._kept[name])
+                    _write(path, cast)
+            self._kept[name] = cast
         return self._kept[name]
 
-    def _name(self, record, section):
+    def _name(self, record, section, subshells):
         """What a cast follows from, as the name of its file."""
         digest = hashlib.sha256(self._scene)
         for value in (record.origin, record.matrix, record.is_screen, record.source, *asdict(section).values()):
             digest.update(np.asarray(value, dtype=np.int64).tobytes())
         digest.update(record.all_directions().tobytes())
+        if subshells is not None:
+            digest.update(np.stack([subshells.patches, subshells.shell]).tobytes())
         return digest.hexdigest()[:32]
 
 
@@ -78,7 +82,10 @@ def _write(path, cast):
 
 
 def _read(path):
+    """The cast of a file, None of one that lacks some of it."""
     with np.load(path) as stored:
+        if not {field.name for field in fields(SectionTrace)} <= {*stored.files}:
+            return None
         numbers = stored["numbers"].tolist()
         times = CastTimes(begins=stored["begins"], ends=stored["ends"], **dict(zip(_NUMBERS, numbers, strict=False)))
         trace = SectionTrace(**{field.name: stored[field.name] for field in fields(SectionTrace)})

@@ -34,7 +34,7 @@ _EVENTS = 512
 _LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "entries", "requests",
            "waiting")
 (_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _ENTRIES, _REQUESTS, _WAITING,
- _ALL_SLOTS, _RUN_AHEAD) = range(13)
+ _ALL_SLOTS) = range(12)
 
 
 class StageItems(NamedTuple):
@@ -75,6 +75,8 @@ class ClusterCast(NamedTuple):
         P int64: of each patch that has entered setup, in order, the cycle in which its last ray ends.
     closes
         S int64: of each stage of requests, when its last grid ray ends, on traversal's own clock.
+    ahead
+        S int64: of each stage of requests, how many before it may be in flight when it begins.
     ready
         P int64: patches in the order in which they can be read.
     remote
@@ -86,11 +88,12 @@ class ClusterCast(NamedTuple):
     limits: np.ndarray
     ends: np.ndarray
     closes: np.ndarray
+    ahead: np.ndarray
     ready: np.ndarray
     remote: np.ndarray
 
 
-def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, run_ahead: int,
+def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slots: int, run_ahead: int,
                number: int = 0) -> ClusterCast:
     """A cast at cycle 0, whose first item will be a near cell.
 
@@ -98,8 +101,10 @@ def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, 
     ----------
     timing
         Latencies and capacities.
-    patches, shells
-        Patches of the scene, and the last shell.
+    patches
+        Patches of the scene.
+    barriers
+        S bool: each stage waits until all before it are over; the first one is the list of near cells.
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
     number
@@ -109,8 +114,10 @@ def begin_cast(timing: ClusterTiming, *, patches: int, shells: int, slots: int, 
     numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
     numbers[_SELF] = number
     limits = [getattr(timing, name) for name in _LIMITS]
-    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, run_ahead], dtype=np.int64),
-                       np.zeros(patches, dtype=np.int64), np.zeros(shells, dtype=np.int64),
+    # Behind the last stage there is none to wait.
+    ahead = np.append(np.where(barriers[1:], 0, run_ahead), run_ahead)
+    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots], dtype=np.int64),
+                       np.zeros(patches, dtype=np.int64), np.zeros(len(barriers), dtype=np.int64), ahead,
                        np.zeros(patches, dtype=np.int64), np.zeros((2, patches), dtype=np.int64))
 
 
@@ -261,7 +268,7 @@ def next_begin(cast: ClusterCast, permission: int) -> int:
         Cycles from the permission of the stage to its first request.
     """
     numbers = cast.numbers
-    if numbers[_STARTED] - numbers[_OVER] > cast.limits[_RUN_AHEAD] or numbers[_STALLED] != _NEVER:
+    if numbers[_STARTED] - numbers[_OVER] > cast.ahead[numbers[_STARTED]] or numbers[_STALLED] != _NEVER:
         return _NEVER
     return max(numbers[_FRONT] + numbers[_SHIFT], numbers[_PERMITTED] + permission)
 
@@ -447,6 +454,6 @@ def _end_stages(cast, items, time):
             or (cell < len(items.time) and items.time[cell] + numbers[_SHIFT] - limits[_MEMORY] <= time)):
         return
     numbers[_LAST] = time
-    if numbers[_CLOSED] > numbers[_OVER] and numbers[_STARTED] - numbers[_OVER] > limits[_RUN_AHEAD]:
+    if numbers[_CLOSED] > numbers[_OVER] and numbers[_STARTED] - numbers[_OVER] > cast.ahead[numbers[_STARTED]]:
         numbers[_PERMITTED] = time + limits[_OVER_CYCLES]
     numbers[_OVER] = numbers[_CLOSED]

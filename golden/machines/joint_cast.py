@@ -126,6 +126,7 @@ class _Machine(NamedTuple):
     ready: np.ndarray
     remote: np.ndarray
     closes: np.ndarray
+    ahead: np.ndarray
     begins: np.ndarray
     time: np.ndarray
     offset: np.ndarray
@@ -172,7 +173,7 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     count, home = len(traces), np.asarray(home, dtype=np.int64)
     if bus is None and any((home[trace.patch] < 0).any() for trace in traces):
         raise InputError("machines: Patches of a joint cast without a bus must be held by clusters")
-    casts = [begin_cast(timing, patches=len(trace.tests), shells=len(trace.cycles), slots=slots, run_ahead=run_ahead,
+    casts = [begin_cast(timing, patches=len(trace.tests), barriers=trace.is_barrier, slots=slots, run_ahead=run_ahead,
                         number=number) for number, trace in enumerate(traces)]
     owner = []
     for number, trace in enumerate(traces):
@@ -196,7 +197,8 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         latency=np.array([*(getattr(joint, name) for name in _TIMES), timing.memory,
                           timing.memory + timing.traversal, timing.generator], dtype=np.int64),
         first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
-        **{name: joined(getattr(cast, name) for cast in casts) for name in ("ends", "ready", "remote", "closes")},
+        **{name: joined(getattr(cast, name) for cast in casts) for name in (
+            "ends", "ready", "remote", "closes", "ahead")},
         begins=np.zeros(first[-1, _STAGE], dtype=np.int64), time=np.zeros(first[-1, _CELL], dtype=np.int64),
         **{name: joined(getattr(trace, name) for trace in traces) for name in (
             "offset", "entries", "is_new", "patch", "tests", "cycles", "searches", "first_cell")},
@@ -220,9 +222,9 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
 def _cast(machine, number):
     """A cluster's part of the state."""
     first, end = machine.first[number], machine.first[number + 1]
-    patch, after = first[_PATCH], end[_PATCH]
+    patch, after, stage, last = first[_PATCH], end[_PATCH], first[_STAGE], end[_STAGE]
     return ClusterCast(machine.heap, machine.numbers[number], machine.limits, machine.ends[patch:after],
-                       machine.closes[first[_STAGE]:end[_STAGE]], machine.ready[patch:after],
+                       machine.closes[stage:last], machine.ahead[stage:last], machine.ready[patch:after],
                        machine.remote[:, patch:after])
 
 

@@ -27,6 +27,8 @@ class SectionTrace:
     ----------
     cycles, searches
         S int64: cycles of each stage's requests; cycles of its searches of rows and columns.
+    is_barrier
+        S bool: the stage begins when all before it are over.
     first_cell
         S + 1 int64: the first cell of each stage.
     offset
@@ -43,6 +45,7 @@ class SectionTrace:
 
     cycles: np.ndarray
     searches: np.ndarray
+    is_barrier: np.ndarray
     first_cell: np.ndarray
     offset: np.ndarray
     entries: np.ndarray
@@ -94,9 +97,9 @@ class TraceSource:
         return len(self._trace.tests)
 
     @property
-    def stages(self) -> int:
-        """Stages, with the list of near cells."""
-        return len(self._trace.cycles)
+    def barriers(self) -> np.ndarray:
+        """Whether each stage waits until all before it are over; the list of near cells is the first one."""
+        return self._trace.is_barrier
 
     def searches(self, stage: int) -> int:
         """Cycles of a stage's searches."""
@@ -124,11 +127,11 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
     """
-    cast = begin_cast(timing, patches=source.patches, shells=source.stages, slots=slots, run_ahead=run_ahead)
+    cast = begin_cast(timing, patches=source.patches, barriers=source.barriers, slots=slots, run_ahead=run_ahead)
     begins = [timing.begin]
     items, cycles = source.items(0, timing.begin, cast)
     add_stage(cast, items, timing.begin, cycles, True)
-    for stage in range(1, source.stages):
+    for stage in range(1, len(source.barriers)):
         begins.append(next_stage(cast, items, timing.generator + source.searches(stage)))
         items, cycles = source.items(stage, begins[-1], cast)
         add_stage(cast, items, begins[-1], cycles, False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from golden.cast.shelling import Shelling, ShellingCounts
 from golden.config import Config
-from golden.ctu.sector import Sector
+from golden.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.ctu.settle_pyramid import SettlePyramid
 from golden.frustum import FrustumRecord
 from golden.icu.ray_memory import RayMemory
@@ -22,6 +22,7 @@ from golden.machines.section_trace import CastTimes, SectionTrace, run_stages
 from golden.schedule.cycle_model import BLOCK
 from golden.schedule.row_pieces import row_pieces
 from golden.schedule.square_scan import row_groups, survival_words
+from golden.schedule.subshells import SubshellList
 
 __all__ = ["SimulatedCast", "cast_section"]
 
@@ -50,7 +51,8 @@ class SimulatedCast:
 
 
 def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming, *,
-                 section: Sector | None = None, lanes: int = 1) -> SimulatedCast:
+                 section: Sector | None = None, subshells: SubshellList | None = None,
+                 lanes: int = 1) -> SimulatedCast:
     """Cast a section of a frustum on one cluster that holds all patches.
 
     Parameters
@@ -63,10 +65,13 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
         Latencies and capacities of a cluster.
     section
         The section. Default: all rays.
+    subshells
+        The subshells of the section, explored one after the other: each begins when all before it are over. Default:
+        the last one alone.
     lanes
         Rays of a tile that are tested in a cycle; the hardware has one lane.
     """
-    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record), lanes)
+    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record), subshells, lanes)
     times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
     return SimulatedCast(trace=stages.trace(), times=times, tests=stages.tests, cells=stages.cells,
                        grid_rays=stages.grid_rays, hit=stages.hit)
@@ -75,7 +80,7 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
 class _Stages:
     """The stages of a section, each explored when it begins."""
 
-    def __init__(self, shelling, record, config, timing, section, lanes):
+    def __init__(self, shelling, record, config, timing, section, subshells, lanes):
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
         self._section, self._memory = section, RayMemory(len(record), config)
         self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
@@ -91,7 +96,10 @@ class _Stages:
         side = 1 << config.icu.tile_bits
         self._tiles = -(-(section.end_row - section.first_row) // side) * -(
             -(section.end_column - section.first_column) // side)
-        self.patches, self.stages = len(shelling.geometry), self._cluster.traversal.last_shell
+        self.patches = len(shelling.geometry)
+        self._where = [*self._cluster.schedule(subshells, self._tests.window)]
+        subshell = np.array([one for one, _, _ in self._where])
+        self.barriers = np.diff(subshell, prepend=0) > 0
 
     @property
     def tests(self):
@@ -109,24 +117,25 @@ class _Stages:
     def trace(self):
         """All of it, for replays."""
         return SectionTrace(
-            cycles=np.array(self._cycles), searches=np.array([self.searches(stage) for stage in range(self.stages)]),
-            first_cell=np.array(self._first_cell), offset=self._offset, entries=self._entries, is_new=self._new,
-            patch=self._patch, tests=self._walks)
+            cycles=np.array(self._cycles),
+            searches=np.array([self.searches(stage) for stage in range(len(self._where))]),
+            is_barrier=self.barriers, first_cell=np.array(self._first_cell), offset=self._offset,
+            entries=self._entries, is_new=self._new, patch=self._patch, tests=self._walks)
 
     def searches(self, stage):
-        rays = self._cluster.traversal.rays(stage + 1) if stage else None
+        rays = self._cluster.traversal.rays(self._where[stage][1]) if stage else None
         return self._timing.search * (rays.rows.bit_length() + rays.columns.bit_length()) if stage else 0
 
     def items(self, stage, begin, cast):
-        timing, shell, inverse, cycles = self._timing, stage + 1, self._inverse[0], 0
+        timing, (subshell, shell, window), inverse = self._timing, self._where[stage], self._inverse[0]
         if stage:
             # Codes improve while survival looks rays up: those of the middle stand for all.
-            middle = begin + self._requests(shell, self._seen(cast, begin), None) // 2
+            middle = begin + self._requests(shell, window, self._seen(cast, begin), None) // 2
             inverse = self._seen(cast, middle)
-        explored = self._cluster.explore(0, shell, None, inverse)
+        explored = self._cluster.explore(subshell, shell, window, inverse)
         cells = np.empty(0, dtype=np.int64) if explored is None else explored.cells
         if stage:
-            cycles = self._requests(shell, inverse, explored)
+            cycles = self._requests(shell, window, inverse, explored)
             offset = (np.arange(len(cells)) + 1) * cycles // max(1, len(cells))
         else:
             cycles, offset = len(cells), np.arange(len(cells))
@@ -174,20 +183,30 @@ class _Stages:
         self._entries = np.append(self._entries, self._entries[-1] + np.cumsum(count))
         self._new = np.append(self._new, is_new)
 
-    def _requests(self, shell, inverse, stage):
+    def _requests(self, shell, window, inverse, stage):
         """Cycles in which a stage's grid rays are requested, looked up and traversed."""
         record, config = self._record, self._config
         traversal = self._cluster.traversal
         rays = traversal.rays(shell)
-        live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
-            traversal.threshold(shell, config))
-        words, lookups = survival_words(rays, live, self._section, record, config)
-        rows = self._rows(rays)
+        if window is None:
+            live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
+                traversal.threshold(shell, config))
+            words, lookups = survival_words(rays, live, self._section, record, config)
+            cycles = max(self._rows(rays), lookups, *words)
+        else:
+            cycles = self._window_requests(rays, window)
         if stage is None:
-            return max(rows, lookups, *words)
+            return cycles
         passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.nodes))
-        return max(rows, lookups, *words, stage.grid_rays, passes, len(stage.cells))
+        return max(cycles, stage.grid_rays, passes, len(stage.cells))
 
+    def _window_requests(self, rays, window):
+        """Cycles in which the grid rays of a subshell's window are requested: one in each, row by row."""
+        inside = sector_rays(rays, self._section, self._record) & subshell_rays(rays, window, self._record)
+        of_rows = np.count_nonzero(inside, axis=1)
+        timing = self._timing
+        search = timing.arc + timing.search * rays.columns.bit_length()
+        return search + int(np.maximum(of_rows, timing.row + timing.piece)[of_rows > 0].sum())
 
     def _rows(self, rays):
         """Cycles in which the generator requests a stage's grid rays, row by row, with its searches for columns."""

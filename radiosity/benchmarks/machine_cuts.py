@@ -1,11 +1,11 @@
 """Frusta that clusters share, simulated beside those of the hardware that docs/figures/cut-cycles.csv has.
 
 Each cluster casts a section of the frustum and holds a share of the patches. The sections and the shares follow from a
-sparse casting from another point of the ceiling.
+sparse casting from another point of the ceiling; or the first cluster holds all patches.
 """
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,15 +26,40 @@ from hw.history import ROOT
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT
 from radiosity.cluster_timing import cluster_timing
-from radiosity.job_timing import joint_timing
+from radiosity.job_timing import bus_timing, joint_timing
 
-__all__ = ["CELL", "PreparedCut", "cut_config", "prepare_cut", "recorded_cuts", "simulate_cut", "simulated_cuts"]
+__all__ = ["CutRow", "PreparedCut", "cut_config", "prepare_cut", "recorded_cuts", "simulate_cut", "simulated_cuts",
+           "thesis_config"]
 
 _RECORDED = ROOT / "docs" / "figures" / "cut-cycles.csv"
-# Cell size, rays, the point of the ceiling that the sparse casting is from, and rays for each of its own.
-CELL, _RAYS, _REFERENCE, _RATIO = 0.0625, (256, 64), 0, 64
+# Rays, the point of the ceiling that the sparse casting is from, and rays for each of its own.
+_RAYS, _REFERENCE, _RATIO = (256, 64), 0, 64
+# Cycles of main memory, for patches that no cluster holds.
+_LATENCY = 10
 # Of the hardware that was recorded: it had no patch store.
 _PARAMETERS = {"memsys.own_patches": 1024, "memsys.store_patches": 0, "memsys.filter_generation_bits": 4}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CutRow:
+    """A warm cast of the hardware: preset ``paper`` with 1024 patches in each cluster.
+
+    Parameters
+    ----------
+    scene, topology, clusters, cell
+        Scene, network, clusters, and size of the cells.
+    sets
+        ``scheduled`` by the sparse casting, or ``first``: the first cluster holds all patches.
+    cycles
+        Of the slowest cluster.
+    """
+
+    scene: str
+    topology: str
+    clusters: int
+    cell: float
+    sets: str
+    cycles: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,10 +78,12 @@ class PreparedCut:
     home: np.ndarray
 
 
-def recorded_cuts() -> dict[tuple[str, int], int]:
-    """Cycles of the hardware by scene and clusters: preset ``paper`` with 1024 patches in each, a mesh."""
+def recorded_cuts() -> tuple[CutRow, ...]:
+    """The casts of the hardware."""
     with _RECORDED.open(newline="") as file:
-        return {(row["scene"], int(row["clusters"])): int(row["cycles"]) for row in csv.DictReader(file)}
+        return tuple(CutRow(scene=row["scene"], topology=row["topology"], clusters=int(row["clusters"]),
+                            cell=float(row["cell"]), sets=row["sets"], cycles=int(row["cycles"]))
+                     for row in csv.DictReader(file))
 
 
 def cut_config(clusters: int, topology: str = "mesh") -> Config:
@@ -65,7 +92,12 @@ def cut_config(clusters: int, topology: str = "mesh") -> Config:
                              rays=_RAYS[0] * _RAYS[1])
 
 
-def prepare_cut(scene: str, config: Config, *, cell: float = CELL, folder: Path | None = None) -> PreparedCut:
+def thesis_config(clusters: int, topology: str = "torus") -> Config:
+    """The configuration of the thesis' machine: subshell lists, resident sets of what the sparse casting has found."""
+    return simulation_config(PRESETS["thesis"], clusters=clusters, topology=topology, rays=_RAYS[0] * _RAYS[1])
+
+
+def prepare_cut(scene: str, config: Config, *, cell: float, folder: Path | None = None) -> PreparedCut:
     """The frustum of a scene, cut for the clusters of a configuration; casts are kept in a folder, if there is one."""
     opened, hemisphere = open_scene(scene), Hemisphere(*_RAYS)
     points, down = ceiling_points(opened)
@@ -75,12 +107,13 @@ def prepare_cut(scene: str, config: Config, *, cell: float = CELL, folder: Path 
     shelling = Shelling(geometry, config, cell=cell, by_code=True)
     plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
     store = CastStore(shelling, config, cluster_timing(config), folder=folder)
-    return PreparedCut(traces=tuple(store.cast(record, section).trace for section in plan.partition.sections),
-                       home=plan.sets.residence(len(geometry))[0])
+    subshells = plan.subshells if config.ctu.subshells else [None] * len(plan.partition.sections)
+    return PreparedCut(traces=tuple(store.cast(record, section, listed).trace for section, listed in zip(
+        plan.partition.sections, subshells, strict=True)), home=plan.sets.residence(len(geometry))[0])
 
 
 def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None) -> list[CastTimes]:
-    """The times of all clusters.
+    """The times of all clusters; the cache is empty.
 
     Parameters
     ----------
@@ -95,12 +128,15 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
     return joint_cast(
         prepared.traces, prepared.home, timing, joint,
         routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
-        router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
+        router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead,
+        bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys)
 
 
-def simulated_cuts(rows: dict[tuple[str, int], int]) -> Iterator[tuple[str, int, int, int]]:
-    """Of each row: scene, clusters, cycles of the hardware, and of the slowest simulated cluster."""
-    for (scene, clusters), cycles in rows.items():
-        config = cut_config(clusters)
-        times = simulate_cut(prepare_cut(scene, config), config)
-        yield scene, clusters, cycles, max(each.cycles for each in times)
+def simulated_cuts(rows: Iterable[CutRow], *, folder: Path | None = None) -> Iterator[tuple[CutRow, int]]:
+    """Each row, with the cycles of the slowest simulated cluster; casts are kept in a folder, if there is one."""
+    for row in rows:
+        config = cut_config(row.clusters, row.topology)
+        prepared = prepare_cut(row.scene, config, cell=row.cell, folder=folder)
+        if row.sets == "first":
+            prepared = replace(prepared, home=np.zeros_like(prepared.home))
+        yield row, max(each.cycles for each in simulate_cut(prepared, config))

@@ -1,7 +1,8 @@
 """Frusta in scenes larger than a cluster's memory, simulated beside those of docs/figures/memory-cycles.csv.
 
-One cluster holds the first 1024 patches of a scene. The others come from main memory, over the bus and through the
-cache. Frusta are hemispheres of 256 x 64 rays and screens of 128 x 128.
+One cluster holds the first 1024 patches of a scene, of preset ``thesis`` those that a sparse casting has found.
+The others come from main memory, over the bus and through the cache. Frusta are hemispheres of 256 x 64 rays and
+screens of 128 x 128.
 """
 
 import csv
@@ -25,6 +26,7 @@ from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
 from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.phase import machine_schedule
 from hw.history import ROOT
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT
@@ -34,17 +36,20 @@ from radiosity.job_timing import bus_timing, joint_timing
 __all__ = ["MemoryRow", "recorded_memory", "simulated_memory"]
 
 _RECORDED = ROOT / "docs" / "figures" / "memory-cycles.csv"
-_RAYS, _SCREEN, _RESIDENT = (256, 64), (128, 128), 1024
+# Of a sparse casting: rays for each of its own.
+_RAYS, _SCREEN, _RESIDENT, _RATIO = (256, 64), (128, 128), 1024, 16
 # The network of one cluster carries nothing.
 _TOPOLOGY = Topology("mesh", 2, 1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MemoryRow:
-    """A warm cast of the hardware: preset ``paper``, one cluster, without a patch store.
+    """A warm cast of the hardware: one cluster, without a patch store.
 
     Parameters
     ----------
+    preset
+        ``paper`` or ``thesis``.
     scene, frustum, cell
         Scene, ``hemisphere`` or ``screen``, and size of the cells.
     latency
@@ -53,6 +58,7 @@ class MemoryRow:
         Of the cast.
     """
 
+    preset: str
     scene: str
     frustum: str
     cell: float
@@ -63,19 +69,24 @@ class MemoryRow:
 def recorded_memory() -> tuple[MemoryRow, ...]:
     """The casts of the hardware."""
     with _RECORDED.open(newline="") as file:
-        return tuple(MemoryRow(scene=row["scene"], frustum=row["frustum"], cell=float(row["cell"]),
-                               latency=int(row["latency"]), cycles=int(row["cycles"])) for row in csv.DictReader(file))
+        return tuple(MemoryRow(preset=row["preset"], scene=row["scene"], frustum=row["frustum"],
+                               cell=float(row["cell"]), latency=int(row["latency"]), cycles=int(row["cycles"]))
+                     for row in csv.DictReader(file))
 
 
 def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None) -> Iterator[tuple[MemoryRow, int]]:
     """Each row, with its simulated cycles; casts are kept in a folder, if there is one."""
-    config = simulation_config(PRESETS["paper"], clusters=1, topology="mesh", rays=_RAYS[0] * _RAYS[1])
-    noc, timing = config.noc, cluster_timing(config)
     for row in rows:
+        config = simulation_config(PRESETS[row.preset], clusters=1, topology="mesh", rays=_RAYS[0] * _RAYS[1])
+        noc, timing = config.noc, cluster_timing(config)
         geometry, record = _frustum(row, config)
         shelling = Shelling(geometry, config, cell=row.cell, by_code=True)
-        trace = CastStore(shelling, config, timing, folder=folder).cast(record, Sector.whole(record)).trace
-        home = np.where(np.arange(len(geometry)) < _RESIDENT, 0, -1)
+        home, subshells = np.where(np.arange(len(geometry)) < _RESIDENT, 0, -1), None
+        if config.ctu.subshells:
+            plan = machine_schedule(record, geometry, shelling.table, config, ratio=_RATIO)
+            home, (subshells,) = plan.sets.residence(len(geometry))[0], plan.subshells
+        store = CastStore(shelling, config, timing, folder=folder)
+        trace = store.cast(record, Sector.whole(record), subshells).trace
         # The cast is the third one of the same frustum.
         fetched = np.tile(trace.patch[home[trace.patch] < 0], 2)
         times, = joint_cast(

@@ -36,8 +36,8 @@ __all__ = ["SceneCasts", "errors_of", "machine_config", "recorded_cycles"]
 _RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
 _RAYS = 256, 64
 _HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
-_CUT_HEAD = ["scene", "clusters", "cycles", "simulated", "error"]
-_MEMORY_HEAD = ["scene", "frustum", "cell", "memory", "cycles", "simulated", "error"]
+_CUT_HEAD = ["scene", "network", "clusters", "cell", "resident sets", "cycles", "simulated", "error"]
+_MEMORY_HEAD = ["preset", "scene", "frustum", "cell", "memory", "cycles", "simulated", "error"]
 _JOB_HEAD = ["scene", "clusters", "rays", "cell", "frusta", "hits", "cycles", "simulated", "load", "simulated load",
              "cast", "simulated cast", "error"]
 
@@ -138,7 +138,7 @@ def main(scenes, output, cell, rays, calibrate, preset, assignments) -> None:
         lines += ["", *table(["scene", "rows", "mean error", "largest error"],
                              [[f"`{name}`", *_errors(each)] for name, each in errors.items() if each]), ""]
         lines += _memory(tuple(row for row in recorded_memory() if not scenes or row.scene in scenes))
-        lines += _cuts({row: cycles for row, cycles in recorded_cuts().items() if not scenes or row[0] in scenes})
+        lines += _cuts(tuple(row for row in recorded_cuts() if not scenes or row.scene in scenes))
         lines += _jobs(tuple(one for one in recorded_jobs() if not scenes or one.spec.scene in scenes))
     write_report(output, lines)
 
@@ -153,8 +153,8 @@ def _memory(recorded):
     rows, errors = [], []
     for row, simulated in simulated_memory(recorded):
         errors.append(simulated / row.cycles - 1)
-        rows.append([f"`{row.scene}`", row.frustum, f"{row.cell:g}", row.latency, f"{row.cycles:,}", f"{simulated:,}",
-                     f"{100 * errors[-1]:+.1f} %"])
+        rows.append([f"`{row.preset}`", f"`{row.scene}`", row.frustum, f"{row.cell:g}", row.latency,
+                     f"{row.cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
         console().note(f"{row.scene}, {row.frustum}, memory of {row.latency} cycles: {simulated} cycles")
     if not rows:
         return []
@@ -165,10 +165,11 @@ def _memory(recorded):
 def _cuts(recorded):
     """Tables of frusta that clusters share."""
     rows, errors = [], []
-    for scene, clusters, cycles, simulated in simulated_cuts(recorded):
-        errors.append(simulated / cycles - 1)
-        rows.append([f"`{scene}`", clusters, f"{cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
-        console().note(f"{scene}, one frustum, {clusters} clusters: {simulated} cycles")
+    for row, simulated in simulated_cuts(recorded):
+        errors.append(simulated / row.cycles - 1)
+        rows.append([f"`{row.scene}`", row.topology, row.clusters, f"{row.cell:g}", row.sets, f"{row.cycles:,}",
+                     f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
+        console().note(f"{row.scene}, one frustum, {row.clusters} clusters, {row.topology}: {simulated} cycles")
     if not rows:
         return []
     return [*table(_CUT_HEAD, rows), "",

@@ -65,25 +65,30 @@ def _job():
     return np.stack([times.cluster, times.begins, times.ends, times.done])
 
 
-def drawn_trace(rng, *, stages, cells, patches, least):
-    """A trace of a section that meets so many cells in each stage, and finds ``patches`` patches from ``least`` on."""
+def drawn_trace(rng, *, stages, cells, patches, least, barrier=None):
+    """A trace of a section that meets so many cells in each stage, and finds ``patches`` patches from ``least`` on.
+
+    The stage ``barrier`` waits until all before it are over.
+    """
     lists = rng.integers(0, 4, stages * cells)
     is_new = np.zeros(lists.sum(), dtype=bool)
     is_new[rng.permutation(len(is_new))[:patches]] = True
     return SectionTrace(
-        cycles=np.full(stages, 3 * cells), searches=rng.integers(0, 9, stages),
+        cycles=np.full(stages, 3 * cells), searches=rng.integers(0, 9, stages), is_barrier=np.arange(stages) == barrier,
         first_cell=np.arange(0, stages * cells + 1, cells), offset=np.tile(np.arange(1, 3 * cells, 3), stages),
         entries=np.append(0, lists.cumsum()), is_new=is_new, patch=least + rng.permutation(patches),
         tests=rng.integers(1, 30, patches))
 
 
-def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, **path):
+def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, barrier=None, **path):
     """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
 
-    With ``cached``, a placement, every third patch is held by no cluster, and the cache has eight lines.
+    The stage ``barrier`` of each waits until all before it are over. With ``cached``, a placement, every third patch is
+    held by no cluster, and the cache has eight lines.
     """
     rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
-    traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number) for number in range(clusters)]
+    traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number, barrier=barrier)
+              for number in range(clusters)]
     home, others = rng.integers(0, clusters, 30 + 10 * clusters), {}
     if cached:
         config = PRESETS["paper"].replace({"memsys.cache_policy": cached, "memsys.patch_lines": 8})

@@ -111,8 +111,8 @@ class SimpyCluster:
         for stage in range(len(self._trace.cycles)):
             wait = self._timing.generator + int(self._trace.searches[stage]) if stage else 0
 
-            def may_begin(front=front, wait=wait):
-                return (not self._stalled and len(self._closes) - self._over <= self._run_ahead
+            def may_begin(stage=stage, front=front, wait=wait):
+                return (not self._stalled and len(self._closes) - self._over <= self._ahead(stage)
                         and self._env.now >= max(front + self._shift, self._permitted + wait if wait else 0))
 
             while not may_begin():
@@ -127,6 +127,11 @@ class SimpyCluster:
                 self._env.schedule(late, priority=_LATE)
                 yield late
             front = self._begin(stage)
+
+    def _ahead(self, stage):
+        """Stages before a stage that may be in flight when it begins."""
+        is_barrier = self._trace.is_barrier
+        return 0 if stage < len(is_barrier) and is_barrier[stage] else self._run_ahead
 
     def _begin(self, stage):
         trace, timing, begin = self._trace, self._timing, self._env.now
@@ -270,6 +275,6 @@ class SimpyCluster:
         if near or self._stalled or self._cells or self._listing or self._entries or self._done < self._found:
             return
         self.last = self._env.now
-        if self._closed > self._over and len(self._closes) - self._over > self._run_ahead:
+        if self._closed > self._over and len(self._closes) - self._over > self._ahead(len(self._closes) + 1):
             self._permitted = self._env.now + self._timing.over
         self._over = self._closed
