@@ -72,10 +72,13 @@ class PreparedCut:
         The section of each cluster, cast by a cluster that has all patches.
     home
         N int64: the cluster that holds each patch, -1 if none does.
+    edrc
+        C float64: tests of each cluster for each patch that it finds.
     """
 
     traces: tuple[SectionTrace, ...]
     home: np.ndarray
+    edrc: np.ndarray
 
 
 def recorded_cuts() -> tuple[CutRow, ...]:
@@ -108,8 +111,10 @@ def prepare_cut(scene: str, config: Config, *, cell: float, folder: Path | None 
     plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
     store = CastStore(shelling, config, cluster_timing(config), folder=folder)
     subshells = plan.subshells if config.ctu.subshells else [None] * len(plan.partition.sections)
-    return PreparedCut(traces=tuple(store.cast(record, section, listed).trace for section, listed in zip(
-        plan.partition.sections, subshells, strict=True)), home=plan.sets.residence(len(geometry))[0])
+    casts = [store.cast(record, section, listed) for section, listed in zip(
+        plan.partition.sections, subshells, strict=True)]
+    return PreparedCut(traces=tuple(cast.trace for cast in casts), home=plan.sets.residence(len(geometry))[0],
+                       edrc=np.array([cast.tests / max(1, len(cast.trace.patch)) for cast in casts]))
 
 
 def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None) -> list[CastTimes]:

@@ -1,4 +1,4 @@
-"""The thesis' comparison of networks (tables 6.2 and 6.3), simulated.
+"""The thesis' comparison of networks (tables 6.2 and 6.3), simulated, with tests per patch (tables 6.8 and 6.9).
 
 ``radiosity bench thesis_networks`` simulates one frustum in `lobby` and in `room1627` on 8 and 16 clusters in each of
 the thesis' networks, on three machines: ours, ours with the thesis' local request of 10 intersection times, and the
@@ -9,12 +9,13 @@ grade. Nothing is set for a scene.
 from itertools import chain
 
 import click
+import numpy as np
 
 from golden.commands.console import console
 from radiosity.benchmarks.machine_cuts import cut_config, prepare_cut, simulate_cut, thesis_config
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 
-__all__ = ["RATIOS", "THESIS", "grade", "ratios_of"]
+__all__ = ["EDRC", "RATIOS", "THESIS", "grade", "ratios_of", "spread_of"]
 
 # Times by scene, clusters and network.
 THESIS = {
@@ -22,6 +23,14 @@ THESIS = {
     ("lobby", 16): {"illiac": 4425.7, "torus": 4425.7, "hypercube": 4425.7, "ring": 6178.2},
     ("room1627", 8): {"illiac": 10937.2, "torus": 10937.2, "ring": 11083.6},
     ("room1627", 16): {"illiac": 16938.0, "torus": 14201.2, "hypercube": 15661.4, "ring": 26163.4}}
+# Tests per patch of each cluster, by scene and clusters.
+EDRC = {
+    ("lobby", 8): (125.32, 51.7, 42.2, 27.34, 47.69, 20.8, 135.24, 72.94),
+    ("lobby", 16): (85.78, 60.16, 33.62, 59.16, 20.59, 24.21, 29.96, 26.83, 11.69, 36.36, 72.18, 75.12, 9.42, 20.13,
+                    12.5, 20.82),
+    ("room1627", 8): (9.32, 19.64, 20.18, 7.93, 9.39, 22.36, 9.72, 26.06),
+    ("room1627", 16): (26.46, 8.72, 7.06, 11.13, 6.13, 12.35, 13.9, 5.84, 8.88, 14.14, 4.7, 3.35, 3.84, 4.97, 4.31,
+                       5.01)}
 _SCENES = tuple(dict.fromkeys(scene for scene, _ in THESIS))
 # By name: a network and its clusters, divided by another network and its clusters.
 RATIOS = {
@@ -41,6 +50,13 @@ def ratios_of(times: dict, scene: str) -> dict[str, float]:
             for name, ((network, above), (other, below)) in RATIOS.items()}
 
 
+def spread_of(edrc: dict, scene: str) -> dict[str, float]:
+    """Ratios of tests per patch in a scene, from values as in `EDRC`."""
+    few, many = np.asarray(edrc[scene, 8]), np.asarray(edrc[scene, 16])
+    return {"mean, 8 : 16": few.mean() / many.mean(), "most : least, 8": few.max() / few.min(),
+            "most : least, 16": many.max() / many.min()}
+
+
 def grade(simulated: float, thesis: float) -> str:
     """What has become of a ratio: within 15 % and not on the other side of 1; on the same side; or neither."""
     side, expected = (0 if abs(ratio - 1) <= _SAME else 1 if ratio > 1 else -1 for ratio in (simulated, thesis))
@@ -49,9 +65,9 @@ def grade(simulated: float, thesis: float) -> str:
     return "same shape" if side == expected else "not reproduced"
 
 
-def _times(scenes):
-    """Simulated cycles by machine, then as in `THESIS`."""
-    found = {name: {} for name in _MACHINES}
+def _simulated(scenes):
+    """Simulated cycles by machine, then as in `THESIS`; and tests per patch of the thesis' machine, as in `EDRC`."""
+    found, edrc = {name: {} for name in _MACHINES}, {}
     for (scene, clusters), networks in THESIS.items():
         if scene not in scenes:
             continue
@@ -60,7 +76,8 @@ def _times(scenes):
             found[name][scene, clusters] = {network: max(one.cycles for one in simulate_cut(
                 prepared, config(clusters, network), local=local)) for network in networks}
             console().note(f"{scene}, {clusters} clusters, {name}: {found[name][scene, clusters]}")
-    return found
+        edrc[scene, clusters] = prepared.edrc
+    return found, edrc
 
 
 @click.command()
@@ -69,7 +86,7 @@ def _times(scenes):
 def main(scenes, output) -> None:
     """Simulate the thesis' networks; SCENES default to lobby and room1627."""
     scenes = tuple(dict.fromkeys(scenes or _SCENES))
-    found = _times(scenes)
+    found, edrc = _simulated(scenes)
     cycles = [[f"`{scene}`", clusters, name, *(f"{each[one]:,}" if one in each else "" for one in _NETWORKS)]
               for name, times in found.items() for (scene, clusters), each in times.items()]
     rows = []
@@ -78,6 +95,14 @@ def main(scenes, output) -> None:
         for ratio, expected in thesis.items():
             rows.append([f"`{scene}`", ratio, f"{expected:.2f}", *(
                 text for each in simulated.values() for text in (f"{each[ratio]:.2f}", grade(each[ratio], expected)))])
+    coherence, spreads = [], []
+    for scene in scenes:
+        for clusters in (8, 16):
+            coherence.append([f"`{scene}`", clusters, *(f"{number:.1f}" for values in (EDRC, edrc) for number in (
+                np.min(values[scene, clusters]), np.mean(values[scene, clusters]), np.max(values[scene, clusters])))])
+        thesis, simulated = spread_of(EDRC, scene), spread_of(edrc, scene)
+        spreads += [[f"`{scene}`", ratio, f"{expected:.2f}", f"{simulated[ratio]:.2f}",
+                     grade(simulated[ratio], expected)] for ratio, expected in thesis.items()]
     write_report(output, [
         "# The thesis' networks, simulated", "",
         f"{provenance('numpy')}; ours: preset paper without a patch store, 1024 patches in each cluster; the thesis': "
@@ -85,4 +110,8 @@ def main(scenes, output) -> None:
         "sparse casting from point 0.", "",
         *table(["scene", "clusters", "machine", "Illiac", "torus", "hypercube", "ring"], cycles), "",
         *table(["scene", "ratio of times", "thesis", *chain.from_iterable((name, "grade") for name in _MACHINES)],
-               rows)])
+               rows), "",
+        "Tests per patch (EDRC) of each cluster:", "",
+        *table(["scene", "clusters", *(f"{one}, {of}" for of in ("thesis", "simulated") for one in (
+            "least", "mean", "most"))], coherence), "",
+        *table(["scene", "ratio of tests per patch", "thesis", "simulated", "grade"], spreads)])

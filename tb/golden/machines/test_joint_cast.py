@@ -97,6 +97,22 @@ def test_all_frusta_with_main_memory_take_the_cycles_of_the_hardware():
     assert max(error) < 0.03
 
 
+@pytest.mark.nightly
+def test_replies_that_do_not_share_their_owner_have_other_cycles(monkeypatch):
+    """Neither its port nor its link: the calibration fails."""
+    timing = replace(joint_timing(CONFIG), port=1, reply_flits=1)
+    monkeypatch.setattr("radiosity.benchmarks.machine_cuts.joint_timing", lambda config: timing)
+    (row, cycles), = simulated_cuts(row for row in recorded_cuts() if (row.scene, row.clusters) == ("man", 16))
+    assert cycles < 0.9 * row.cycles
+
+
+@pytest.mark.parametrize("bits", [16, 72, 256])
+def test_the_link_of_an_owner_hides_its_port(bits):
+    """However wide flits are: a reply has one for its header and one for each vertex."""
+    timing = joint_timing(CONFIG.replace({"noc.flit_bits": bits}))
+    assert timing.reply_flits > timing.port
+
+
 def test_requests_share_the_port_of_their_owner():
     """Replies of five flits occupy the owner's link longer than its port; only shorter ones wait for the port."""
     for flits, waits in ((1, True), (5, False)):

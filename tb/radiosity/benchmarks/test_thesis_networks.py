@@ -2,7 +2,7 @@
 
 import pytest
 
-from radiosity.benchmarks.thesis_networks import THESIS, grade, ratios_of
+from radiosity.benchmarks.thesis_networks import EDRC, THESIS, grade, ratios_of, spread_of
 
 
 @pytest.mark.parametrize(("simulated", "thesis", "expected"), [
@@ -18,3 +18,9 @@ def test_ratios_are_those_of_the_tables():
     assert [round(lobby[name], 2) for name in ("torus, 8 : 16", "ring, 8 : 16")] == [1.67, 1.20]
     assert round(room["torus, 8 : 16"], 2) == 0.77
     assert 1 < room["hypercube : torus, 16"] < room["Illiac : torus, 16"] < room["ring : torus, 16"]
+
+
+def test_spreads_are_those_of_the_tables():
+    lobby, room = (spread_of(EDRC, scene) for scene in ("lobby", "room1627"))
+    assert [round(ratio, 1) for ratio in lobby.values()] == [1.7, 6.5, 9.1]
+    assert [round(ratio, 1) for ratio in room.values()] == [1.8, 3.3, 7.9]
