@@ -40,8 +40,9 @@ class Elements:
         self._back_sheet[backs] = len(scene) + np.arange(len(backs))
         sheet_patch = np.concatenate([np.arange(len(scene)), backs])
         sheet_side = np.repeat([1.0, -1.0], [len(scene), len(backs)])
-        self.lattice = Lattice(scene, patch=sheet_patch, side=sheet_side, cuts=refinement.cuts[sheet_patch],
-                               lower=np.zeros((len(sheet_patch), 2)), upper=np.ones((len(sheet_patch), 2)))
+        self.lattice = Lattice(scene, patch=sheet_patch, side=sheet_side, cuts=refinement.cuts.counts[sheet_patch],
+                               lower=np.zeros((len(sheet_patch), 2)), upper=np.ones((len(sheet_patch), 2)),
+                               knots=refinement.cuts)
         count = len(refinement.parent)
         behind = np.flatnonzero(scene.two_sided[refinement.parent])
         self._back = np.full(count, -1)
@@ -74,12 +75,18 @@ class Elements:
     def refined(self, elements: np.ndarray, cuts: int) -> Lattice:
         """A lattice whose sheets are the given elements (of quadrilaterals), cut ``cuts`` times along each side."""
         patch = self.patch[elements]
-        size = 1 / self._refinement.cuts[patch]
         rank = self._element[elements] - self._refinement.first[patch]
-        column, row = rank % self._refinement.cuts[patch, 0], rank // self._refinement.cuts[patch, 0]
+        knots = self._refinement.cuts
+        row, column = np.divmod(rank, knots.counts[patch, 0])
+        size = 1 / knots.counts[patch]
         lower = np.stack([column, row], axis=1) * size
+        upper = lower + size
+        some = knots.has_knots(patch)
+        for axis, cell in enumerate((column, row)):
+            for end, places in enumerate((lower, upper)):
+                places[some, axis] = knots.places(patch[some], axis, cell[some] + float(end))
         return Lattice(self._scene, patch=patch, side=np.where(self.front[elements], 1.0, -1.0),
-                       cuts=np.full((len(elements), 2), cuts), lower=lower, upper=lower + size)
+                       cuts=np.full((len(elements), 2), cuts), lower=lower, upper=upper)
 
 
 def _matrix(position, nodes):
@@ -88,8 +95,9 @@ def _matrix(position, nodes):
     return sparse.csr_array((position.weights.ravel(), (rows, position.nodes.ravel())), shape=shape)
 
 
-def _centres(triangle, cuts):
+def _centres(triangle, knots):
     """Patch and (u, v) of every element's centre."""
+    cuts = knots.counts
     count = cuts.prod(axis=1)
     patch = np.repeat(np.arange(len(cuts)), count)
     rank = np.arange(len(patch)) - np.repeat(np.cumsum(count) - count, count)
@@ -100,5 +108,5 @@ def _centres(triangle, cuts):
     beyond = triangle[patch] & (i + j >= n)
     share = np.where(triangle[patch], np.where(beyond, 2 / 3, 1 / 3), 0.5)
     i, j = np.where(beyond, n - 1 - i, i), np.where(beyond, n - 1 - j, j)
-    x, y = (i + share) / n, (j + share) / cuts[patch, 1]
+    x, y = (knots.places(patch, axis, cell + share) for axis, cell in enumerate((i, j)))
     return patch, np.where(triangle[patch], x / (1 - y), x), y

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.light.surface_points import bilinear, corner_normals
+from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
 
 __all__ = ["Lattice", "LatticePosition"]
@@ -66,6 +67,8 @@ class Lattice:
         vertex 0, of which the ones beyond the third edge stay unused.
     lower, upper
         S x 2: the rectangle. Triangles take (0, 0) to (1, 1) only.
+    knots
+        Where the patches are cut, if the sheets are whole patches: ``cuts`` are its counts. Default: uniformly.
 
     Members
     -------
@@ -75,10 +78,12 @@ class Lattice:
         M int: the surface of each node.
     """
 
-    def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper):
+    def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper, knots: Cuts | None = None):
         self._cuts, self._triangle = cuts, scene.is_triangle[patch]
+        self._patch, self._knots = patch, knots
         self._first_cell = np.cumsum(cuts.prod(axis=1)) - cuts.prod(axis=1)
         sheet, x, y = _points(self._triangle, cuts)
+        x, y = (self._places(sheet, axis, places) for axis, places in ((0, x), (1, y)))
         count = np.bincount(sheet, minlength=len(cuts))
         self._first = np.cumsum(count) - count
         u, v = (lower[sheet] + np.stack([x, y], axis=1) * (upper - lower)[sheet]).T
@@ -116,8 +121,8 @@ class Lattice:
         """The positions at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
         n, m = self._cuts[sheet].T
         triangle = self._triangle[sheet]
-        x = np.where(triangle, x * (1 - y), x) * n
-        y = y * m
+        x = self._cells(sheet, 0, np.where(triangle, x * (1 - y), x))
+        y = self._cells(sheet, 1, y)
         i = np.clip(x.astype(int), 0, n - 1)
         j = np.clip(y.astype(int), 0, np.where(triangle, m - 1 - i, m - 1))
         a, b = np.clip(x - i, 0, 1), np.clip(y - j, 0, 1)
@@ -143,12 +148,27 @@ class Lattice:
         used = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
         sheet, i, j = sheet[used], i[used], j[used]
         share = np.where(self._triangle[sheet], 1 / 3, 0.5)
-        x, y = (i + share) / self._cuts[sheet, 0], (j + share) / self._cuts[sheet, 1]
+        x, y = (self._places(sheet, axis, (cell + share) / self._cuts[sheet, axis]) for axis, cell in enumerate((i, j)))
         position = self.at(sheet, np.where(self._triangle[sheet], x / (1 - y), x), y)
         rows = np.repeat(np.arange(len(sheet)), 4)
         corners = sparse.csr_array(((position.weights > 0).ravel().astype(np.float64), (rows, position.nodes.ravel())),
                                    shape=(len(sheet), len(self)))
         return (corners.T @ corners).tocsr()
+
+    def _cells(self, sheet, axis, places):
+        """Places from 0 to 1 along an axis of sheets, in cells."""
+        if self._knots is None:
+            return places * self._cuts[sheet, axis]
+        return self._knots.cells(self._patch[sheet], axis, places)
+
+    def _places(self, sheet, axis, places):
+        """Places from 0 to 1 among evenly spaced cells as those among the sheets' cells."""
+        some = np.flatnonzero(self._knots.has_knots(self._patch[sheet])) if self._knots else ()
+        if len(some):
+            places = places.copy()
+            sheet = sheet[some]
+            places[some] = self._knots.places(self._patch[sheet], axis, places[some] * self._cuts[sheet, axis])
+        return places
 
     def _mean(self, values):
         """Mean over the sheets' own corners that are one node."""

@@ -1,7 +1,7 @@
 """The picture of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from math import isqrt
 
 import numpy as np
@@ -16,6 +16,7 @@ from golden.light.direct import DirectLight
 from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_near_lights
+from golden.light.near_lights import NearPairs, near_knots
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
 from golden.light.sampling import mix, uniform
@@ -189,8 +190,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
     spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster)) if workers else in_turn
     with tally.stage("elements"):
-        refinement = _refinement(scene, settings)
-        warn_of_near_lights(scene, refinement, caster)
+        refinement = _refinement(scene, settings, caster)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=settings.light_samples, seed=settings.seed, spread=spread,
@@ -212,10 +212,14 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
 
 
-def _refinement(scene, settings) -> Refinement:
+def _refinement(scene, settings, caster) -> Refinement:
+    pairs = NearPairs(scene, caster)
+    bounds = {"max_edge": settings.max_edge, "max_area": settings.max_area}
     if settings.max_edge is None and settings.max_area is None:
-        return refine(scene, max_edge=float(np.sqrt(scene.areas.sum() / ELEMENTS)))
-    return refine(scene, max_edge=settings.max_edge, max_area=settings.max_area)
+        bounds["max_edge"] = float(np.sqrt(scene.areas.sum() / ELEMENTS))
+    refinement = refine(scene, **bounds, finer=partial(near_knots, scene, pairs))
+    warn_of_near_lights(scene, refinement, pairs)
+    return refinement
 
 
 def _hemisphere_rays(count, finest):

@@ -1,10 +1,12 @@
 """Patches cut into elements, for radiosities that change over a patch."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from golden.errors import InputError
+from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
 
 __all__ = ["MOST_ELEMENTS", "Refinement", "refine"]
@@ -32,7 +34,7 @@ class Refinement:
     first
         N int64: the first element of each patch; the others follow.
     cuts
-        N x 2 int64: elements of a quad along u and v; twice n for a triangle of n x n elements.
+        Elements of a quad along u and v; twice n for a triangle of n x n elements.
     is_triangle
         N bool, of the patches.
     """
@@ -40,7 +42,7 @@ class Refinement:
     scene: Scene
     parent: np.ndarray
     first: np.ndarray
-    cuts: np.ndarray
+    cuts: Cuts
     is_triangle: np.ndarray
 
     def locate(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -50,10 +52,10 @@ class Refinement:
         alternate (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
         """
         patch = np.asarray(patch)
-        cuts = self.cuts[patch]
+        cuts = self.cuts.counts[patch]
         in_triangle = self.is_triangle[patch]
-        along = np.where(in_triangle, u * (1 - np.asarray(v)), u) * cuts[:, 0]
-        up = np.asarray(v) * cuts[:, 1]
+        along = self.cuts.cells(patch, 0, np.where(in_triangle, u * (1 - np.asarray(v)), u))
+        up = self.cuts.cells(patch, 1, np.asarray(v))
         row = np.clip(np.floor(up), 0, cuts[:, 1] - 1).astype(np.int64)
         last = np.where(in_triangle, cuts[:, 0] - 1 - row, cuts[:, 0] - 1)
         column = np.clip(np.floor(along), 0, last).astype(np.int64)
@@ -110,17 +112,22 @@ def _triangle_cuts(vertices: np.ndarray, max_edge: float, max_area: float) -> np
     return np.repeat(count[:, None], 2, axis=1)
 
 
-def _quad_elements(vertices: np.ndarray, nu: int, nv: int) -> np.ndarray:
-    """P x (nv nu) x 4 x 3 cells of P quads."""
-    column, row = np.meshgrid(np.arange(nu + 1), np.arange(nv + 1))
+def _uniform(count: int) -> np.ndarray:
+    """2 x (count + 1): places of cuts, and what they leave."""
     # On an edge two of the four weights are zero and the other two are k/n and (n - k)/n from either side: neighbours
     # get the same bits.
-    right, left, upper, lower = column / nu, (nu - column) / nu, row / nv, (nv - row) / nv
+    step = np.arange(count + 1)
+    return np.stack([step, count - step]) / count
+
+
+def _quad_elements(vertices: np.ndarray, along: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """P x (nv nu) x 4 x 3 cells of P quads; ``along`` and ``up`` as `_uniform` returns them."""
+    (right, upper), (left, lower) = np.meshgrid(along[0], up[0]), np.meshgrid(along[1], up[1])
     a, b, c, d = (vertices[:, None, None, k] for k in range(4))
     points = (((left * lower)[..., None] * a + (right * lower)[..., None] * b)
               + ((right * upper)[..., None] * c + (left * upper)[..., None] * d))
     cells = np.stack((points[:, :-1, :-1], points[:, :-1, 1:], points[:, 1:, 1:], points[:, 1:, :-1]), axis=3)
-    return cells.reshape(len(vertices), nu * nv, 4, 3)
+    return cells.reshape(len(vertices), -1, 4, 3)
 
 
 def _triangle_elements(vertices: np.ndarray, n: int) -> np.ndarray:
@@ -137,11 +144,12 @@ def _triangle_elements(vertices: np.ndarray, n: int) -> np.ndarray:
     return ((first / n)[..., None] * a + (second / n)[..., None] * b) + (third / n)[..., None] * c
 
 
-def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | None = None) -> Refinement:
+def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | None = None,
+           finer: Callable[[Cuts], dict[int, tuple[np.ndarray, np.ndarray]]] | None = None) -> Refinement:
     """Cuts every patch into as few elements within the bounds as possible.
 
-    Quads are cut uniformly in their bilinear coordinates, nu x nv, triangles into n x n congruent ones. Within an
-    area bound the cells of a quad are as square as possible.
+    Quads are cut uniformly in their bilinear coordinates, nu x nv, unless they have knots, triangles into n x n
+    congruent ones. Within an area bound the cells of a quad are as square as possible.
 
     Parameters
     ----------
@@ -149,6 +157,8 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
         Bound of the edges of elements, in scene units.
     max_area
         Bound of the areas of elements, in squared scene units.
+    finer
+        Gives, for the uniform cuts, the knots of the quads that are cut otherwise, as `Cuts` takes them. Default: none.
 
     Raises
     ------
@@ -171,6 +181,9 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
     if total > MOST_ELEMENTS:
         raise InputError(f"refinement: it would take {total:.3g} elements or more, at most {MOST_ELEMENTS} are allowed")
     cuts = cuts.astype(np.int64)
+    knots = finer(Cuts(cuts)) if finer else {}
+    for patch, own in knots.items():
+        cuts[patch] = [len(places) - 1 for places in own]
     counts = cuts.prod(axis=1)
     first = np.cumsum(counts) - counts
     parent = np.repeat(np.arange(len(scene)), counts)
@@ -179,8 +192,11 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
     for number, (nu, nv, triangular) in enumerate(kinds.tolist()):
         chosen = np.flatnonzero(kind.reshape(-1) == number)
         pieces = (_triangle_elements(scene.vertices[chosen], nu) if triangular else
-                  _quad_elements(scene.vertices[chosen], nu, nv))
+                  _quad_elements(scene.vertices[chosen], _uniform(nu), _uniform(nv)))
         vertices[first[chosen, None] + np.arange(nu * nv)] = pieces
+    for patch, own in knots.items():
+        pieces = _quad_elements(scene.vertices[[patch]], *(np.stack([places, 1 - places]) for places in own))
+        vertices[first[patch]:first[patch] + counts[patch]] = pieces[0]
     elements = replace(scene, vertices=vertices, **{name: getattr(scene, name)[parent] for name in
                                                     ("material", "surface", "smooth", "two_sided")})
-    return Refinement(scene=elements, parent=parent, first=first, cuts=cuts, is_triangle=is_triangle)
+    return Refinement(scene=elements, parent=parent, first=first, cuts=Cuts(cuts, knots), is_triangle=is_triangle)

@@ -1,10 +1,12 @@
 import warnings
+from functools import partial
 
 import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputWarning
-from golden.light.limits import RESOLVED, not_computed, warn_of_near_lights
+from golden.light.limits import not_computed, warn_of_near_lights
+from golden.light.near_lights import RESOLVED, NearPairs, near_knots
 from golden.scene.builtin.shapes import box
 from golden.scene.material import Material
 from golden.scene.refine import refine
@@ -19,12 +21,14 @@ CEILING = rectangle((0, 0, 0), (4, 0, 0), (0, 4, 0))
 SKY = 1.0, 1.0, 1.0
 
 
-def warned(gap, *, two_sided=True, below=GREY, edge=0.5):
+def warned(gap, *, two_sided=True, below=GREY, edge=0.5, finer=False):
     panel = rectangle((1, 1, gap), (0, 1, 0), (1, 0, 0))
     scene = scene_of((CEILING, below), (panel[::-1] if not two_sided else panel, LAMP, {"two_sided": two_sided}))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warn_of_near_lights(scene, refine(scene, max_edge=edge), Grid(scene))
+        pairs = NearPairs(scene, Grid(scene))
+        refinement = refine(scene, max_edge=edge, finer=partial(near_knots, scene, pairs) if finer else None)
+        warn_of_near_lights(scene, refinement, pairs)
     return [str(warning.message) for warning in caught]
 
 
@@ -35,7 +39,7 @@ def test_a_panel_nearer_than_elements_resolve_is_named_once(gap):
 
 
 @pytest.mark.parametrize("more", [{"gap": 0.2}, {"gap": 0.01, "two_sided": False}, {"gap": 0.01, "below": BLACK},
-                                  {"gap": 0.01, "edge": 0.02}])
+                                  {"gap": 0.01, "edge": 0.02}, {"gap": 0.01, "finer": True}])
 def test_a_light_that_elements_resolve_is_not_named(more):
     assert warned(**more) == []
 
