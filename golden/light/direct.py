@@ -72,10 +72,19 @@ class DirectLight:
             rows = slice(start, start + block)
             if len(self._lights):
                 result[rows] += self._from_areas(points[rows], keys[rows])
-            for light in self._scene.lights:
-                cast = self._from_point if isinstance(light, PointLight) else self._from_afar
-                result[rows] += cast(points[rows], light)
+            self._add_lights(result[rows], points[rows])
         return result
+
+    def of_lights(self, points: SurfacePoints) -> np.ndarray:
+        """The part of `irradiance` from the lights without an area."""
+        result = np.zeros((len(points), 3))
+        self._add_lights(result, points)
+        return result
+
+    def _add_lights(self, result, points):
+        for light in self._scene.lights:
+            cast = self._from_point if isinstance(light, PointLight) else self._from_afar
+            result += cast(points, light)
 
     def _from_areas(self, points, keys):
         weight = self._estimate(points)

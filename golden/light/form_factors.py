@@ -35,14 +35,15 @@ class HemisphereSums:
         exceeds the row of ``weights`` by the rays without a column (backs of one-sided patches).
     weight_bits
         W: the weights are in units of 2^-W.
-    sky
-        M x 3 float64: sum of the weights times the radiance of the sky, of all rays that hit nothing; or None.
+    light
+        M x 3 float64: sum of the weights times the radiance of the sky, if it is summed, of all rays that hit nothing,
+        and times that of the lamps that mirrors show.
     """
 
     weights: sparse.csr_array
     row_sums: np.ndarray
     weight_bits: int
-    sky: np.ndarray | None = None
+    light: np.ndarray
 
 
 def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
@@ -77,7 +78,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         Function from the rays that hit something and their hits to columns below C, or -1. `patch_columns` uses the
         patch; another may distinguish sides or elements of a patch.
     clear
-        Passes clear patches: the weight that passes belongs to what is behind. Default: all patches end rays.
+        Follows rays through clear patches and from mirrors: the weight that goes on belongs to what is behind. Default:
+        all patches end rays.
     sky
         Function from K x 3 directions to K x 3 radiances, for rays that hit nothing. Default: none is summed.
     spread
@@ -105,13 +107,13 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             bar.update((last - first) * size)
     # In the order of the hemispheres, whichever ended first.
     row_sums = np.concatenate([np.zeros(0, dtype=np.int64), *(found[first][0] for first, _ in parts)])
-    seen_sky = np.concatenate([np.zeros((0, 3)), *(found[first][1] for first, _ in parts)])
+    light = np.concatenate([np.zeros((0, 3)), *(found[first][1] for first, _ in parts)])
     entries = [entry for first, _ in parts for entry in found[first][2]]
     data, row, column = (
         np.concatenate(part) for part in zip(*entries, strict=True)) if entries else np.zeros((3, 0), int)
     weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
     return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits,
-                          sky=None if sky is None else seen_sky)
+                          light=light)
 
 
 class _Hemispheres:
@@ -128,24 +130,28 @@ class _Hemispheres:
         return self._caster.hemispheres(self._hemisphere, self._points, self._frames, self._surfaces)
 
     def sums(self, begin, end):
-        """Row sums and light of the sky of the hemispheres ``begin`` to ``end`` - 1; weights with rows and columns."""
+        """Row sums and light of the hemispheres ``begin`` to ``end`` - 1; weights with rows and columns."""
         hemisphere, size = self._hemisphere, len(self._hemisphere)
-        row_sums, seen_sky, parts = np.zeros(end - begin, dtype=np.int64), np.zeros((end - begin, 3)), []
+        row_sums, light, parts = np.zeros(end - begin, dtype=np.int64), np.zeros((end - begin, 3)), []
 
-        def see_sky(owner, weight, direction):
-            if self._sky is None or not len(owner):
+        def see(owner, weight, radiance):
+            if not len(owner):
                 return
             low, high = owner[0], owner[-1] + 1
-            light = weight * self._sky(direction).T
-            seen_sky[low - begin:high - begin] += np.stack(
-                [np.bincount(owner - low, channel, high - low) for channel in light], axis=1)
+            light[low - begin:high - begin] += np.stack(
+                [np.bincount(owner - low, channel, high - low) for channel in weight * radiance.T], axis=1)
+
+        def see_sky(owner, weight, direction):
+            if self._sky is not None and len(owner):
+                see(owner, weight, self._sky(direction))
 
         for first in range(begin * size, end * size, _BLOCK):
             sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, end * size)), size)
             low, high = sample[0], sample[-1] + 1
             rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
             hits = self._cast(sample, ray, rays)
-            for owner, weight, arrived, met in _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky):
+            ends = _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
+            for owner, weight, arrived, met in ends:
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
                 row_sums[low - begin:high - begin] += np.bincount(owner - low, weight, high - low).astype(np.int64)
                 column = self._column_of(arrived, met)
@@ -153,7 +159,7 @@ class _Hemispheres:
                 part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
                                         shape=(high - low, self._columns)).tocsr().tocoo()
                 parts.append((part.data, part.row + low, part.col))
-        return row_sums, seen_sky, parts
+        return row_sums, light, parts
 
 
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -240,16 +246,21 @@ def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
     return Rays(points[sample], direction, source=surfaces[sample])
 
 
-def _ends(sample, weight, rays, hits, clear, see_sky):
-    """Yields the rays that hit anything, with the weight that ends there; then those that passed, and so on.
+def _ends(sample, weight, rays, hits, clear, see_sky, see):
+    """Yields the rays that hit anything, with the weight that ends there; then those that went on, and so on.
 
-    ``see_sky`` takes the samples, weights and directions of those that hit nothing.
+    ``see_sky`` takes the samples, weights and directions of those that hit nothing; ``see`` samples, weights and
+    radiances of those that show a lamp in a mirror, which shadow rays do not find.
     """
-    passes = 0 if clear is None else SHEETS
-    for left in range(passes, -1, -1):
+    onward = 0 if clear is None else SHEETS
+    mirrored = np.zeros(len(sample), dtype=bool)
+    for left in range(onward, -1, -1):
         missed, met = np.flatnonzero(hits.patch < 0), np.flatnonzero(hits.patch >= 0)
         see_sky(sample[missed], weight[missed], rays.direction[missed])
-        sample, weight, rays, hits = sample[met], weight[met], rays[met], _at(hits, met)
+        sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
+        if mirrored.any():
+            shown = np.flatnonzero(mirrored)
+            see(sample[shown], weight[shown], clear.emission(rays[shown], _at(hits, shown)))
         if not left:
             yield sample, weight, rays, hits
             return
@@ -258,7 +269,7 @@ def _ends(sample, weight, rays, hits, clear, see_sky):
         going = np.flatnonzero(passed)
         if not len(going):
             return
-        sample, weight = sample[going], passed[going]
+        sample, weight, mirrored = sample[going], passed[going], mirrored[going] | clear.is_mirror[hits.patch[going]]
         rays, hits = clear.behind(rays[going], _at(hits, going))
 
 

@@ -23,6 +23,8 @@ __all__ = ["IndirectLight", "indirect_light"]
 
 # Points on each element at which pass 1 samples the direct light.
 POINTS = 4
+# A mirror that keeps less than this share of the light throws less of that of lights without an area.
+LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 20
@@ -93,8 +95,9 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
     replaces the element's emission. Form factors are cast at the nodes; an element's row is the mean of its corners'
     rows. The same rows give the irradiance at the nodes from the solution. Adaptive refinement adds nodes where the
-    irradiance changes most, next to bodies on a surface. Specular shares and what clear patches mirror count as diffuse
-    in this pass; what clear patches let pass goes straight on. The background illuminates a node through the rays that
+    irradiance changes most, next to bodies on a surface. What clear patches let pass goes straight on, and flat mirrors
+    mirror all light but that of lights without an area. Other specular shares, and what clear patches mirror, count as
+    diffuse in this pass. The background illuminates a node through the rays that
     hit nothing. Channels that see coloured glass differently have systems of their own.
 
     Parameters
@@ -125,19 +128,23 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         nodes = rows.cast(*elements.lattice.nodes, hemisphere, spread)
         mean = _mean_of_open(elements.of_corners, nodes.buried)
     with tally.stage("direct light of elements"):
-        direct = _direct(scene, elements, DirectLight(scene, caster, tally, -(-light_samples // POINTS)), nodes.buried,
-                         seed)
+        light = DirectLight(scene, caster, tally, -(-light_samples // POINTS))
+        points, keys = _points(scene, elements, seed)
+        direct = _mean_outside(elements, light.irradiance(points, keys), nodes.buried)
+        thrown = _thrown(scene, glass, elements, light, points, nodes.buried)
     with tally.stage("solver"):
-        reflectance = _reflectance(scene, glass)[elements.patch]
+        shares = sum(scene.channels(name) for name in ("diffuse", "specular", "transparent"))[elements.patch]
+        reflectance = _reflectance(shares, glass, elements.patch)
         solutions = [SOLVERS[solver](RadiositySystem(
             form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance, 1),
-            emission=reflectance * (direct + mean @ nodes.sky), area=elements.area, centre=elements.centre,
+            emission=reflectance * (direct + mean @ nodes.sky) + thrown, area=elements.area, centre=elements.centre,
             normal=elements.normal), progress=progress) for matrix in nodes.factors]
         solution = replace(max(solutions, key=lambda one: one.steps),
                            radiosity=joined(rows.groups, [one.radiosity for one in solutions]),
                            ambient=joined(rows.groups, [one.ambient for one in solutions]),
                            converged=all(one.converged for one in solutions))
         irradiance = nodes.gathered(solution.display)
+        received = direct + mean @ irradiance
     with tally.stage("adaptive refinement"):
         chosen = _contrasting(elements, irradiance, nodes.buried)
         refined = elements.refined(chosen, CUTS)
@@ -146,34 +153,50 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
-                         refined=refined, refined_irradiance=fine, sheet=sheet, received=direct + mean @ irradiance,
-                         radiosity=scene.channels("emission")[elements.patch] + solution.display, rows=rows,
+                         refined=refined, refined_irradiance=fine, sheet=sheet, received=received,
+                         radiosity=scene.channels("emission")[elements.patch] + np.where(
+                             glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, has_buried=bool(nodes.buried.any()))
 
 
-def _reflectance(scene, glass):
-    """N x 3: what stays of the light at a patch and leaves it again, over what stays; N x 3 shares without glass."""
-    shares = sum(scene.channels(name) for name in ("diffuse", "specular", "transparent"))
-    stays = 1 - glass.mean_passed
-    return np.where(glass.clear[:, None], (shares - glass.mean_passed) / np.maximum(stays, 1e-12), shares)
+def _reflectance(shares, glass, patch):
+    """C x 3: what stays of the light at an element and leaves it again, over what stays; the shares without glass."""
+    passed = glass.mean_passed[patch]
+    stays = np.maximum(1 - passed, 1e-12)
+    return np.where((glass.clear | glass.mirrors)[patch, None], (shares - passed) / stays, shares)
 
 
 def _interpolated(position, values):
     return np.einsum("kn,knc->kc", position.weights, values[position.nodes])
 
 
-def _direct(scene, elements, light, buried, seed):
-    """Direct irradiance over pi of each element: the mean of one point in each quarter outside bodies."""
+def _points(scene, elements, seed):
+    """One point in each quarter of each element, and the keys of their samples."""
     element, quarter = np.divmod(np.arange(len(elements) * POINTS), POINTS)
     keys = mix(seed, 1, element, quarter)
     u, v = (quarter % 2 + uniform(keys, 2)) / 2, (quarter // 2 + uniform(keys, 3)) / 2
     v = np.where(scene.is_triangle[elements.patch[element]], 1 - np.sqrt(1 - v), v)
-    points = SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
-                           elements.patch[element])
+    return SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
+                         elements.patch[element]), keys
+
+
+def _mean_outside(elements, values, buried):
+    """Means over the points of each element outside bodies."""
     # A quarter of a quadrilateral is inside a body if its corner is: it is not visible.
     counts = elements.triangle[:, None] | ~buried[elements.position.nodes]
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    return np.einsum("cq,cqx->cx", share, light.irradiance(points, keys).reshape(-1, POINTS, 3))
+    return np.einsum("cq,cqx->cx", share, values.reshape(-1, POINTS, 3))
+
+
+def _thrown(scene, glass, elements, light, points, buried):
+    """What flat mirrors throw of the light of lights without an area, which hemispheres do not meet: it diffuses."""
+    result = np.zeros((len(points), 3))
+    rows = np.flatnonzero(glass.mirrors[points.patch])
+    if not len(rows) or not scene.lights:
+        return 0.0
+    share = glass.mean_passed[points.patch[rows]]
+    result[rows] = share / np.maximum(1 - share, LEAST_LEFT) * light.of_lights(points[rows])
+    return _mean_outside(elements, result, buried)
 
 
 def _mean_of_open(of_corners, buried):

@@ -16,6 +16,8 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
     """What is missing in an image of the scene, one line each; ``has_buried``: parts of surfaces are inside bodies."""
     glass = Glass(scene)
     mirrors = scene.channels("specular").any(axis=1)
+    if not scene.lights:
+        mirrors &= ~glass.mirrors
     bodies = glass.clear & ~glass.thin & (scene.channels("refraction_index") > 1)
     missing = []
     if mirrors.any():

@@ -31,7 +31,7 @@ class Rows:
     groups
         The channels of each group.
     sky
-        M x 3: irradiance over pi from outside the scene.
+        M x 3: irradiance over pi from outside the scene, and from the lamps that mirrors show.
     buried
         M bool: whether the point is inside a body.
     """
@@ -52,9 +52,9 @@ class NodeRows:
     Parameters
     ----------
     scene, elements, glass
-        The patches, their elements, and which patches are clear.
+        The patches, their elements, and which patches are clear or mirrors.
     frusta, caster
-        Caster of hemispheres, and caster of the rays behind glass.
+        Caster of hemispheres, and caster of the rays behind glass and from mirrors.
     tally
         Counts the rays, as kinds ``"hemisphere"`` and ``"transmission"``.
     progress
@@ -67,7 +67,7 @@ class NodeRows:
         self._frusta = tally.counting("hemisphere", frusta)
         self.groups = glass.colours
         self._clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
-                       for channels in self.groups] if glass.clear.any() else [None]
+                       for channels in self.groups] if (glass.clear | glass.mirrors).any() else [None]
 
     def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere,
              spread: Spread = in_turn) -> Rows:
@@ -85,7 +85,8 @@ class NodeRows:
             factors.append(sums.weights.astype(np.float64) * unit)
             hit = sums.row_sums * unit
             # Of a uniform sky the share that is not hit is exact.
-            skies.append((1 - hit)[:, None] * np.asarray(self._scene.background) if sky is None else sums.sky * unit)
+            outside = (1 - hit)[:, None] * np.asarray(self._scene.background) if sky is None else 0.0
+            skies.append(outside + sums.light * unit)
             buried.append(hit - factors[-1].sum(axis=1) > BURIED)
         return Rows(factors=factors, groups=self.groups, sky=joined(self.groups, skies),
                     buried=np.logical_and.reduce(buried))

@@ -4,11 +4,14 @@ from scipy.integrate import quad
 
 from golden.cast.grid import Grid
 from golden.frustum import Hemisphere
+from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import SHEETS, ClearRays, Glass
+from golden.light.photometry.sensors import Sensors
 from golden.light.two_pass import RenderSettings, render
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -154,3 +157,65 @@ def test_a_thin_pane_shows_what_is_behind_it_straight_and_mirrors_the_rest():
     image = render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 1e5})).image
     through, mirrored = 0.9 * sheet(0.5), 0.9 * (1 - sheet(0.5))
     np.testing.assert_allclose(image[2, 2], (through, through, through + 0.5 * mirrored), rtol=1e-3)
+
+
+SILVER = Material(name="silver", diffuse=(0.1, 0.1, 0.1), specular=(0.8, 0.8, 0.4))
+LAMP = Material(name="lamp", emission=(1, 2, 3))
+
+
+def measured(scene, normal, **settings):
+    """Irradiance over pi at the origin."""
+    camera = Camera(eye=(0.5, 0, 0), target=(1, 0, 0), up=(0, 0, 1))
+    sensors = Sensors(position=np.zeros((1, 3)), normal=np.array([normal], dtype=np.float64))
+    return render(scene, camera=camera, sensors=sensors, settings=RenderSettings(
+        **{"width": 1, "height": 1, "samples": 1, "max_edge": 2.0, "rays": (32, 8)} | settings)).sensors[0]
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_a_flat_mirror_throws_the_light_of_the_lamp_behind_it(two_sided):
+    """The lamp lies in the plane of the place and is seen in the mirror alone: its image shines (Lambert's formula)."""
+    mirror = rectangle((2, -3, -3), (0, 0, 6), (0, 6, 0))
+    lamp = rectangle((0, 0.5, -0.5), (0, 1, 0), (0, 0, 1))
+    scene = scene_of((mirror, Material(name="mirror", specular=(0.8, 0.8, 0.4)), {"two_sided": two_sided}),
+                     (lamp, LAMP))
+    image = rectangle((4, 0.5, -0.5), (0, 0, 1), (0, 1, 0))
+    factor = point_to_polygon([(0, 0, 0)], [(1, 0, 0)], [image])[0, 0]
+    assert measured(scene, (1, 0, 0)) == pytest.approx(factor * np.array([0.8, 1.6, 1.2]), rel=5e-3)
+    assert Glass(scene).colours == [[0, 1], [2]]
+
+
+def test_the_back_of_a_one_sided_mirror_throws_nothing():
+    mirror = rectangle((2, -3, -3), (0, 6, 0), (0, 0, 6))
+    scene = scene_of((mirror, SILVER), (rectangle((0, 0.5, -0.5), (0, 1, 0), (0, 0, 1)), LAMP))
+    assert not measured(scene, (1, 0, 0)).any()
+
+
+@pytest.mark.parametrize("emission", [True, False], ids=["glowing", "under a sky"])
+def test_a_furnace_with_a_mirror_is_as_bright_as_without(emission):
+    """All surfaces reflect half of the light, one of them as a mirror: the radiance is the same everywhere."""
+    glow = (1.0, 1.0, 1.0) if emission else (0.0, 0.0, 0.0)
+    walls = box((-1, -1, -1), (1, 1, 1))[:, ::-1]
+    wall, mirror = (Material(name=name, emission=glow, **{name: (0.5, 0.5, 0.5)}) for name in ("diffuse", "specular"))
+    parts = ((walls[:4], wall), (walls[4:5], mirror)) + (((walls[5:], wall),) if emission else ())
+    scene = scene_of(*parts, background=(0, 0, 0) if emission else (1, 1, 1))
+    plain = scene_of((walls[:5], wall), *parts[2:], background=scene.background)
+    with_mirror, without = (measured(one, (0, 0, 1), max_edge=0.5) for one in (scene, plain))
+    if emission:
+        assert with_mirror == pytest.approx(np.full(3, 2.0), rel=5e-3)
+    # Facing the opening, the mirror behind the place throws nothing but what the walls reflect.
+    assert with_mirror == pytest.approx(without, rel=0.02)
+
+
+def test_what_a_mirror_throws_of_a_point_light_diffuses():
+    """Nothing is lost: the mean light on the faces of a closed box is that without a mirror."""
+    walls = box((-1, -1, -1), (1, 1, 1))[:, ::-1]
+    light = PointLight(position=(0, 0, 0.2), intensity=(1, 1, 1))
+    means = []
+    for last in ("diffuse", "specular"):
+        scene = scene_of((walls[:5], Material(name="wall", diffuse=(0.6,) * 3)),
+                         (walls[5:], Material(name="last", **{last: (0.6,) * 3})), lights=(light,))
+        camera = Camera(eye=(0.5, 0, 0), target=(1, 0, 0), up=(0, 0, 1))
+        lit = render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 0.25})).indirect
+        means.append(lit.elements.area @ lit.received[:, 0] / lit.elements.area.sum())
+    # Flux over A (1 - rho), of irradiances over pi.
+    assert means == pytest.approx([4 / 24 / 0.4] * 2, rel=0.01)
