@@ -228,6 +228,6 @@ def test_the_sky_is_summed_over_the_rays_that_meet_nothing(glazed):
     sums = hemisphere_sums(Grid(scene), Hemisphere(64, 16), [(0, 0, 2), (0, 0, 0)], [(0, 0, 1), (0, 0, 1)], -1,
                            columns=1, column_of=patch_columns(scene), clear=clear,
                            sky=lambda direction: direction[:, 2:] * (1, 2, 3))
-    assert sums.sky[0] / 2**sums.weight_bits == pytest.approx(np.array((1, 2, 3)) * 2 / 3, rel=0.02)
+    assert sums.light[0] / 2**sums.weight_bits == pytest.approx(np.array((1, 2, 3)) * 2 / 3, rel=0.02)
     below = np.array((1, 2, 3)) * 2 / 3 if glazed else np.zeros(3)
-    assert sums.sky[1] / 2**sums.weight_bits == pytest.approx(below, rel=0.02)
+    assert sums.light[1] / 2**sums.weight_bits == pytest.approx(below, rel=0.02)

@@ -8,6 +8,7 @@ from golden.errors import InputWarning
 from golden.light.limits import not_computed, warn_of_near_lights
 from golden.light.near_lights import RESOLVED, NearPairs, near_knots
 from golden.scene.builtin.shapes import box
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.refine import refine
 from golden.scene.tessellate import sphere
@@ -50,9 +51,13 @@ def test_an_image_names_what_is_missing_in_it():
     ball = sphere((0, 0, 1), 0.5, segments=8)
     plain = scene_of((CEILING, GREY), background=SKY)
     assert not_computed(plain, has_buried=False) == []
-    assert len(not_computed(scene_of((CEILING, mirror), background=SKY), has_buried=False)) == 1
+    sheen = Material(name="sheen", specular=(0.4, 0.4, 0.4))
+    lamp = PointLight(position=(1, 1, 1), intensity=(1, 1, 1))
+    assert not_computed(scene_of((CEILING, mirror), background=SKY), has_buried=False) == []
+    assert len(not_computed(scene_of((CEILING, sheen), background=SKY), has_buried=False)) == 1
+    assert len(not_computed(scene_of((CEILING, mirror), lights=(lamp,)), has_buried=False)) == 1
     assert len(not_computed(scene_of((box((0, 0, 0), (1, 1, 1)), glass), background=SKY), has_buried=False)) == 0
-    scene = scene_of((CEILING, mirror), (ball, glass, {"smooth": True}), background=SKY)
+    scene = scene_of((CEILING, sheen), (ball, glass, {"smooth": True}), background=SKY)
     missing = not_computed(scene, has_buried=True)
     assert [line.split()[:3] for line in missing] == [
         ["light", "that", "mirrors"], ["light", "that", "curved"], ["edges", "of", "light"], ["light", "along", "the"]]
