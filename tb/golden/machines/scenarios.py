@@ -27,7 +27,9 @@ from golden.scene.builtin import builtin_scene
 from golden.scene.halve import halved
 from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import bus_timing, joint_timing
+from radiosity.koan_machine import KoanMachine
 from tb.golden.machines.gather.nodes import drawn_matrix, drawn_work
+from tb.golden.machines.koan.programs import drawn_run
 from tb.golden.machines.packet_runs import run_packets
 from tb.golden.machines.torus.torus_cases import run_small
 from tb.noc.packets import packets
@@ -132,8 +134,17 @@ def _torus():
             for number in array.reshape(-1)]
 
 
+def _koan():
+    """What becomes of pages that nodes read and write, with shared items, and the pages of a small picture."""
+    run = drawn_run(2, items=3, references=12, is_shared=True)
+    layout, string = KoanMachine(builtin_scene("cornell"), size=(6, 6)).string(256)
+    return np.concatenate([np.ravel(each) for each in (
+        run.log, run.state.counts, run.times.ends, run.references.value.astype(np.int64), layout.first, string.first,
+        string.page)])
+
+
 SCENARIOS = {"heap": _heap, "network": _network, "job": _job, "joint": _joint, "gather": _gather,
-             "projections": _projections, "torus": _torus}
+             "projections": _projections, "torus": _torus, "koan": _koan}
 
 if __name__ == "__main__":
     json.dump({name: np.asarray(run()).tolist() for name, run in SCENARIOS.items()}, sys.stdout)

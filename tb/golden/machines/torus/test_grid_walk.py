@@ -135,15 +135,19 @@ def polygons(*heights):
 
 
 def test_a_hit_in_a_later_voxel_waits_for_nearer_objects():
-    """The slanted polygon is seen in the first voxel and hit in the last; the square between is nearer."""
-    scene = polygons((1.0, 0.1), (3.0, 0.5), (5.0, 0.1))
+    """The slanted polygon is in the first voxel and is hit in the fourth; the square in the third one is nearer."""
+    scene = polygons((1.0, 0.1), (3.0, 1.9), (5.0, 4.0))
     corners = scene.corners.copy()
-    corners[0] = [(-0.5, -0.5, 1.0), (0.5, -0.5, 1.0), (0.5, 0.5, 5.0), (-0.5, 0.5, 5.0)]
+    corners[0] = [(0.1, 0.1, 1.0), (1.9, 0.1, 1.0), (1.9, 1.9, 5.0), (0.1, 1.9, 5.0)]
     scene = TorusScene(name="slanted", corners=corners, counts=scene.counts, coefficients=scene.coefficients,
                        lights=scene.lights, slope=0.3)
-    grids, objects = prepared(scene, v=4, growth=0.1)
-    origin, direction = np.array([0.0, 0.2, 0.5]), np.array([0.0, 0.0, 1.0])
+    grids, objects = prepared(scene, v=4)
+    origin, direction = np.array([1.0, 1.5, 0.5]), np.array([0.0, 0.0, 1.0])
+    assert hit_distance(objects, 0, origin, direction) == pytest.approx(3.6111, abs=1e-4)
     assert walked(grids, objects, origin, direction)[:3] == (HIT, 1, 2.5)
+    # Without the square the slanted polygon is hit, where it is.
+    alone = objects._replace(corners=objects.corners + np.array([0, 1e6, 0])[:, None, None])
+    assert walked(grids, alone, origin, direction)[1] == 0
 
 
 def test_of_equal_hits_the_least_number_counts_wherever_it_is_in_a_list():

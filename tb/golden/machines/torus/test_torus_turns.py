@@ -3,6 +3,7 @@
 import pytest
 
 from golden.errors import InputError
+from golden.machines.torus import torus_state as ts
 from tb.golden.machines.torus.torus_cases import run_small
 
 
@@ -16,3 +17,11 @@ def test_a_deadlock_of_small_buffers_is_named():
     """Nodes whose buffers are full block each other: the source avoids that by few rays alone."""
     with pytest.raises(InputError, match="Buffer must be larger than 340 bytes: the nodes are in a deadlock"):
         run_small(nodes=4, size=(40, 40), delay=400_000, buffer=340)
+
+
+def test_a_packet_is_sent_when_it_has_21_values():
+    tallies = run_small(nodes=4).state.tallies
+    values, packets = tallies[:, ts.VALUES], tallies[:, ts.PACKETS]
+    assert (packets == -(-values // 21)).all()
+    # Packets of 20 or 22 values would be other numbers.
+    assert all((packets != -(-values // other)).any() for other in (20, 22))
