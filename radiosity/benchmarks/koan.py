@@ -13,6 +13,9 @@ from scipy.optimize import lsq_linear
 
 from golden.commands.console import console
 from golden.machines.koan.page_timing import PageTiming
+from golden.machines.koan.pixel_items import PixelItems, pixel_items
+from golden.machines.koan.ray_pages import PageString
+from golden.machines.koan.scene_pages import ScenePages
 from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from golden.schedule.usage import usage_order
@@ -21,7 +24,7 @@ from radiosity.benchmarks.koan_times import TABLE_3, TABLE_4, closed_3, closed_4
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.koan_machine import KoanMachine
 
-__all__ = ["fit", "grade_below", "resident_rows", "saturation"]
+__all__ = ["fit", "grade_below", "referred_pages", "resident_rows", "saturation"]
 
 _SIZE, _SMALL = (512, 512), (128, 128)
 _CACHE, _MEMORY = 2 << 20, 3_200_000
@@ -71,10 +74,14 @@ def _frames(name: str, machine: KoanMachine, page_bytes: int, cache: float) -> i
 
 
 def _table_4(machines):
-    """The fitted timing; seconds by scene and nodes; and rows of the table."""
+    """The fitted timing; seconds and faults by scene and nodes; and rows of the table."""
+    faults = {name: {} for name in machines}
+
     def times(name, timing):
-        return {nodes: machines[name].run(nodes=nodes, timing=timing, alone=_ALONE[name], frames=_frames(
-            name, machines[name], 4096, _CACHE)).time / 1e9 for nodes in TABLE_4[name] if nodes > 1}
+        runs = {nodes: machines[name].run(nodes=nodes, timing=timing, alone=_ALONE[name], frames=_frames(
+            name, machines[name], 4096, _CACHE)) for nodes in TABLE_4[name] if nodes > 1}
+        faults[name] = {nodes: run.report()["faults"] for nodes, run in runs.items()}
+        return {nodes: run.time / 1e9 for nodes, run in runs.items()}
 
     least, one = PageTiming(trap=0, serve=0), PageTiming(trap=1_000_000, serve=1_000_000)
     weight = float(fit(lambda timing: times("Teapot", timing), TABLE_4["Teapot"], [least, one])[0])
@@ -89,7 +96,37 @@ def _table_4(machines):
             rows.append([name, nodes, TABLE_4[name][nodes], f"{seconds[name][nodes]:.1f}", f"{100 * error:+.2f} %",
                          f"{100 * (closed_4(name, nodes) / TABLE_4[name][nodes] - 1):+.2f} %",
                          f"{100 * bare[nodes]:+.2f} %"])
-    return timing, seconds, rows
+    return timing, seconds, faults, rows
+
+
+def referred_pages(layout: ScenePages, string: PageString, items: PixelItems) -> np.ndarray:
+    """N x P bool: the pages to which each node's own pixels refer.
+
+    Parameters
+    ----------
+    layout, string
+        P pages, and the references of each pixel.
+    items
+        The nodes' pixels.
+    """
+    owner = np.empty(len(string.distinct), dtype=np.int64)
+    owner[items.pixel] = np.repeat(np.arange(len(items.own) - 1), np.diff(items.first[items.own]))
+    found = np.zeros((len(items.own) - 1, len(layout)), dtype=bool)
+    found[np.repeat(owner, np.diff(string.first)), string.page] = True
+    return found
+
+
+def _ring_rows(machine: KoanMachine, seconds, faults):
+    """Rows of Rings4 by nodes: pages of other homes to which a tile refers, beside the frames for them, and faults."""
+    layout, string = machine.string(4096)
+    frames, rows = _frames("Rings4", machine, 4096, _CACHE), []
+    for nodes, time in seconds.items():
+        referred = referred_pages(layout, string, pixel_items(_SIZE, nodes))
+        referred[np.arange(len(layout)) % nodes, np.arange(len(layout))] = False
+        rows.append([nodes, len(layout), frames, f"{referred.sum(axis=1).mean():.0f}", f"{faults[nodes] / nodes:.0f}",
+                     f"{time:.0f}", TABLE_4["Rings4"][nodes], f"{4 * seconds[4] / (nodes * time):.3f}",
+                     f"{4 * TABLE_4['Rings4'][4] / (nodes * TABLE_4['Rings4'][nodes]):.3f}"])
+    return rows
 
 
 def _table_3(machines, base: PageTiming):
@@ -117,11 +154,12 @@ def _table_3(machines, base: PageTiming):
 
 
 def _cache_rows(timing: PageTiming):
-    """Rows of figure 7; pages per pixel and the saturation of each scene."""
-    rows, pages, saturated = [], {}, {}
+    """Rows of figure 7; pages per pixel and the saturation of each scene; rows of what pages are referred to for."""
+    rows, pages, saturated, counted = [], {}, {}, []
     for name in KOAN_SCENES:
         machine = KoanMachine(koan_scene(name), size=_SMALL)
         pages[name] = float(machine.string(1024)[1].distinct.mean())
+        counted.append([name, *_page_counts(machine)])
         found = {}
         for frames in _CACHES:
             run = machine.run(nodes=_CACHE_NODES, page_bytes=1024, frames=frames, timing=timing)
@@ -130,7 +168,18 @@ def _cache_rows(timing: PageTiming):
                          f"{report['fetched_bytes'] / 1e6:.1f}", report["traffic"]["messages"]])
         saturated[name] = saturation(found)
         console().note(f"{name}: {pages[name]:.1f} pages per pixel, saturation {saturated[name]:.0f} pages")
-    return rows, pages, saturated
+    return rows, pages, saturated, counted
+
+
+def _page_counts(machine: KoanMachine):
+    """Rays of a pixel; cells and tests of a ray; pages of 1 KB of a pixel that have cells, lists and patches."""
+    layout, string = machine.string(1024)
+    pixels, hits = len(string.distinct), machine.traced.hits
+    pixel = np.repeat(np.arange(pixels), np.diff(string.first))
+    page = np.unique(pixel * len(layout) + string.page) % len(layout)
+    regions = np.bincount(np.searchsorted(layout.first, page, side="right") - 1, minlength=3)
+    return [f"{len(hits.t) / pixels:.2f}", f"{hits.steps.mean():.1f}", f"{hits.tests.mean():.1f}",
+            *(f"{one / pixels:.1f}" for one in regions)]
 
 
 def _item_rows(machine: KoanMachine, timing: PageTiming):
@@ -233,9 +282,10 @@ def _statements(seconds, pages, saturated, rows_4, rows_3):
 def main(output) -> None:
     """Simulate tables 3 and 4 and figure 7 of the report on KOAN."""
     machines = {name: KoanMachine(koan_scene(name), size=_SIZE) for name in _ALONE}
-    timing, seconds, rows_4 = _table_4(machines)
+    timing, seconds, faults, rows_4 = _table_4(machines)
+    rings = _ring_rows(machines["Rings4"], seconds["Rings4"], faults["Rings4"])
     library, rows_3 = _table_3(machines, timing)
-    caches, pages, saturated = _cache_rows(library)
+    caches, pages, saturated, counted = _cache_rows(library)
     small = KoanMachine(koan_scene("Teapot"), size=_SMALL)
     scenes = [[name, source.polygons, machines[name].patches if name in machines else "", source.kilobytes,
                f"{machines[name].string(1024)[0].size / 1024:.0f}" if name in machines else "",
@@ -248,7 +298,11 @@ def main(output) -> None:
         f"{timing.trap / 1e6:.1f} ms; for table 3 {library.trap / 1e6:.2f} ms and {library.access} ns a reference.", "",
         *table(["scene", "polygons", "ours", "KB", "ours, KB", "rays per pixel", "ours, rays"], scenes), "",
         *table(["statement", "source", "simulated", "grade"], _statements(seconds, pages, saturated, rows_4, rows_3)),
-        "", *table(["scene", "nodes", "table 4, s", "simulated, s", "error", "closed form", "t1/N alone"], rows_4), "",
+        "", *table(["nodes", "pages of Rings4", "frames", "pages of a tile from other homes", "faults of a node",
+                    "seconds", "source", "efficiency over 4 nodes", "source's"], rings), "",
+        *table(["scene", "rays of a pixel", "cells of a ray", "tests of a ray", "pages of cells", "of lists",
+                "of patches"], counted), "",
+        *table(["scene", "nodes", "table 4, s", "simulated, s", "error", "closed form", "t1/N alone"], rows_4), "",
         *table(["scene", "nodes", "table 3, s", "simulated, s", "error", "closed form"], rows_3), "",
         *table(["scene", "cache in pages of 1 KB", "efficiency", "miss ratio", "MB fetched", "messages"], caches), "",
         *table(["schedule", "item", "seconds", "efficiency", "most busy : mean", "faults", "ring hops"],

@@ -35,7 +35,8 @@ def test_a_rule_has_tests_that_exist_or_a_reason(rule):
 
 
 def test_each_rule_that_is_built_has_a_bug_that_one_of_its_tests_has_noticed():
-    noticed = {row["bug"]: row["killed_by"] for row in csv.DictReader((RECORDS / "machine-rules.csv").read_text().splitlines())}
+    rows = csv.DictReader((RECORDS / "machine-rules.csv").read_text().splitlines())
+    noticed = {row["bug"]: row["killed_by"] for row in rows}
     assert list(noticed) == [bug["id"] for bug in RULES["bug"]]
     assert {number.partition("-")[0] for number in noticed} == set(built())
     for number, test in noticed.items():
