@@ -74,6 +74,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	$(BIN)/radiosity bench scaling
 	$(BIN)/radiosity bench lanes
 	$(BIN)/radiosity bench thesis_networks
+	$(BIN)/radiosity bench thesis_memory
 	$(BIN)/radiosity bench paper_machine
 	$(BIN)/radiosity bench gathering
 	$(BIN)/radiosity bench koan
