@@ -1,4 +1,4 @@
-"""What the tools are told and what is read from what they write; no tool runs."""
+"""Words of commands for the tools, and what is read from their output; no tool runs."""
 
 import json
 import re
