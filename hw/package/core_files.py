@@ -12,6 +12,7 @@ from hw.package.pages import core_pages
 from hw.package.readme import readme
 from hw.package.software.software_files import software_files
 from hw.package.tops import TOPS
+from hw.package.vhdl_component import vhdl_component
 from hw.registers.system_rdl import system_rdl
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
@@ -79,17 +80,20 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str | byte
         f"{name}.sdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
         f"{name}.xdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
         f"{name}.lpf": f'FREQUENCY PORT "clk" {1000 / PERIOD_NS:g} MHZ;\n',
-        f"{name}.core": _fusesoc(name, about),
+        f"{name}.vhd": vhdl_component(name, about, facts["ports"]),
     }
     if top == "engine":
         files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
         files |= core_pages(COUNTERS)
         files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"])
-    files["README.md"] = readme(top, name, facts, mhz=1000 / PERIOD_NS, has_job="job/job.bin" in files)
+    has_job = "job/job.bin" in files
+    files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
+    files["README.md"] = readme(top, name, facts, mhz=1000 / PERIOD_NS, has_job=has_job)
     return files
 
 
-def _fusesoc(name, about):
+def _fusesoc(name, about, *, has_job):
+    simulation, target = (_SIMULATION.format(name=name), _SIMULATION_TARGET.format(name=name)) if has_job else ("", "")
     return f"""\
 CAPI=2:
 name: radiosity::{name}:{core_version()}
@@ -110,7 +114,7 @@ filesets:
   quartus:
     files:
       - {name}.sdc: {{file_type: SDC}}
-targets:
+{simulation}targets:
   default:
     filesets:
       - rtl
@@ -125,4 +129,27 @@ targets:
     flow_options:
       tool: verilator
       verilator_options: [-Wall]
+{target}"""
+
+
+# The example casts the sample job: what it prints are the results.
+_SIMULATION = """\
+  simulation:
+    files:
+      - driver/radiosity.h: {{file_type: cSource, is_include_file: true}}
+      - driver/radiosity.c: {{file_type: cSource}}
+      - job/job.h: {{file_type: cSource, is_include_file: true}}
+      - example/main.cpp: {{file_type: cppSource}}
+      - job/job.bin: {{file_type: user, copyto: job.bin}}
+"""
+_SIMULATION_TARGET = """\
+  sim:
+    filesets: [rtl, waivers, simulation]
+    toplevel: {name}
+    flow: sim
+    flow_options:
+      tool: verilator
+      mode: cc
+      verilator_options: [-O3]
+      run_options: [job.bin]
 """

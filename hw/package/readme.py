@@ -19,7 +19,8 @@ Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine
 | `{name}.v` | all modules, Verilog 2005, nothing else is needed; `{name}.f` lists it |
 | `{name}.json` | ports, parameters, latencies{more}, digest of the Verilog |
 | `{name}.sdc`, `.xdc`, `.lpf` | the clock, {mhz:g} MHz, for Quartus and others, Vivado, and nextpnr |
-| `{name}.core` | for FuseSoC; its target `lint` runs Verilator |
+| `{name}.core` | for FuseSoC; its target `lint` runs Verilator{simulation} |
+| `{name}.vhd` | a VHDL package with the component `{name}`, by which a VHDL design instantiates it |
 | `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |{files}
 
 Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough.
@@ -103,6 +104,7 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
         top=top, name=name, about=facts["about"], preset=facts["preset"], version=facts["version"], more=more,
+        simulation=", `sim` casts the sample job" * has_job,
         files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz, meaning=meaning,
         host=_HOST.format(name=name, job="" if has_job else _NO_JOB) if is_engine else "",
         connections=",\n".join(f"  .{port['name']}({port['name']})" for port in ports),

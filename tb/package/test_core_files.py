@@ -53,7 +53,7 @@ def test_the_same_bytes_in_every_process(router, tmp_path):
 def test_files_of_a_core(router):
     files = router[1]
     assert set(files) == {"README.md", *(f"radiosity_router.{kind}" for kind in (
-        "v", "json", "vlt", "f", "sdc", "xdc", "lpf", "core"))}
+        "v", "json", "vlt", "f", "sdc", "xdc", "lpf", "vhd", "core"))}
     assert b"Written by `radiosity verilog --top router --preset small` of" in files["README.md"]
     facts = json.loads(files["radiosity_router.json"])
     assert facts["sha256"] == hashlib.sha256(files["radiosity_router.v"]).hexdigest()

@@ -69,9 +69,12 @@ def wait(library, engine, polls=POLLS):
     return library.radiosity_wait(ctypes.byref(engine), ctypes.byref(record), polls), record
 
 
-def test_the_header_is_cplusplus_too(folder, library):
+@pytest.mark.parametrize("file", ["use.cpp", "radiosity.c"])
+def test_the_driver_is_cplusplus_too(file, folder, library):
+    """Build systems that compile all sources alike give the C file to a C++ compiler."""
     (folder / "use.cpp").write_text('#include "radiosity.h"\nint main() { return !radiosity_error_name(0); }\n')
-    assert not complaints(folder, "g++", "-std=c++11", *FLAGS[1:], "-fsyntax-only", "use.cpp")
+    assert not complaints(folder, "g++", "-x", "c++", "-std=c++11", *FLAGS[1:],
+                          "-Wno-missing-field-initializers", "-fsyntax-only", file)
 
 
 def test_nothing_is_allocated_and_no_library_is_needed(folder, library):

