@@ -51,7 +51,7 @@ class CutRow:
     sets
         ``scheduled`` by the sparse casting, or ``first``: the first cluster holds all patches.
     cycles
-        Of the slowest cluster.
+        From the begin of the first section's cast to the end of the last one's.
     """
 
     scene: str

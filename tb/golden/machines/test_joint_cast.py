@@ -60,7 +60,7 @@ def test_cycles_are_those_of_the_hardware(lobby):
 @pytest.mark.nightly
 def test_cycles_of_all_cuts_are_those_of_the_hardware():
     error = [abs(simulated / row.cycles - 1) for row, simulated in simulated_cuts(recorded_cuts())]
-    assert len(error) == 15
+    assert len(error) == 19
     assert np.mean(error) < 0.05
     assert max(error) < 0.10
 
@@ -97,13 +97,15 @@ def test_all_frusta_with_main_memory_take_the_cycles_of_the_hardware():
     assert max(error) < 0.03
 
 
-@pytest.mark.nightly
-def test_replies_that_do_not_share_their_owner_have_other_cycles(monkeypatch):
-    """Neither its port nor its link: the calibration fails."""
+def test_replies_share_the_port_and_the_link_of_their_owner(monkeypatch):
+    """One cluster serves all others; replies that do not wait for each other take too few cycles."""
+    rows = [row for row in recorded_cuts() if (row.sets, row.cell) == ("first", 0.5)]
+    (row, cycles), = simulated_cuts(rows)
+    assert abs(cycles / row.cycles - 1) < 0.06
     timing = replace(joint_timing(CONFIG), port=1, reply_flits=1)
     monkeypatch.setattr("radiosity.benchmarks.machine_cuts.joint_timing", lambda config: timing)
-    (row, cycles), = simulated_cuts(row for row in recorded_cuts() if (row.scene, row.clusters) == ("man", 16))
-    assert cycles < 0.9 * row.cycles
+    (_, cycles), = simulated_cuts(rows)
+    assert cycles < 0.75 * row.cycles
 
 
 @pytest.mark.parametrize("bits", [16, 72, 256])
