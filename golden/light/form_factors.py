@@ -253,24 +253,29 @@ def _ends(sample, weight, rays, hits, clear, see_sky, see):
     radiances of those that show a lamp in a mirror, which shadow rays do not find.
     """
     onward = 0 if clear is None else SHEETS
-    mirrored = np.zeros(len(sample), dtype=bool)
+    waves = [(sample, weight, rays, hits, np.zeros(len(sample), dtype=bool))]
     for left in range(onward, -1, -1):
-        missed, met = np.flatnonzero(hits.patch < 0), np.flatnonzero(hits.patch >= 0)
-        see_sky(sample[missed], weight[missed], rays.direction[missed])
-        sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
-        if mirrored.any():
+        later = []
+        for sample, weight, rays, hits, mirrored in waves:
+            missed, met = np.flatnonzero(hits.patch < 0), np.flatnonzero(hits.patch >= 0)
+            see_sky(sample[missed], weight[missed], rays.direction[missed])
+            sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
             shown = np.flatnonzero(mirrored)
-            see(sample[shown], weight[shown], clear.emission(rays[shown], _at(hits, shown)))
-        if not left:
-            yield sample, weight, rays, hits
-            return
-        passed = clear.passed(rays, hits, weight)
-        yield sample, weight - passed, rays, hits
-        going = np.flatnonzero(passed)
-        if not len(going):
-            return
-        sample, weight, mirrored = sample[going], passed[going], mirrored[going] | clear.is_mirror[hits.patch[going]]
-        rays, hits = clear.behind(rays[going], _at(hits, going))
+            if len(shown):
+                see(sample[shown], weight[shown], clear.emission(rays[shown], _at(hits, shown)))
+            if not left:
+                yield sample, weight, rays, hits
+                continue
+            passed = clear.passed(rays, hits, weight, mirrored)
+            # Both are rounded: together they may exceed the weight by one.
+            thrown = np.minimum(clear.thrown(rays, hits, weight, mirrored), weight - passed)
+            yield sample, weight - passed - thrown, rays, hits
+            for part, follow, is_mirror in ((passed, clear.behind, False), (thrown, clear.from_mirror, True)):
+                going = np.flatnonzero(part)
+                if len(going):
+                    later.append((sample[going], part[going], *follow(rays[going], _at(hits, going)),
+                                  mirrored[going] | is_mirror))
+        waves = later
 
 
 def _at(hits, rows):

@@ -95,10 +95,10 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
     replaces the element's emission. Form factors are cast at the nodes; an element's row is the mean of its corners'
     rows. The same rows give the irradiance at the nodes from the solution. Adaptive refinement adds nodes where the
-    irradiance changes most, next to bodies on a surface. What clear patches let pass goes straight on, and flat mirrors
-    mirror all light but that of lights without an area. Other specular shares, and what clear patches mirror, count as
-    diffuse in this pass. The background illuminates a node through the rays that
-    hit nothing. Channels that see coloured glass differently have systems of their own.
+    irradiance changes most, next to bodies on a surface. What clear patches let pass goes straight on; `Glass` says
+    which patches mirror. Other specular shares, and what other clear patches mirror, count as diffuse in this pass. The
+    background illuminates a node through the rays that hit nothing. Channels that see coloured glass or mirrors
+    differently have systems of their own.
 
     Parameters
     ----------
@@ -161,9 +161,9 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
 
 def _reflectance(shares, glass, patch):
     """C x 3: what stays of the light at an element and leaves it again, over what stays; the shares without glass."""
-    passed = glass.mean_passed[patch]
-    stays = np.maximum(1 - passed, 1e-12)
-    return np.where((glass.clear | glass.mirrors)[patch, None], (shares - passed) / stays, shares)
+    onward = (glass.mean_passed + glass.mean_thrown)[patch]
+    stays = np.maximum(1 - onward, 1e-12)
+    return np.where(glass.goes_on[patch, None], (shares - onward) / stays, shares)
 
 
 def _interpolated(position, values):
@@ -194,7 +194,7 @@ def _thrown(scene, glass, elements, light, points, buried):
     rows = np.flatnonzero(glass.mirrors[points.patch])
     if not len(rows) or not scene.lights:
         return 0.0
-    share = glass.mean_passed[points.patch[rows]]
+    share = glass.mean_thrown[points.patch[rows]]
     result[rows] = share / np.maximum(1 - share, LEAST_LEFT) * light.of_lights(points[rows])
     return _mean_outside(elements, result, buried)
 

@@ -67,7 +67,7 @@ class NodeRows:
         self._frusta = tally.counting("hemisphere", frusta)
         self.groups = glass.colours
         self._clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
-                       for channels in self.groups] if (glass.clear | glass.mirrors).any() else [None]
+                       for channels in self.groups] if glass.goes_on.any() else [None]
 
     def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere,
              spread: Spread = in_turn) -> Rows:

@@ -44,13 +44,14 @@ def sheet(cosine):
 
 
 def sky_share(scene, channel=0, rays=(256, 64)):
-    """Share of the sky's light that arrives at the origin, facing +z."""
+    """Share of the light of the sky above that arrives at the origin, facing +z."""
     caster, hemisphere = Grid(scene), Hemisphere(*rays)
     clear = ClearRays(scene, Glass(scene), caster, channel)
     sums = hemisphere_sums(caster, hemisphere, [(0, 0, 0)], [(0, 0, 1)], scene.surface[:1], columns=len(scene),
-                           column_of=lambda rays, hits: hits.patch, clear=clear)
+                           column_of=lambda rays, hits: hits.patch, clear=clear,
+                           sky=lambda direction: np.repeat(direction[:, 2:] > 0, 3, axis=1))
     assert sums.weights.sum() == sums.row_sums[0]
-    return 1 - sums.row_sums[0] / 2**sums.weight_bits
+    return sums.light[0, channel] / 2**sums.weight_bits
 
 
 @pytest.mark.parametrize("degrees", [0, 20, 45, 60, 75, 85, 89])
@@ -84,6 +85,29 @@ def test_a_patch_in_a_glass_box_gets_what_its_faces_let_pass():
     block = scene_of((FLOOR, BLACK), (WIDE, BODY), (lifted(1)[::-1], BODY))
     mean, _ = quad(lambda cosine: 2 * cosine * (1 - surface(cosine)) ** 2, 1e-6, 1)
     assert sky_share(block) == pytest.approx(mean, rel=2e-3)
+
+
+def test_a_sheet_throws_what_it_mirrors():
+    """Above a floor of one radiance, and below nothing, a place that faces up sees the floor in the pane."""
+    ground = rectangle((-1e4, -1e4, -1), (2e4, 0, 0), (0, 2e4, 0))
+    scene = scene_of((FLOOR, BLACK), (WIDE, PANE), (ground, BLACK))
+    clear = ClearRays(scene, Glass(scene), Grid(scene), 0)
+    sums = hemisphere_sums(Grid(scene), Hemisphere(256, 64), [(0, 0, 0)], [(0, 0, 1)], scene.surface[:1],
+                           columns=len(scene), column_of=lambda rays, hits: hits.patch, clear=clear)
+    factors = sums.weights.toarray()[0] / 2**sums.weight_bits
+    mean, _ = quad(lambda cosine: 2 * cosine * 0.9 * (1 - sheet(cosine)), 1e-6, 1)
+    # The place itself is not seen: some of what is mirrored straight back.
+    assert factors[2] == pytest.approx(mean, rel=0.01)
+    assert factors[1] == pytest.approx(0.1, rel=0.01)
+
+
+def test_sheets_diffuse_what_they_mirror_of_lights_without_an_area():
+    lamp = PointLight(position=(0, 0, 0.5), intensity=(1, 1, 1))
+    for lights, mirrors in (((), True), ((lamp,), False)):
+        glass = Glass(scene_of((FLOOR, PANE), (WIDE, BODY), lights=lights))
+        assert glass.throws.tolist() == [mirrors, False]
+        assert glass.mean_thrown[0].any() == mirrors
+        np.testing.assert_allclose((glass.mean_passed + glass.mean_thrown)[0] < 0.9 - 1e-9, not mirrors)
 
 
 def test_coloured_glass_dims_each_channel_by_itself():
