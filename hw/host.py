@@ -6,9 +6,8 @@ from collections.abc import Awaitable, Callable, Iterable, Sequence
 import numpy as np
 
 from golden.config import Config
-from golden.control.job_control import NO_CLUSTER
 from golden.errors import InputError
-from golden.jobs.completion import COMPLETION, parse_completions
+from golden.jobs.completion import COMPLETION, NO_CLUSTER, parse_completions
 from golden.jobs.job import Job
 from hw.cluster import COUNTERS
 from hw.memsys.cache_policy import CachePolicy
@@ -226,6 +225,8 @@ class Host:
             record that cannot be written. The records of what was in flight are in the ring, see `collect`.
         EngineTimeoutError
             It takes longer.
+        InputError
+            See `collect`.
         """
         waiting = list(job.descriptors if descriptors is None else descriptors)
         count, records, idle = len(waiting), [], 0

@@ -96,8 +96,8 @@ class MachineCast:
         self._record, self._geometry, self._config, self._options = record, geometry, config, options
         self._cell = choose_cell([record], geometry, config).cell if options.cell is None else options.cell
         # Of the whole frustum, which may be larger than a cluster's ray memory.
-        roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (len(record) - 1).bit_length())})
-        shelling = job_shelling(geometry, roomy, cell=self._cell)
+        whole = config.for_rays(len(record))
+        shelling = job_shelling(geometry, whole, cell=self._cell)
         self._request = phase_request(
             [record], geometry, shelling.table, config, ratio=options.ratio, clusters=config.noc.nodes,
             weights=weights, hit_format=_hit_format(config), sums=weights is not None)

@@ -42,6 +42,10 @@ class Config:
         return {f"{group.name}.{parameter.name}": getattr(getattr(self, group.name), parameter.name)
                 for group in dataclasses.fields(self) for parameter in dataclasses.fields(getattr(self, group.name))}
 
+    def for_rays(self, rays: int) -> "Config":
+        """A configuration whose ray memory holds a frustum of so many rays at least."""
+        return self.replace({"icu.rays": max(self.icu.rays, 1 << (rays - 1).bit_length())})
+
     def replace(self, changes: dict[str, object]) -> "Config":
         """A configuration with other values of the parameters named by path.
 

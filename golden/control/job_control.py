@@ -4,10 +4,12 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from golden.jobs.completion import NO_CLUSTER
+from golden.jobs.descriptor import DESCRIPTOR
 from golden.jobs.load_regions import LOADED_REGIONS
 
-__all__ = ["ABORTED", "COMMANDS", "COPIES", "NO_CLUSTER", "RESETS", "STATUS", "Fault", "Inputs", "JobControl",
-           "Load", "Outputs", "Record", "Registers"]
+__all__ = ["ABORTED", "COMMANDS", "COPIES", "RESETS", "STATUS", "Fault", "Inputs", "JobControl", "Load",
+           "Outputs", "Record", "Registers"]
 
 # Commands from bit 0 of the register on; the bit that says which tables a resume loads; the bits of the register
 # ``status``.
@@ -15,12 +17,9 @@ COMMANDS = ("stop", "clear", "resume")
 COPIES = len(COMMANDS)
 STATUS = ("busy", "loading", "halted", "stops", "loaded", "failed", "unwritten")
 ABORTED = "ABORTED"
-# Of a record that no cluster has caused.
-NO_CLUSTER = 0xFF
 # Errors that leave units in an undefined state.
 RESETS = {"PATH_TIMEOUT", "NETWORK_CHECK", "NETWORK_ORDER", "NETWORK_ADDRESS", "WATCHDOG"}
 _MODULUS = 1 << 32
-_DESCRIPTOR_BYTES = 192
 
 
 @dataclass(frozen=True)
@@ -88,7 +87,7 @@ class Inputs:
         Cluster and tag of a section that has been sent, or none.
     load, refusal
         A load and a refused descriptor's record that the dispatch offers, or none.
-    unread, dispatching
+    unread, dispatches
         The next descriptor could not be read; a descriptor is being sent, checked or refused.
     can_load, load_over
         The load control accepts a load; how its load ends in this cycle, or none.
@@ -112,7 +111,7 @@ class Inputs:
     load: Load | None = None
     refusal: Record | None = None
     unread: bool = False
-    dispatching: bool = False
+    dispatches: bool = False
     can_load: bool = False
     load_over: Fault | None = None
     collected: int | None = None
@@ -287,7 +286,7 @@ class JobControl:
     def _outputs(self, given):
         state, load, waits = self._state, self._load, any(self._sections)
         command, halted = given.command_name, self._is_halted
-        free = not (waits or load or given.dispatching) and given.empty
+        free = not (waits or load or given.dispatches) and given.empty
         even = self._taken == given.registers.doorbell
         idle = given.empty or given.unwritten
         can_resume = not self._resuming and state in ("abort", "halted")
@@ -362,7 +361,7 @@ class JobControl:
             blame(Fault(one.code, 0, one.number), one.cluster, newest=True)
         if self._state == "run" and given.unread:
             entry = self._taken % (1 << self._kept.ring_bits)
-            events.faults.append(Fault(port("READ"), 0, self._kept.ring + entry * _DESCRIPTOR_BYTES))
+            events.faults.append(Fault(port("READ"), 0, self._kept.ring + entry * DESCRIPTOR.dtype.itemsize))
         if self._state == "run" and self._far:
             events.faults.append(Fault("RING", 0, given.registers.doorbell))
         if command == "none" or (command == "resume" and not outputs.retry):
@@ -385,7 +384,7 @@ class JobControl:
         if state == "run":
             return "drain" if given.unread or self._far else "run"
         if state == "drain":
-            in_flight = any(self._sections) or load or given.dispatching or not given.empty
+            in_flight = any(self._sections) or load or given.dispatches or not given.empty
             return "drain" if in_flight else "stop"
         if state == "abort":
             return "halted" if self._cluster == self._nodes and not load else "abort"

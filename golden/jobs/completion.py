@@ -5,16 +5,18 @@ import numpy as np
 from golden.errors import InputError
 from golden.memory_map.layout import Field, Region
 
-__all__ = ["COMPLETION", "has_arrived", "lap", "parse_completions", "patch_sources"]
+__all__ = ["COMPLETION", "NO_CLUSTER", "has_arrived", "lap", "parse_completions", "patch_sources"]
 
 _LAP_BITS = 16
+# The field `cluster` of a record if no cluster has cast the descriptor.
+NO_CLUSTER = 0xFF
 COMPLETION = Region("completion", "job", "entry of the ring", "What became of a descriptor. It is written when all "
                     "writes of results have been answered; its last word comes last.", (
     Field("address", "u8", "the address or number concerned by the error"),
     Field("sums", "u4", "words of sums written"),
     Field("cycles", "u4", "cycles of the cast"),
-    Field("begin", "u4", "the machine's cycle counter when the cast began"),
-    Field("end", "u4", "the same when the last write of a result was answered"),
+    Field("begin", "u4", "the machine's cycle counter when the cast or the load began"),
+    Field("end", "u4", "the same when the last write of a result was answered, or the load ended"),
     Field("tested", "u4", "counter `intersection_tested` of the cast"),
     Field("visited", "u4", "counter `intersection_visited`"),
     Field("steps", "u4", "counter `traversal_steps`"),
@@ -25,7 +27,7 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
     Field("misses", "u4", "patches from main memory"),
     Field("tag", "u4", "that of the descriptor"),
     Field("error", "u1", "error code, 0: none"),
-    Field("cluster", "u1", "the cluster that has cast it, 0xff: none"),
+    Field("cluster", "u1", f"the cluster that has cast it, {NO_CLUSTER:#x}: none"),
     Field("lap", "u2", "completions before this one, divided by the entries of the ring, plus 1, modulo 2^16"),
 ))
 

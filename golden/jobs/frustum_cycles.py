@@ -37,19 +37,19 @@ def frustum_cycles(records: Sequence[FrustumRecord], geometry: PatchGeometry, ta
     -------
     M float64.
     """
-    roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (max(map(len, records)) - 1).bit_length())})
-    shelling = Shelling.of_cells(geometry, table, roomy, by_code=True)
+    whole = config.for_rays(max(map(len, records)))
+    shelling = Shelling.of_cells(geometry, table, whole, by_code=True)
     origins = np.array([record.origin for record in records], dtype=np.float64)
     even = np.linspace(0, len(records) - 1, min(SAMPLES, len(records))).round().astype(int)
     chosen = proximity_order(origins)[even]
-    known = np.array([_predicted(records[number], shelling, config, roomy) for number in chosen], dtype=np.float64)
+    known = np.array([_predicted(records[number], shelling, config, whole) for number in chosen], dtype=np.float64)
     # At least a unit of G: a frustum at a sample's origin takes its cycles.
     away = np.maximum(1, np.square(origins[:, None] - origins[chosen]).sum(axis=2))
     return (known / away).sum(axis=1) / (1 / away).sum(axis=1)
 
 
-def _predicted(record, shelling, config, roomy):
+def _predicted(record, shelling, config, whole):
     model = CycleModel(config, patches=len(shelling.geometry))
-    for work in stage_work(shelling, record, roomy):
+    for work in stage_work(shelling, record, whole):
         model.add(work)
     return model.cycles

@@ -48,8 +48,8 @@ PATCH_SHIFT = SUM_BITS
 _SUM_PATCH_BITS = 64 - PATCH_SHIFT
 
 
-def check_config(config: Config, hit_format: HitFormat, *, sums: bool):
-    """The results of a configuration fit their formats.
+def check_config(config: Config, hit_format: HitFormat, *, sums: bool) -> None:
+    """Refuse results that do not fit their formats.
 
     Raises
     ------

@@ -151,9 +151,7 @@ class _Machine:
     def _caster(self, phase, rays):
         """Casts whole frusta, also those that are larger than a cluster's ray memory."""
         if phase not in self._casters:
-            config, request = self._job.config, self._job.phases[phase].request
-            if rays > config.icu.rays:
-                config = config.replace({"icu.rays": 1 << (rays - 1).bit_length()})
+            config, request = self._job.config.for_rays(rays), self._job.phases[phase].request
             self._casters[phase] = NaiveFixed(request.geometry, config) if self._brute_force else _Whole(
                 Shelling.of_cells(request.geometry, request.table, config))
         return self._casters[phase]

@@ -63,9 +63,9 @@ def phase_casts(request: PhaseRequest, config: Config, timing: ClusterTiming, *,
     """
     rays = len(request.records[0])
     # The golden model has the rays of whole frusta.
-    roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (rays - 1).bit_length())})
-    shelling = Shelling.of_cells(request.geometry, request.table, roomy, by_code=True)
-    return CastStore(shelling, roomy, timing, folder=folder)
+    whole = config.for_rays(rays)
+    shelling = Shelling.of_cells(request.geometry, request.table, whole, by_code=True)
+    return CastStore(shelling, whole, timing, folder=folder)
 
 
 def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timing: LoadTiming,

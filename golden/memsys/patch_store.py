@@ -5,7 +5,7 @@ Source: Shen 1993, section 5.2.4.1, for the I-structure.
 
 __all__ = ["KEPT_OF", "PatchStore"]
 
-# The hardware's.
+# Of so many misses that meet another patch in their frame one replaces it, a power of two.
 KEPT_OF = 16
 
 
@@ -33,7 +33,7 @@ class PatchStore:
         self.hits = self.misses = 0
 
     def request(self, patch: int) -> bool:
-        """Whether the patch is there, or on its way there."""
+        """Whether the patch is there, or in flight to it."""
         frame = patch % self._frames
         kept = self._kept.get(frame)
         if kept == patch:

@@ -64,28 +64,28 @@ def choose_cell(records: Sequence[FrustumRecord], geometry: PatchGeometry, confi
     if candidates is None:
         candidates = LIST_CELLS if config.ctu.subshells else CELLS
     # Capacities of rays are those of sections, which are cut later.
-    roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (max(map(len, records)) - 1).bit_length())})
+    whole = config.for_rays(max(map(len, records)))
     cycles, errors = {}, {}
     for cell in candidates:
         try:
-            shelling = job_shelling(geometry, roomy, cell=cell, by_code=True)
+            shelling = job_shelling(geometry, whole, cell=cell, by_code=True)
             for record in records:
                 _check_capacities(record, shelling.table, config)
         except InputError as error:
             errors[cell] = error
             continue
-        cycles[cell] = _predict(records, shelling, config, roomy, most=min(cycles.values(), default=np.inf))
+        cycles[cell] = _predict(records, shelling, config, whole, most=min(cycles.values(), default=np.inf))
     if not cycles:
         raise errors[max(errors)]
     return CellChoice(cell=min(cycles, key=cycles.get), cycles=cycles)
 
 
-def _predict(records, shelling, config, roomy, *, most):
+def _predict(records, shelling, config, whole, *, most):
     """Cycles of the frusta, or of some of their stages once these exceed ``most``."""
     total = 0
     for record in records:
         model = CycleModel(config, patches=len(shelling.geometry))
-        for work in stage_work(shelling, record, roomy):
+        for work in stage_work(shelling, record, whole):
             model.add(work)
             if total + model.cycles > most:
                 return total + model.cycles

@@ -14,6 +14,11 @@ __all__ = ["ControlFormats"]
 class ControlFormats:
     """All layouts of one configuration.
 
+    Parameters
+    ----------
+    config
+        The configuration.
+
     Members
     -------
     load_word
@@ -27,7 +32,7 @@ class ControlFormats:
     def __init__(self, config: Config):
         path, memory, formats = PathFormats(config), MemoryFormats(config), CtuFormats(config)
         self.load_word = StructLayout({"item": memory.table_word, "cluster": path.cluster, "is_all": 1})
-        number = max(config.memory.address_bits, 24)
+        number = max(config.memory.address_bits, path.fault["number"].width)
         self.fault = StructLayout({"code": ErrorCode, "number": number})
         self.error = StructLayout({"code": ErrorCode, "cluster": path.cluster, "number": number})
         frustum, traversal = formats.frustum, formats.traversal_frustum

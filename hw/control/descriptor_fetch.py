@@ -64,7 +64,7 @@ class DescriptorFetch(wiring.Component):
     Timing
     ------
     Latency: ``3`` cycles from a reply to its first word. One word per cycle; stalls with ``o``. A descriptor is
-    requested while 4 are not sent; near cells ahead of descriptors, in extents of 16 words.
+    requested while fewer than 4 wait to be sent; near cells ahead of descriptors, in extents of at most 16 words.
 
     Golden counterpart: `golden.jobs.descriptor`.
     """

@@ -35,7 +35,7 @@ class FrustumLoad(wiring.Component):
     o_grid : Out, stream of `CtuFormats.grid_table_write`
         Grid rays. Always ready.
     o_subshell : Out, stream of ``address``, ``patch``, ``shell``
-        `hw.ctu.subshell_table.SubshellTable`'s ``i_load``.
+        `hw.ctu.subshell_table.SubshellTable`'s ``i_load``. Always ready.
     cells : Out(CtuFormats.traversal_frustum["cells"])
         Cells of the scene along each axis.
     subshells : Out(32)

@@ -8,8 +8,9 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from golden.control.job_control import COMMANDS, COPIES
+from golden.jobs.completion import NO_CLUSTER
 from hw.control.control_formats import ControlFormats
-from hw.control.job_formats import IN_FLIGHT, NO_CLUSTER, JobFormats
+from hw.control.job_formats import IN_FLIGHT, JobFormats
 from hw.control.load_control import ALL
 from hw.lib.validate import check_instance
 from hw.memsys.fault import Fault
@@ -20,7 +21,7 @@ from hw.registers.error_code import NETWORK, ErrorCode
 
 __all__ = ["JobControl"]
 
-_PLACE_BITS = IN_FLIGHT.bit_length()
+_INDEX_BITS = IN_FLIGHT.bit_length()
 _COUNT_BITS = 32
 
 
@@ -184,9 +185,9 @@ class JobControl(wiring.Component):
     def _add_table(self, m):
         """Sections in flight, cluster by cluster: how many, how many of them have begun, and their tags."""
         nodes = self._config.noc.nodes
-        m.submodules.tags = tags = Memory(shape=32, depth=nodes << _PLACE_BITS, init=[],
+        m.submodules.tags = tags = Memory(shape=32, depth=nodes << _INDEX_BITS, init=[],
                                           attrs={"ram_style": "distributed"})
-        self._counts, self._begun, oldest = ([Signal(_PLACE_BITS, name=f"{name}_{k}") for k in range(nodes)]
+        self._counts, self._begun, oldest = ([Signal(_INDEX_BITS, name=f"{name}_{k}") for k in range(nodes)]
                                              for name in ("count", "begun", "oldest"))
         write, read = tags.write_port(), tags.read_port(domain="comb")
         sent, number = self.i_sent.payload, Signal(range(nodes + 1))
@@ -195,7 +196,7 @@ class JobControl(wiring.Component):
         m.d.comb += [
             number.eq(Mux(self._state["abort"], self._cluster, self.source)), self.tag.eq(read.data),
             read.addr.eq(Cat(Array(oldest)[number], number)), write.en.eq(self.i_sent.valid & self._live),
-            write.addr.eq(Cat(newest[sent.cluster][:_PLACE_BITS], sent.cluster)), write.data.eq(sent.tag)]
+            write.addr.eq(Cat(newest[sent.cluster][:_INDEX_BITS], sent.cluster)), write.data.eq(sent.tag)]
         self._restarts = Signal(nodes)
         for k in range(nodes):
             pushes, pops, aborts = Signal(name=f"pushes_{k}"), Signal(name=f"pops_{k}"), Signal(name=f"aborts_{k}")

@@ -12,7 +12,7 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.memsys.path_formats import PathFormats
 from hw.registers.error_code import ErrorCode
 
-__all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX", "NO_CLUSTER",
+__all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX",
            "WORD_BITS", "WORD_BYTES", "JobFormats", "Kind", "byte_of", "elements"]
 
 WORD_BYTES = 8
@@ -24,8 +24,6 @@ COMPLETION_WORDS = COMPLETION.dtype.itemsize // WORD_BYTES
 NEAR_INDEX = DESCRIPTOR_WORDS
 # Sections of a cluster in flight at most: one in its slot, one that is cast, one whose results are written.
 IN_FLIGHT = 3
-# Of a completion record that no cluster has caused.
-NO_CLUSTER = 0xFF
 
 
 def byte_of(field: str) -> int:
@@ -102,6 +100,6 @@ class JobFormats:
         self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
         load = {"image": WORD_BITS, "regions": len(REGIONS), "copies": 1}
         self.load, self.load_job = StructLayout(load), StructLayout({"tag": 32, **load})
-        self.refusal = StructLayout({"code": ErrorCode, "number": max(config.memory.address_bits, 24)})
-        self.record = StructLayout({"tag": 32, "code": ErrorCode, "cluster": 8, "number": self.refusal["number"].shape,
+        self.refusal = control.fault
+        self.record = StructLayout({"tag": 32, "code": ErrorCode, "cluster": 8, "number": control.fault["number"].shape,
                                     "begin": 32, "end": 32})

@@ -73,7 +73,7 @@ class SectionResults(wiring.Component):
             "cycles": In(32),
             "fault": In(control.fault), "clear": Out(1), "counts": In(StructLayout(dict.fromkeys(COUNTS, 32))),
             "o_read_out": Out(stream.Signature(0)), "o_command": Out(stream.Signature(result.section_command)),
-            "i_done": In(stream.Signature(result.section_done)), "o": Out(stream.Signature(WORD_BITS)),})
+            "i_done": In(stream.Signature(result.section_done)), "o": Out(stream.Signature(WORD_BITS))})
 
     def elaborate(self, platform):
         m = Module()

@@ -121,7 +121,7 @@ class IStructure(wiring.Component):
         written, defers, advances, renewed, forgets = Signal(), Signal(), Signal(), Signal(), Signal()
 
         def after(access, before):
-            """The state of an access on its way after this cycle."""
+            """The state of an access in flight after this cycle."""
             changed = Signal(state)
             m.d.comb += changed.eq(before)
             with m.If(written & self._meet(access, write)):
@@ -160,7 +160,7 @@ class IStructure(wiring.Component):
                             forgets)
 
         def pass_stages(accesses, address, enable, memory):
-            """Accesses on their way: one from its stream to the last stage."""
+            """Accesses in flight: from their stream to the last stage."""
             first, second, third, last = accesses
             merged, changed = Signal(state), after(third, third.state)
             m.d.comb += merged.eq(changed)

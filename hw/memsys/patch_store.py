@@ -21,8 +21,6 @@ __all__ = ["PatchStore"]
 
 # Versions of the presence bits and of the tags before a sweep.
 VERSION_BITS = 4
-# Of so many misses that meet another patch in their frame one replaces it, a power of two.
-TURNS = KEPT_OF
 
 
 class PatchStore(wiring.Component):
@@ -35,10 +33,10 @@ class PatchStore(wiring.Component):
 
     Patch p belongs into frame p modulo ``frames``. A request finds its patch in the frame, or in flight to it: then it
     waits in the `IStructure` without another fetch. Otherwise the patch is fetched. It is kept if the frame is empty,
-    and at every `TURNS`-th request that meets another patch there: each frustum needs about the same patches, more than
-    the frames, in about the same order, so a patch that each miss replaces would be gone before its next request. What
-    is not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last answer. A
-    fill never stalls but with ``o_passed``.
+    and at every `KEPT_OF`-th request that meets another patch there: each frustum needs about the same patches, more
+    than the frames, in about the same order, so a patch that each miss replaces would be gone before its next request.
+    What is not kept is passed on. A frame with a request in flight is not renewed: the request waits for its last
+    answer. A fill never stalls but with ``o_passed``.
 
     A patch whose vertices are all 0 comes from a cluster that does not hold it, see `VoidCheck`. It is answered and not
     kept, so a later frustum fetches it again.
@@ -162,7 +160,7 @@ class PatchStore(wiring.Component):
         frame, free, number = Signal(range(self._frames)), Signal(self._requests), Signal(self._number)
         matches, empty, in_use, looked_up = Signal(), Signal(), Signal(), Signal(self._requests)
         # Requests that have met another patch, since the store was emptied.
-        conflicts = Signal(range(TURNS))
+        conflicts = Signal(range(KEPT_OF))
         with m.If(self.i_start.valid & self.i_start.ready):
             m.d.sync += conflicts.eq(0)
         read, write = tags.read_port(), tags.write_port()
@@ -179,7 +177,7 @@ class PatchStore(wiring.Component):
         keeps, renews, acts = Signal(), Signal(), Signal()
         m.d.sync += in_use.eq(Cat(uses).any())
         m.d.comb += [
-            renews.eq(~matches & (empty | (conflicts == TURNS - 1))), keeps.eq(matches | renews),
+            renews.eq(~matches & (empty | (conflicts == KEPT_OF - 1))), keeps.eq(matches | renews),
             fetches.i.payload.eq(request), accesses.i.payload.frame.eq(frame), accesses.i.payload.entry.eq(number),
             write.addr.eq(Mux(generations.sweeps, generations.row, Mux(acts, frame, forgets.payload))),
             write.data.patch.eq(request.patch),

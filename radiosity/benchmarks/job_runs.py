@@ -153,7 +153,7 @@ class JobRun:
 
     @property
     def cycles(self) -> int:
-        """From the begin of the first load to the last result."""
+        """From the beginning of the first load to the last result."""
         return int(self.since_begin(np.concatenate([self.loads, self.sections])["end"]).max())
 
     @property
@@ -283,8 +283,8 @@ def check_results(prepared: PreparedJob, result: JobResult, config: Config) -> N
         One differs.
     """
     request, rays = prepared.request, len(prepared.records[0])
-    roomy = config.replace({"icu.rays": max(config.icu.rays, 1 << (rays - 1).bit_length())})
-    shelling = Shelling.of_cells(request.geometry, request.table, roomy)
+    whole = config.for_rays(rays)
+    shelling = Shelling.of_cells(request.geometry, request.table, whole)
     for number, (record, found) in enumerate(zip(request.records, result.frusta[0], strict=True)):
         hits = shelling.cast(record)[0]
         hit, sums = hits.patch >= 0, np.zeros(len(request.geometry), dtype=np.int64)

@@ -35,7 +35,7 @@ CHECKED = 1 << 17
 # Presets whose network is the machine's own.
 WHOLE = ("thesis",)
 FORMATS = {one.name.lower(): one for one in HitFormat}
-HEAD = ("scene", "clusters", "cell", "cycles", "per frustum", "load", "cast", "tests", "patches", "memory",
+HEAD = ("scene", "clusters", "cell", "cycles", "a frustum", "load", "cast", "tests", "patches", "memory",
         "bound : cycles", "efficiency", "speedup", "rays per cycle")
 CYCLES_HEAD = ("scene", "clusters", "cycles", "load", "cast", "waits", "last results", "idle")
 MEAN_HEAD = ("scene", "cell", "rays", "patches", f"point {POINT}, warm", "mean of the job", "ratio", "tests per ray")
@@ -208,9 +208,9 @@ def main(output, scene, clusters, frusta, cell, rays, hits, sums, group, check, 
         f"{rays[1]} rays from points of the ceiling, {cell_text(cell)}, hits: {hits}, sums: "
         f"{'yes' if sums else 'no'}, clusters for a frustum: {group}, main memory {latency} to {latency + spread} "
         f"cycles away (seed {memory_seed}).", "",
-        "Cycles: from the begin of the first load to the last result. Cast: mean cycles that a cluster casts. Lower "
-        "bounds in cycles: tests, four cycles for a patch, beats over the memory port. Efficiency: tests for each "
-        "cluster and cycle.", "",
+        "Cycles: from the beginning of the first load to the last result. Cast: mean cycles that a cluster casts. "
+        "Lower bounds in cycles: tests, four cycles for a patch, beats over the memory port. Efficiency: tests for "
+        "each cluster and cycle.", "",
         *table(list(HEAD), [row for one in found for row in rows_of(one)]), "",
         "Where the cycles of a cluster go, on average. Waits: between its casts, for the next section, for the results "
         "of the one before or for the rays. Last results: from its last cast's end on. Idle: until the job ends.", "",

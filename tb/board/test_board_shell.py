@@ -11,8 +11,8 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from PIL import Image
 
 from golden.cast.naive_fixed import NaiveFixed
-from golden.control.job_control import NO_CLUSTER
 from golden.image import write_png
+from golden.jobs.completion import NO_CLUSTER
 from golden.jobs.result_formats import HitFormat, pack_hits
 from hw.board.board_shell import BoardShell
 from hw.board.frame import FrameKind

@@ -90,15 +90,15 @@ class Environment:
         self._load_left, self._faults, self._networks = None, [Fault()] * nodes, [Fault()] * nodes
         self._memory = Fault()
 
-    def give(self, cycle: int, said: Outputs | None) -> Inputs:
+    def give(self, cycle: int, values: Outputs | None) -> Inputs:
         """Inputs of a cycle, given the outputs of the one before."""
         draw, plan, event = self._draw, self._plan, self._plan.events.get(cycle)
         commands = {"stop": 1, "clear": 2, "resume": 4, "none": 0}
         command, interrupt = commands.get(event), None
-        self._is_busy = said is not None and said.status["busy"]
+        self._is_busy = values is not None and values.status["busy"]
         if event == "interrupt":
             interrupt = draw.randrange(4)
-        self._host(said)
+        self._host(values)
         if command is None and self._first is not None and event is None:
             command, self._first = self._first, None
         if command is not None and cycle % 2:
@@ -106,7 +106,7 @@ class Environment:
             command |= 1 << COPIES
         self._fault(event)
         begins = self._clusters()
-        self._dispatch(said)
+        self._dispatch(values)
         self._collect()
         if event == "unwritten":
             self._failed = True
@@ -114,7 +114,7 @@ class Environment:
             command=command, interrupt=interrupt, begins=begins, sent=self._sent,
             load=self._offered if isinstance(self._offered, Load) else None,
             refusal=self._offered if isinstance(self._offered, Record) else None,
-            unread=self._phase == "unread", dispatching=self._phase in ("sending", "refused"),
+            unread=self._phase == "unread", dispatches=self._phase in ("sending", "refused"),
             can_load=self._load_left is None and draw.random() < 0.8,
             load_over=self._over(), collected=self._collected, source=self._source,
             record_taken=self._collecting is None and not self._failed and len(self._held) < 4 and draw.random() < 0.4,
@@ -125,13 +125,13 @@ class Environment:
                                 doorbell=(self._doorbell + self._extra) % (1 << 32), image=0x40000))
         return self._given
 
-    def _host(self, said):
+    def _host(self, values):
         """Descriptors are submitted while the rings have entries; a halted queue is resumed after some time."""
         draw = self._draw
-        room = len(self.completed) + (1 << self._plan.ring_bits) - self._doorbell
-        if said and self._doorbell < len(self._plan.kinds) and room > 0 and draw.random() < 0.3:
-            self._doorbell += draw.randint(1, min(room, len(self._plan.kinds) - self._doorbell))
-        self._halted_for = self._halted_for + 1 if said and said.status["halted"] and not said.stops else 0
+        free = len(self.completed) + (1 << self._plan.ring_bits) - self._doorbell
+        if values and self._doorbell < len(self._plan.kinds) and free > 0 and draw.random() < 0.3:
+            self._doorbell += draw.randint(1, min(free, len(self._plan.kinds) - self._doorbell))
+        self._halted_for = self._halted_for + 1 if values and values.status["halted"] and not values.stops else 0
         if self._plan.resumes and self._halted_for and self._halted_for % 9 == 4:
             self._extra, self._first = 0, 2
         elif self._plan.resumes and self._halted_for and self._halted_for % 9 == 8:
@@ -169,10 +169,10 @@ class Environment:
                 begins.add(k)
         return frozenset(begins)
 
-    def _dispatch(self, said):
+    def _dispatch(self, values):
         """One descriptor after the other."""
         draw, self._sent = self._draw, None
-        if self._phase == "idle" and said and said.enable and self._next < self._doorbell and draw.random() < 0.7:
+        if self._phase == "idle" and values and values.enable and self._next < self._doorbell and draw.random() < 0.7:
             kind = self._plan.kinds[self._next]
             if kind == "unread" and self._next not in self._repaired:
                 self._repaired.add(self._next)
@@ -216,38 +216,38 @@ class Environment:
         self._source = self._collecting if self._collecting is not None else draw.randrange(self._plan.nodes)
         self._answers = bool(self._held) and not self._failed and draw.random() < 0.3
 
-    def after(self, said: Outputs) -> None:
+    def after(self, values: Outputs) -> None:
         """What the outputs of the cycle change."""
         given, draw = self._given, self._draw
         self._wait = max(0, self._wait - 1)
-        if said.retry:
+        if values.retry:
             self._failed = False
-        if said.record and given.record_taken:
-            self._held.append(said.record.tag)
-            self.completed.append(said.record.tag)
-            self.records.append(said.record)
-        if said.stops:
+        if values.record and given.record_taken:
+            self._held.append(values.record.tag)
+            self.completed.append(values.record.tag)
+            self.records.append(values.record)
+        if values.stops:
             # Of the writer, only a record that was being collected is lost.
             self._collecting = None
-            self._reset(said.taken)
+            self._reset(values.taken)
             return
         if self._load_left is not None and not self._load_left:
             self._load_left = None
         elif self._load_left:
             self._load_left -= 1
-        if said.load and given.can_load:
+        if values.load and given.can_load:
             self._load_left = draw.randint(1, self._plan.slowest)
         if given.sent:
             cluster, tag = given.sent
             self._sections[cluster].append({"tag": tag, "state": "slot", "left": draw.randint(0, 2)})
             self._go_on(tag)
-        if given.load and said.takes_load:
+        if given.load and values.takes_load:
             self._go_on(given.load.tag)
-        if given.refusal and said.record is given.refusal and given.record_taken:
+        if given.refusal and values.record is given.refusal and given.record_taken:
             self._go_on(given.refusal.tag)
         if given.collected is not None:
             section = self._sections[given.collected].popleft()
-            assert said.tag == section["tag"], "the tag of the oldest section"
+            assert values.tag == section["tag"], "the tag of the oldest section"
             self._held.append(section["tag"])
             self.completed.append(section["tag"])
             self._collecting = None
@@ -266,15 +266,15 @@ class Environment:
 
 def trace(plan: Plan) -> tuple[list[tuple[Inputs, Outputs]], Environment]:
     """What the control sees and says in each cycle, and the units around it."""
-    model, around, found, said = JobControl(nodes=plan.nodes), Environment(plan), [], None
+    model, around, found, values = JobControl(nodes=plan.nodes), Environment(plan), [], None
     for cycle in range(plan.cycles):
-        stopped = said is not None and said.stops
-        given = around.give(cycle, said)
-        said = model.step(given)
-        found.append((given, said))
-        if said.stops and not stopped:
+        stopped = values is not None and values.stops
+        given = around.give(cycle, values)
+        values = model.step(given)
+        found.append((given, values))
+        if values.stops and not stopped:
             around.delay()
-        around.after(said)
+        around.after(values)
     return found, around
 
 
@@ -291,11 +291,11 @@ class TraceBench:
         dut = self._dut = hardware.JobControl(config=config)
         self._inputs, self._outputs = _inputs(dut), _outputs(dut)
         self._given = Signal(sum(len(port) for port, _ in self._inputs))
-        self._said = Signal(sum(map(len, self._outputs.values())))
+        self._sampled = Signal(sum(map(len, self._outputs.values())))
         top = Module()
         top.submodules.dut = dut
         top.d.comb += [Cat(port for port, _ in self._inputs).eq(self._given),
-                       self._said.eq(Cat(*self._outputs.values()))]
+                       self._sampled.eq(Cat(*self._outputs.values()))]
         self._simulator, self._values, self._trace = Simulator(top), None, None
         self._simulator.add_clock(1e-8)
 
@@ -312,8 +312,8 @@ class TraceBench:
     async def _drive(self, ctx):
         for value in self._values:
             ctx.set(self._given, value)
-            *_, said = await ctx.tick().sample(self._said)
-            self._trace.append(said)
+            *_, values = await ctx.tick().sample(self._sampled)
+            self._trace.append(values)
 
     def _pack(self, given):
         bits = place = 0
@@ -323,33 +323,32 @@ class TraceBench:
         return bits
 
     def _unpack(self, bits):
-        said = {}
+        values = {}
         for name, port in self._outputs.items():
-            said[name], bits = bits & (1 << len(port)) - 1, bits >> len(port)
-        status = {name: bool(said["status"] >> bit & 1) for bit, name in enumerate(STATUS)}
+            values[name], bits = bits & (1 << len(port)) - 1, bits >> len(port)
+        status = {name: bool(values["status"] >> bit & 1) for bit, name in enumerate(STATUS)}
         dut, load, record = self._dut, None, None
-        if said["load_valid"]:
-            load = unpack(dut.o_load.payload.shape(), said["load"])
-        if said["record_valid"]:
-            record = unpack(dut.o_record.payload.shape(), said["record"])
+        if values["load_valid"]:
+            load = unpack(dut.o_load.payload.shape(), values["load"])
+        if values["record_valid"]:
+            record = unpack(dut.o_record.payload.shape(), values["record"])
             record = Record(**{**record, "code": CODES[record["code"]]})
-        error = unpack(dut.error.shape(), said["error"])
+        error = unpack(dut.error.shape(), values["error"])
         flags = ("stops", "clear", "enable", "loaded", "retry", "takes_load", "takes")
         return Outputs(
-            **{name: bool(said[name]) for name in flags},
-            load=load, record=record, tag=said["tag"], taken=said["taken"], status=status,
-            error=Fault(CODES[error["code"]], error["cluster"], error["number"]), enabled=bool(said["interrupt"] & 1),
-            pending=bool(said["interrupt"] & 2), ring=said["ring"], completions=said["completions"],
-            ring_bits=said["ring_bits"])
+            **{name: bool(values[name]) for name in flags},
+            load=load, record=record, tag=values["tag"], taken=values["taken"], status=status,
+            error=Fault(CODES[error["code"]], error["cluster"], error["number"]), enabled=bool(values["interrupt"] & 1),
+            pending=bool(values["interrupt"] & 2), ring=values["ring"], completions=values["completions"],
+            ring_bits=values["ring_bits"])
 
 
 def _inputs(dut):
     """Each input of the control with its value."""
     registers = ("ring", "completions", "ring_bits", "doorbell", "image", "watchdog")
     found = [(getattr(dut, name), lambda given, name=name: getattr(given.registers, name)) for name in registers]
-    found += [(getattr(dut, port), lambda given, name=name: getattr(given, name)) for port, name in (
-        ("unread", "unread"), ("dispatches", "dispatching"), ("source", "source"), ("completed", "completed"),
-        ("empty", "empty"), ("unwritten", "unwritten"), ("address", "address"), ("memory_busy", "memory_busy"))]
+    found += [(getattr(dut, name), lambda given, name=name: getattr(given, name)) for name in (
+        "unread", "dispatches", "source", "completed", "empty", "unwritten", "address", "memory_busy")]
 
     def event(stream, value, packed):
         shape = stream.payload.shape()
@@ -380,9 +379,9 @@ def _inputs(dut):
 
 def _outputs(dut):
     """Each output of the control by name."""
-    said = {name: getattr(dut, name) for name in (
+    values = {name: getattr(dut, name) for name in (
         "stops", "clear", "enable", "loaded", "retry", "takes", "tag", "taken", "status", "error")}
-    said |= {name: dut.kept[name] for name in ("ring", "completions", "ring_bits")}
-    said |= {"takes_load": dut.i_load.ready, "load_valid": dut.o_load.valid, "load": dut.o_load.payload,
+    values |= {name: dut.kept[name] for name in ("ring", "completions", "ring_bits")}
+    values |= {"takes_load": dut.i_load.ready, "load_valid": dut.o_load.valid, "load": dut.o_load.payload,
              "record_valid": dut.o_record.valid, "record": dut.o_record.payload, "interrupt": dut.interrupt_value}
-    return {name: Value.cast(port) for name, port in said.items()}
+    return {name: Value.cast(port) for name, port in values.items()}

@@ -8,9 +8,9 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
-from golden.jobs.completion import COMPLETION, has_arrived, lap, parse_completions
+from golden.jobs.completion import COMPLETION, NO_CLUSTER, has_arrived, lap, parse_completions
 from hw.control.completion_writer import RECORDS, CompletionWriter
-from hw.control.job_formats import COMPLETION_WORDS, NO_CLUSTER
+from hw.control.job_formats import COMPLETION_WORDS
 from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import WIDTHS
 from tb.lib.payload import pack, unpack

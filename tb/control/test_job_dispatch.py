@@ -6,9 +6,10 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
+from golden.jobs.completion import NO_CLUSTER
 from golden.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
 from hw.control.job_dispatch import JobDispatch
-from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, NO_CLUSTER, JobFormats
+from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, JobFormats
 from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import changed, descriptor, near_words, words_of
 from tb.lib.payload import pack, unpack

@@ -87,6 +87,13 @@ def test_parameters_are_set_by_path_and_leave_the_rest():
     assert changed.icu.rays == 1024
 
 
+def test_a_ray_memory_for_a_larger_frustum_has_a_power_of_two_of_rays():
+    config = PRESETS["tiny"]
+    rays = config.icu.rays
+    assert [config.for_rays(count).icu.rays for count in (1, rays, rays + 1, 2 * rays, 3 * rays)] == [
+        rays, rays, 2 * rays, 2 * rays, 4 * rays]
+
+
 def test_pipelines_follow_from_the_clusters_unless_given():
     assert [Ctu().traversal_pipelines(clusters) for clusters in (1, 2, 4, 8, 16)] == [2, 2, 2, 3, 4]
     assert Ctu(pipelines=1).traversal_pipelines(16) == 1
