@@ -164,7 +164,8 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
 
 
 @machine.command("koan", cls=Task, named={"Nodes": "--nodes", "Page bytes": "--page", "Cache": "--cache",
-                                          "Item": "--item", "Size": "--size", "Cell size": "--cell",
+                                          "Item": "--item", "Size": "--size", "Width": "--size",
+                                          "Height": "--size", "Cell size": "--cell",
                                           "Azimuths": "--radiosity", "Polars": "--radiosity"},
                  epilog=SCENE_HELP, short_help="Simulate ray tracing in shared pages on up to 1024 nodes.")
 @SCENE
@@ -390,9 +391,9 @@ def _volume_text(report):
 @click.option("--buffer", type=int, default=2048, help="Set the bytes of a link's buffer.")
 @click.option("--delay", type=int, default=0, help="Set by how many microseconds messages are late at most.")
 @click.option("--seed", type=int, default=0, help="Set the seed of delays and of the machine's own scenes.")
-@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this PNG file.")
+@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this .png.")
 @click.option("--steps", type=click.Path(dir_okay=False, path_type=Path), help="Write who holds which ray over time to "
-              "this SVG file.")
+              "this .svg.")
 def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal, buffer, delay, seed, picture, steps):
     """Simulate ray tracing of SCENE on a torus of nodes that each own a box of space.
 
@@ -404,8 +405,11 @@ def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal
     from golden.machines.torus.torus_scene import torus_scene
     from golden.machines.torus.torus_scenes import TORUS_SCENES
     from golden.machines.torus.torus_steps import LOGGED, write_steps
+    from golden.output import check_outputs
     from golden.scene.open import open_scene
 
+    check_outputs(picture, suffixes=(".png",))
+    check_outputs(steps, suffixes=(".svg",))
     setup = TorusSetup(nodes=nodes, size=size, subdivisions=voxels, storage=storage, growth=growth, growth_by=growth_by,
                        has_shadows=shadows, is_stealing=steal, buffer=buffer, delay=delay, seed=seed)
     opened = TORUS_SCENES[scene](seed) if scene in TORUS_SCENES else torus_scene(open_scene(scene))

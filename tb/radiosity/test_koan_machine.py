@@ -63,6 +63,8 @@ def test_holders_follow_the_log():
     (("--page", "300"), "--page: Page bytes must be a power of two from 128, not 300"),
     (("--cache", "100"), "--cache: Cache must be at least one page, not 0 pages"),
     (("--item", "0"), "--item: Item must be at least 1 pixel along its side, not 0"),
+    (("--size", "0x24"), "--size: Width must be 1 to 8192, not 0"),
+    (("--size", "24x99999"), "--size: Height must be 1 to 8192, not 99999"),
     (("--nodes", "1024"), "--size: Size must be at least 32x32 for 1024 nodes, not 24x24"),
     (("--radiosity", "16x8"), "--size does not go with --radiosity")])
 def test_wrong_machines_are_refused(words, message):

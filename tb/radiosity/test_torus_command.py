@@ -74,6 +74,18 @@ def test_wrong_machines_are_refused(words, message, tmp_path):
     assert not file.exists()
 
 
+@pytest.mark.parametrize(("picture", "steps", "message"), [
+    ("picture.jpg", "steps.svg", "Name must end in .png, not '.jpg'"),
+    ("picture.png", "steps.png", "Name must end in .svg, not '.png'"),
+    ("picture.png", "missing/steps.svg", "cannot be written (No such file or directory)")])
+def test_wrong_outputs_are_refused_before_any_is_written(tmp_path, picture, steps, message):
+    done = run(*SMALL, "--picture", str(tmp_path / picture), "--steps", str(tmp_path / steps))
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_options_have_the_names_of_their_registries():
     assert choices.TORUS_GROWTHS == GROWTHS
     assert choices.TORUS_STORAGES == STORAGES

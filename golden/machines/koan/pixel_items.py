@@ -6,10 +6,13 @@ import numpy as np
 
 from golden.errors import InputError, check_int
 
-__all__ = ["SCHEDULES", "PixelItems", "pixel_items", "tile_shape"]
+__all__ = ["MOST_PIXELS", "SCHEDULES", "PixelItems", "pixel_items", "tile_shape"]
 
 SCHEDULES = ("mixed", "static", "scattered")
 """``mixed``: tiles whose items are shared; ``static``: tiles; ``scattered``: items dealt in turn, and shared."""
+
+MOST_PIXELS = 1 << 13
+"""Of a row or a column."""
 
 
 class PixelItems(NamedTuple):
@@ -59,7 +62,8 @@ def pixel_items(size: tuple[int, int], nodes: int, *, side: int = 3, schedule: s
     TypeError
         The side is no int.
     InputError
-        The side is below 1, the schedule is none, or the picture has fewer columns or rows than tiles.
+        The side is below 1, the schedule is none, the picture has more than `MOST_PIXELS` columns or rows, or fewer
+        than tiles.
 
     Source: Badouel 1991, section 4.2.
     """
@@ -68,7 +72,11 @@ def pixel_items(size: tuple[int, int], nodes: int, *, side: int = 3, schedule: s
         raise InputError(f"koan: Item must be at least 1 pixel along its side, not {side!r}")
     if schedule not in SCHEDULES:
         raise InputError(f"koan: Schedule must be one of {', '.join(SCHEDULES)}, not {schedule!r}")
-    (columns, rows), (width, height) = tile_shape(nodes, size), size
+    width, height = size
+    for name, value in (("Width", width), ("Height", height)):
+        if not 1 <= value <= MOST_PIXELS:
+            raise InputError(f"koan: {name} must be 1 to {MOST_PIXELS}, not {value!r}")
+    columns, rows = tile_shape(nodes, size)
     if columns > width or rows > height:
         raise InputError(f"koan: Size must be at least {columns}x{rows} for {nodes} nodes, not {width}x{height}")
     grid = np.arange(width * height).reshape(height, width)
