@@ -1,5 +1,7 @@
 """Each member of a glTF file that the reader uses is refused with its path if it has another type."""
 
+import copy
+
 import pytest
 
 from golden.errors import InputError
@@ -63,4 +65,6 @@ def test_a_member_of_another_type_is_named(path):
 
 @pytest.mark.parametrize("extras", [{"radiosity_engine": {"thin": True, "refraction_index": 1, "note": []}}, 3, [], {}])
 def test_other_extras_may_hold_anything(extras):
-    check_tree({"materials": [{"extras": extras}]})
+    held = {"materials": [{"extras": copy.deepcopy(extras)}]}
+    check_tree(held)
+    assert held == {"materials": [{"extras": extras}]}
