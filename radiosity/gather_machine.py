@@ -3,6 +3,7 @@
 import numpy as np
 
 from golden.cast.methods import frustum_caster
+from golden.image import label_colours
 from golden.light.form_factors import PatchRows
 from golden.light.solvers import RadiositySystem
 from golden.machines.gather.gather_run import GatherRun, simulate_gather
@@ -11,8 +12,12 @@ from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.gather.projection_work import ProjectionWork
 from golden.machines.gather.row_phase import GatherScheme
 from golden.scene.scene import Scene
+from radiosity.merge_machine import framed
 
-__all__ = ["GatherMachine"]
+__all__ = ["GatherMachine", "row_frames"]
+
+# Frames before the solution; pixels along the square of a row.
+_TIMES, _SQUARE = 5, 8
 
 
 class GatherMachine:
@@ -52,3 +57,25 @@ class GatherMachine:
         """Simulate both phases, see `simulate_gather`."""
         return simulate_gather(self.system, self.work, scheme, nodes=nodes, solver=solver, completion=completion,
                                timing=self._timing, memory=memory)
+
+
+def row_frames(run: GatherRun) -> np.ndarray:
+    """H x W x 3 uint8: who holds which row at five times, at equal distances, of the first phase; then in the solution.
+
+    Each row has a square, in the scene's order from left to right and from top to bottom, in the colour of its node,
+    and black before it is stored. The square of a row that nodes share is divided by its entries.
+    """
+    rows, matrix = run.rows, run.matrix
+    order, count = rows.assignment.order, len(rows.stored)
+    side = int(np.ceil(np.sqrt(count)))
+    holder = np.full((_TIMES + 1, side * side, _SQUARE), -1)
+    made = np.empty(count, dtype=np.int64)
+    made[order] = np.repeat(np.arange(rows.assignment.nodes), rows.assignment.sizes)
+    for step, time in enumerate(np.linspace(0, rows.time, _TIMES + 1)[1:]):
+        holder[step, :count] = np.where(rows.stored <= time, made, -1)[:, None]
+    first, length = matrix.matrix.indptr[:-1, None], np.diff(matrix.matrix.indptr)[:, None]
+    entry = first + (np.arange(_SQUARE) + 0.5) / _SQUARE * length
+    owner = np.searchsorted(matrix.rows, np.arange(count), side="right")[:, None]
+    holder[_TIMES, order] = np.where(length, np.searchsorted(matrix.entries, entry, side="right"), owner) - 1
+    squares = holder.reshape(-1, side, side * _SQUARE).repeat(_SQUARE, axis=1)
+    return framed(list(label_colours(squares)))

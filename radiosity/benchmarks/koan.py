@@ -46,7 +46,8 @@ def fit(seconds, sources: dict[int, float], numbers: list[PageTiming]) -> np.nda
     numbers
         A timing with the least of all numbers, and one with each that is fitted.
     """
-    times = np.array([[seconds(one)[nodes] / time for nodes, time in sources.items() if nodes > 1] for one in numbers])
+    found = [seconds(one) for one in numbers]
+    times = np.array([[one[nodes] / time for nodes, time in sources.items() if nodes > 1] for one in found])
     return lsq_linear((times[1:] - times[0]).T, 1 - times[0], bounds=(0, np.inf)).x
 
 
@@ -167,7 +168,7 @@ def _cache_rows(timing: PageTiming):
             rows.append([name, frames, f"{run.efficiency:.3f}", f"{100 * report['miss_ratio']:.3f} %",
                          f"{report['fetched_bytes'] / 1e6:.1f}", report["traffic"]["messages"]])
         saturated[name] = saturation(found)
-        console().note(f"{name}: {pages[name]:.1f} pages per pixel, saturation {saturated[name]:.0f} pages")
+        console().note(f"{name}: {pages[name]:.1f} pages per pixel, saturation at pages: {_pages(saturated[name])}")
     return rows, pages, saturated, counted
 
 
@@ -241,6 +242,10 @@ def _seed_row(timing: PageTiming):
             f"{100 * np.mean(np.array(found) < source):.0f}"]
 
 
+def _pages(saturation):
+    return "none" if np.isnan(saturation) else f"{saturation:.0f}"
+
+
 def _statements(seconds, pages, saturated, rows_4, rows_3):
     def largest(rows, name, column):
         return max(abs(float(row[column].split()[0])) for row in rows if row[0] == name)
@@ -269,10 +274,10 @@ def _statements(seconds, pages, saturated, rows_4, rows_3):
               grade_below(pages["Tetra9"] / 17.45 - 1, 0.15, pages["Tetra9"] < pages["Rings4"])],
              ["pages per pixel, Rings4 over Tetra9", "7.2 (4 to 12)", f"{ratio:.1f}",
               "reproduced" if 4 <= ratio <= 12 else "same shape" if ratio > 1 else "not reproduced"],
-             ["Rings4 saturates at a cache of so many pages", "204 (102 to 408)", f"{saturated['Rings4']:.0f}",
+             ["Rings4 saturates at a cache of so many pages", "204 (102 to 408)", _pages(saturated["Rings4"]),
               "reproduced" if 102 <= saturated["Rings4"] <= 408 else "not reproduced"],
              ["Rings4 needs a larger cache than Tetra9 for half the efficiency", "yes",
-              f"{saturated['Rings4']:.0f} over {saturated['Tetra9']:.0f}",
+              f"{_pages(saturated['Rings4'])} over {_pages(saturated['Tetra9'])}",
               "reproduced" if saturated["Rings4"] > saturated["Tetra9"] else "not reproduced"]]
     return rows
 

@@ -132,20 +132,24 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
 @click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="64x32", help="Set the number of rays of each "
               "hemisphere.")
 @click.option("--memory", type=int, default=4 << 20, help="Set the bytes of a node's memory.")
-def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completion, patches, rays, memory):
+@click.option("--steps", type=FILE, help="Write a picture of the rows in the nodes over time to this file: .png.")
+def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completion, patches, rays, memory, steps):
     """Simulate form factors and radiosity of SCENE on a hypercube of nodes with memories of their own.
 
     The rows are golden's, whatever the scheme. Times are those of an iPSC/2, with our numbers of operations where
     its source has none.
     """
     from golden.errors import InputError
+    from golden.image import write_png
     from golden.machines.gather.assignment import check_nodes
     from golden.machines.gather.node_memory import NodeMemory
     from golden.machines.gather.row_phase import GatherScheme
+    from golden.output import check_outputs
     from golden.scene.halve import halved
     from golden.scene.open import open_scene
-    from radiosity.gather_machine import GatherMachine
+    from radiosity.gather_machine import GatherMachine, row_frames
 
+    check_outputs(steps, suffixes=(".png",))
     is_demanded = scheme == "demand-driven"
     if assignment is not None and is_demanded:
         raise InputError("--assignment needs --scheme circulation or --scheme sharing")
@@ -159,6 +163,8 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
     check_nodes(nodes, len(opened))
     simulated = GatherMachine(opened, rays=rays, progress=console().progress)
     run = simulated.run(chosen, nodes=nodes, solver=solver, completion=completion, memory=NodeMemory(size=memory))
+    if steps:
+        write_png(steps, row_frames(run))
     report = {"scene": opened.name, **run.report()}
     console().report(report, _gather_text(report))
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 
 import radiosity.cli
 from golden.commands import choices
@@ -52,6 +53,25 @@ def test_text_has_both_phases():
     assert "rows of a node: " in output
 
 
+def test_steps_end_with_all_rows_in_the_nodes_that_solve(tmp_path):
+    """49 squares of 8 x 8 pixels, the last of which is none of the 48 rows; in the first frame rows are still made."""
+    file = tmp_path / "steps.png"
+    words = (*SMALL, "--nodes", "4", "--scheme", "sharing", "--completion", "merge")
+    assert run(*words, "--steps", str(file)).exit_code == 0
+    with Image.open(file) as picture:
+        frames = [np.asarray(picture)[:, begin:begin + 56] for begin in range(0, 6 * 60, 60)]
+    rows = [frame.reshape(7, 8, 7, 8, 3).swapaxes(1, 2).reshape(49, 8, 8, 3) for frame in frames]
+    stored = [int(each.any(axis=(1, 2, 3)).sum()) for each in rows]
+    assert stored == sorted(stored)
+    assert 0 < stored[0] < stored[3] < stored[4] == stored[5] == 48
+    colours = [len(np.unique(each[:48].reshape(-1, 3), axis=0)) for each in rows[4:]]
+    assert colours == [4, 4]
+    # Equal shares of the entries split rows, at three bounds of four nodes at most.
+    is_split = [(each != each[:, :1, :1]).any(axis=(1, 2, 3)).sum() for each in rows]
+    assert is_split[:5] == [0] * 5
+    assert 1 <= is_split[5] <= 3
+
+
 @pytest.mark.parametrize(("words", "message"), [
     (("--nodes", "12"), "--nodes: Nodes must be a power of two up to 1024, not 12"),
     (("--nodes", "64"), "--nodes: Nodes must be at most the 48 patches, not 64"),
@@ -59,6 +79,7 @@ def test_text_has_both_phases():
     (("--scheme", "sharing", "--granularity", "2"), "--granularity needs --scheme demand-driven"),
     (("--memory", "0"), "--memory: Memory must be at least 1, not 0"),
     (("--memory", "1000000"), "--memory: Memory must be more than 1293184 bytes for a node with 48 patches"),
+    (("--steps", "rows.svg"), "Name must end in .png, not '.svg'"),
     (("--seed", "-1"), "--seed: Seed must be at least 0, not -1"),
     (("--rays", "3x3"), "--rays: Azimuths must be a power of two"),
     (("--patches", "19"), "Patches must be 20 to 1048576, not 19")])

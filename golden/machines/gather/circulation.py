@@ -1,5 +1,7 @@
 """Patch circulation: patches travel around a ring of the nodes, so that each node stores its own ones alone."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from golden.machines.gather.assignment import Assignment
@@ -8,12 +10,27 @@ from golden.machines.gather.node_memory import PATCH_WORDS
 from golden.machines.gather.node_programs import Program, run_program
 from golden.machines.gather.projection_work import ProjectionWork
 
-__all__ = ["circulate"]
+__all__ = ["CirculatedRows", "circulate"]
+
+
+class CirculatedRows(NamedTuple):
+    """Rows that nodes made while patches travelled.
+
+    Parameters
+    ----------
+    ended
+        N int64: when each patch's row was stored; 0 of rows that are not made here.
+    ends
+        P int64: when each node has its rows and has sent all blocks on.
+    """
+
+    ended: np.ndarray
+    ends: np.ndarray
 
 
 def circulate(rows: list[np.ndarray], held: Assignment, work: ProjectionWork, cube: Hypercube,
-              start: np.ndarray) -> np.ndarray:
-    """P int64: when each node has its rows, in ns.
+              start: np.ndarray) -> CirculatedRows:
+    """Make rows while blocks of patches travel around a ring; times are in ns.
 
     A node projects its own patches on the hemicube of a row. It sends them to the node on its left, takes a block from
     the node on its right, projects it and sends it on, until all blocks have come. A node without a further row only
@@ -45,12 +62,14 @@ def circulate(rows: list[np.ndarray], held: Assignment, work: ProjectionWork, cu
     target, source = np.where(is_sent, left, -1), np.where(is_sent, right, -1)
     words = np.where(is_sent, PATCH_WORDS * held.sizes[at], 0)
     copied = (words + np.append(np.zeros_like(words[:1]), words[:-1][:, right], axis=0)) * work.timing.operation
-    ends = np.array(start, dtype=np.int64)
+    ends, ended = np.array(start, dtype=np.int64), np.zeros(len(held.order), dtype=np.int64)
     for turn in range(max(map(len, rows))):
         steps = copied.copy()
         made = np.array([node for node, each in enumerate(rows) if turn < len(each)])
-        steps[:, made] += projections[[rows[node][turn] for node in made], at[:, made]]
+        patches = np.array([rows[node][turn] for node in made])
+        steps[:, made] += projections[patches, at[:, made]]
         steps[0, made] += work.clearing
         steps[-1, made] += work.summing
         ends = run_program(Program(steps, target, source, words), cube, ends)
-    return ends
+        ended[patches] = ends[made]
+    return CirculatedRows(ended=ended, ends=ends)

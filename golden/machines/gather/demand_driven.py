@@ -28,7 +28,7 @@ class DemandedRows(NamedTuple):
     node
         N int64: the node that has stored each patch's row, or -1.
     ended
-        N int64: when it had the row.
+        N int64: when it had the row; 0 of rows that are not stored.
     ends
         P int64: when the host's message of the end reaches each node.
     """

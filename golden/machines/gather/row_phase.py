@@ -68,6 +68,8 @@ class RowPhase:
         Where each row is, in the order in which its node made them.
     start, ends
         P int64: ns in which each node begins and ends.
+    stored
+        N int64: ns in which each patch's row is stored in its node.
     alone
         N int64: ns of each patch's row on a node that has all patches.
     before_full
@@ -81,6 +83,7 @@ class RowPhase:
     assignment: Assignment
     start: np.ndarray
     ends: np.ndarray
+    stored: np.ndarray
     alone: np.ndarray
     before_full: int
     circulated_words: int
@@ -124,15 +127,18 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
     is_demanded = scheme.name == "demand-driven"
     held = assign("tiled" if is_demanded else scheme.assignment, count, nodes, seed=scheme.seed)
     alone, sizes, start = work.of_rows, memory.row_bytes(np.asarray(entries)), np.zeros(nodes, dtype=np.int64)
+    stored = np.zeros(count, dtype=np.int64)
     if scheme.name == "circulation":
         rows, remaining, ends, is_full = [held.patches(node)[:0] for node in range(nodes)], None, start, True
     else:
         free = np.full(nodes, memory.free(count))
         if is_demanded:
-            rows, ends, is_full = _demanded(alone, sizes, free, cube, start, scheme.granularity)
+            demanded = demand_rows(alone, sizes, free, cube, start, granularity=scheme.granularity)
+            rows, stored, ends, is_full = _made(demanded, nodes), demanded.ended, demanded.ends, demanded.is_full
         else:
             shared = make_rows(alone[held.order], sizes[held.order], held.bounds, free, cube, start)
-            rows = [held.patches(node)[:stored] for node, stored in enumerate(shared.stored)]
+            rows = [held.patches(node)[:made] for node, made in enumerate(shared.stored)]
+            stored[held.order] = shared.ended
             # All nodes get the number of rounds, which is 0 if no memory is full.
             ends, is_full = run_program(reduction(nodes, 1), cube, shared.ends), shared.is_full
     before = sum(map(len, rows))
@@ -140,7 +146,8 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
     peak = np.array([memory.size - memory.free(count) + sizes[made].sum() for made in rows]) if before else start
     if is_full:
         remaining = _remaining(rows, held, is_demanded)
-        ends = circulate(remaining, held, work, cube, ends)
+        circulated = circulate(remaining, held, work, cube, ends)
+        ends, stored = circulated.ends, np.maximum(stored, circulated.ended)
         rows = [np.concatenate(pair) for pair in zip(rows, remaining, strict=True)]
         # A node has its own patches, and a block that travels.
         own = held.sizes + (held.sizes.max() if nodes > 1 else 0)
@@ -150,15 +157,14 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
             raise InputError(f"gather: Memory must be at least {after.max()} bytes for the patches and rows of node "
                              f"{after.argmax()}, not {memory.size}")
         peak = np.maximum(peak, after)
-    return RowPhase(assignment=of_rows(rows), start=start, ends=ends, alone=alone, before_full=before,
-                    circulated_words=int(cube.sent[:, WORDS].sum()) - sent, peak_bytes=peak)
+    return RowPhase(assignment=of_rows(rows), start=start, ends=ends, stored=stored, alone=alone,
+                    before_full=before, circulated_words=int(cube.sent[:, WORDS].sum()) - sent, peak_bytes=peak)
 
 
-def _demanded(alone, sizes, free, cube, start, granularity):
-    """Rows of each node in the order in which it made them; when it knows the end; whether a memory was full."""
-    found = demand_rows(alone, sizes, free, cube, start, granularity=granularity)
+def _made(found, nodes):
+    """Rows of each node in the order in which it made them by request."""
     order = np.argsort(found.ended, kind="stable")
-    return [order[found.node[order] == node] for node in range(len(start))], found.ends, found.is_full
+    return [order[found.node[order] == node] for node in range(nodes)]
 
 
 def _remaining(rows, held, is_dealt):

@@ -21,6 +21,8 @@ class SharedRows(NamedTuple):
     ----------
     stored
         P int64: rows that each node has stored.
+    ended
+        N int64 in the order of the nodes' numbers: when each of them was stored; 0 of the others.
     ends
         P int64: when each node stopped.
     is_full
@@ -28,6 +30,7 @@ class SharedRows(NamedTuple):
     """
 
     stored: np.ndarray
+    ended: np.ndarray
     ends: np.ndarray
     is_full: bool
 
@@ -67,9 +70,9 @@ def make_rows(times: np.ndarray, sizes: np.ndarray, bounds: np.ndarray, free: np
     nodes = len(bounds) - 1
     state = _State(np.zeros(nodes, dtype=np.int64), np.zeros(nodes, dtype=np.bool_),
                    np.zeros(nodes, dtype=np.bool_), np.array(free, dtype=np.int64))
-    ends, heap = np.array(start, dtype=np.int64), event_heap(nodes * (nodes + 1))
-    _run(heap, state, times, sizes, bounds, cube, ends)
-    return SharedRows(stored=state.stored, ends=ends, is_full=bool(state.knows.any()))
+    ends, ended = np.array(start, dtype=np.int64), np.zeros(len(times), dtype=np.int64)
+    _run(event_heap(nodes * (nodes + 1)), state, times, sizes, bounds, cube, ended, ends)
+    return SharedRows(stored=state.stored, ended=ended, ends=ends, is_full=bool(state.knows.any()))
 
 
 @compiled
@@ -88,7 +91,7 @@ def _broadcast(heap, cube, source, time):
 
 
 @compiled
-def _run(heap, state, times, sizes, bounds, cube, ends):
+def _run(heap, state, times, sizes, bounds, cube, ended, ends):
     """All events."""
     nodes = len(bounds) - 1
     for node in range(nodes):
@@ -110,6 +113,7 @@ def _run(heap, state, times, sizes, bounds, cube, ends):
                 _broadcast(heap, cube, node, time)
             continue
         state.free[node] -= sizes[row]
+        ended[row] = time
         state.stored[node] += 1
         if state.knows[node] or row + 1 == bounds[node + 1]:
             state.is_done[node] = True

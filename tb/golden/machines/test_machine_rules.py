@@ -34,6 +34,13 @@ def test_a_rule_has_tests_that_exist_or_a_reason(rule):
         assert re.search(rf"^def {name}\(", (ROOT / file).read_text(), re.MULTILINE), test
 
 
+@pytest.mark.parametrize("bug", RULES["bug"], ids=lambda bug: bug["id"])
+def test_the_text_that_a_bug_replaces_occurs_once(bug):
+    """Where it has changed or come twice, the bug can no longer be injected."""
+    assert (ROOT / bug["file"]).read_text().count(bug["old"]) == 1
+    assert bug["new"] != bug["old"]
+
+
 def test_each_rule_that_is_built_has_a_bug_that_one_of_its_tests_has_noticed():
     rows = csv.DictReader((RECORDS / "machine-rules.csv").read_text().splitlines())
     noticed = {row["bug"]: row["killed_by"] for row in rows}

@@ -1,7 +1,7 @@
 """Small files of all formats, and the scenes that they become, as values that a reader can compare.
 
-tb/golden/scene/loaded.json has the scenes, compared by hand with the formats' definitions; `python -m
-tb.golden.scene.loaded` makes it anew.
+tb/golden/scene/loaded.json has the scenes, about ten values of which were compared by hand with the formats'
+definitions; `python -m tb.golden.scene.loaded` makes it anew.
 """
 
 import json

@@ -40,7 +40,7 @@ def test_times_are_maxima_along_the_ring(nodes, patches):
     work, held = drawn_work(7, patches), assign("random", patches, nodes)
     cube = hypercube(nodes, work.timing)
     rows = [held.patches(node) for node in range(nodes)]
-    assert circulate(rows, held, work, cube, np.zeros(nodes)).tolist() == restated(rows, held, work)
+    assert circulate(rows, held, work, cube, np.zeros(nodes)).ends.tolist() == restated(rows, held, work)
 
 
 def test_words_are_the_rounds_times_all_blocks_but_the_last():
@@ -57,5 +57,6 @@ def test_a_row_is_projected_once_with_each_block():
     work, held = drawn_work(2, 8), assign("tiled", 8, 4)
     timing = type(work.timing)(operation=1, setup=0, word=0)
     work.timing = timing
-    ends = circulate([held.patches(0)[:1], *[held.patches(0)[:0]] * 3], held, work, hypercube(4, timing), np.zeros(4))
-    assert ends[0] == work.of_rows[0] + PATCH_WORDS * 2 * 6
+    found = circulate([held.patches(0)[:1], *[held.patches(0)[:0]] * 3], held, work, hypercube(4, timing), np.zeros(4))
+    assert found.ends[0] == work.of_rows[0] + PATCH_WORDS * 2 * 6
+    assert found.ended.tolist() == [found.ends[0], *[0] * 7]

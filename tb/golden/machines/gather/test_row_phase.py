@@ -38,6 +38,18 @@ def test_each_row_is_made_once(scheme, memory, nodes):
     assert found.time == found.ends.max() > found.start.max()
 
 
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("memory", [None, full(3)], ids=["large", "small"])
+def test_a_node_stores_its_rows_one_after_the_other_until_it_ends(scheme, memory):
+    found, _ = run(scheme, memory=memory)
+    for node in range(8):
+        times = found.stored[found.assignment.patches(node)]
+        assert times[0] > 0
+        # A row takes the time of its projections at least; one that is projected block by block, that of its messages.
+        assert (np.diff(times) >= found.alone[found.assignment.patches(node)[1:]]).all()
+        assert times[-1] <= found.ends[node]
+
+
 def test_static_schemes_keep_their_assignment():
     for scheme in ("circulation", "sharing"):
         for kind in ("random", "scattered", "tiled"):

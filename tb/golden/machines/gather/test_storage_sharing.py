@@ -30,6 +30,7 @@ def test_all_nodes_stop_after_the_row_in_which_they_hear_that_a_memory_is_full()
     assert found.is_full
     assert found.stored.tolist() == [3, 4, 1, 1]
     assert found.ends.tolist() == [450, 360, 200, 1000]
+    assert found.ended.tolist() == [150, 300, 450, 0, 90, 180, 270, 360, 100, 0, 0, 0, 1000, 0, 0, 0]
     assert cube.sent[:, MESSAGES].tolist() == [0, 0, 2, 1, 0]
 
 
