@@ -50,6 +50,15 @@ def test_a_patch_is_projected_on_each_face_that_has_a_corner_of_it():
     assert five < TIMING.visibility + TIMING.horizon + TIMING.clipping + 5 * TIMING.projection + TIMING.square * SQUARES
 
 
+def test_a_patch_covers_no_more_squares_than_a_hemicube_has():
+    """At a corner of the hemicube squares are smallest, and a patch around the centre would cover more than all."""
+    to = np.full(3, 0.001)
+    one, two = np.array([1.0, -1, 0]), np.array([1.0, 1, -2])
+    near = to + np.array([-one - two, -one + two, one + two, one - two])
+    most = TIMING.visibility + TIMING.horizon + TIMING.clipping + 5 * TIMING.projection + TIMING.square * SQUARES
+    assert most - 5 * TIMING.projection < operations(near, two_sided=True) <= most
+
+
 def test_blocks_add_up_to_rows():
     _, _, work = room(60)
     block = np.random.default_rng(0).integers(0, 7, 60)

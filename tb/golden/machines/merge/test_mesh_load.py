@@ -90,3 +90,11 @@ def test_wrong_meshes_are_refused():
             check_mesh(mesh, 48, 16)
     with pytest.raises(InputError, match="Nodes must be at most the 16 cells of the mesh, not 32"):
         halve_mesh(np.ones((4, 4)), 5)
+
+
+def test_a_cell_goes_to_the_share_that_has_its_middle():
+    """Along the curve a cell of 2 is cut at its middle, which the upper share has; one of 4 is not, as most is below."""
+    index = hilbert_index(2).ravel()
+    for along, expected in (([3, 2, 3, 0], [0, 1, 1, 1]), ([1, 4, 2, 1], [0, 0, 1, 1])):
+        owner = hilbert_shares(np.array(along, dtype=float)[index].reshape(2, 2), 2)
+        assert owner.ravel()[np.argsort(index)].tolist() == expected
