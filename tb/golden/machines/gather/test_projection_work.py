@@ -51,7 +51,7 @@ def test_a_patch_is_projected_on_each_face_that_has_a_corner_of_it():
 
 
 def test_a_patch_covers_no_more_squares_than_a_hemicube_has():
-    """At a corner of the hemicube squares are smallest, and a patch around the centre would cover more than all."""
+    """The nearest of patches is counted by its solid angle over that of a square at a corner, which is the smallest."""
     to = np.full(3, 0.001)
     one, two = np.array([1.0, -1, 0]), np.array([1.0, 1, -2])
     near = to + np.array([-one - two, -one + two, one + two, one - two])

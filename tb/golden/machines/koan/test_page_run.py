@@ -43,6 +43,8 @@ def test_a_node_without_items_takes_the_last_of_the_first_node_on_the_ring_that_
     # The node before the owner has its request there first.
     assert found.times.node[2] == around[1]
     assert found.times.begins[2] == MESSAGE + MESSAGE
+    # Hops count at the node that requests: to the owner one and two, then four around the ring for each node.
+    assert found.counts["ring_hops"][around].tolist() == [2 + 4, 1 + 4, 4, 4]
 
 
 def test_items_that_are_not_shared_stay():
