@@ -93,7 +93,7 @@ def test_wrong_meshes_are_refused():
 
 
 def test_a_cell_goes_to_the_share_that_has_its_middle():
-    """Along the curve a cell of 2 is cut at its middle, which the upper share has; one of 4 is not, as most is below."""
+    """A cell whose middle is on the cut goes to the upper share, one that has most below the cut to the lower."""
     index = hilbert_index(2).ravel()
     for along, expected in (([3, 2, 3, 0], [0, 1, 1, 1]), ([1, 4, 2, 1], [0, 0, 1, 1])):
         owner = hilbert_shares(np.array(along, dtype=float)[index].reshape(2, 2), 2)

@@ -137,15 +137,6 @@ def test_idle_nodes_are_given_rows_and_each_pixel_is_traced_once():
     assert runs[0].state.tallies[:, ts.PRIMARIES].max() > 400
 
 
-def test_the_row_given_to_the_node_above_is_the_uppermost():
-    """Rows 6 and 7 of node 1 enter the grown box of node 3; it gets 7."""
-    run = run_small(3, nodes=4, growth=0.6, size=(16, 16), log=100_000)
-    given = {pixel // 16 for _, _, node, pixel, level, is_shadow in run.log.tolist()
-             if node == 3 and not level and not is_shadow and run.log[run.log[:, 3] == pixel][0, 2] == 3
-             and pixel // 16 < 8 <= pixel % 16}
-    assert given == {7}
-
-
 def test_given_primaries_begin_in_the_box_of_their_new_node():
     run = run_small(3, nodes=4, growth=0.6, size=(40, 40), log=100_000)
     seen = set()
