@@ -75,6 +75,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 	$(BIN)/radiosity bench lanes
 	$(BIN)/radiosity bench thesis_networks
 	$(BIN)/radiosity bench thesis_memory
+	$(BIN)/radiosity bench thesis_speedup man --nodes 1
 	$(BIN)/radiosity bench paper_machine
 	$(BIN)/radiosity bench gathering
 	$(BIN)/radiosity bench koan

@@ -5,7 +5,7 @@ sparse casting from another point of the ceiling; or the first cluster holds all
 """
 
 import csv
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -72,13 +72,18 @@ class PreparedCut:
         The section of each cluster, cast by a cluster that has all patches.
     home
         N int64: the cluster that holds each patch, -1 if none does.
-    edrc
-        C float64: tests of each cluster for each patch that it finds.
+    tests
+        C int64: tests of each cluster.
     """
 
     traces: tuple[SectionTrace, ...]
     home: np.ndarray
-    edrc: np.ndarray
+    tests: np.ndarray
+
+    @property
+    def edrc(self) -> np.ndarray:
+        """C float64: tests of each cluster for each patch that it finds."""
+        return self.tests / np.maximum(1, [len(trace.patch) for trace in self.traces])
 
 
 def recorded_cuts() -> tuple[CutRow, ...]:
@@ -95,18 +100,30 @@ def cut_config(clusters: int, topology: str = "mesh") -> Config:
                              rays=_RAYS[0] * _RAYS[1])
 
 
-def thesis_config(clusters: int, topology: str = "torus") -> Config:
+def thesis_config(clusters: int, topology: str = "torus", rays: tuple[int, int] = _RAYS) -> Config:
     """The configuration of the thesis' machine: subshell lists, resident sets of what the sparse casting has found."""
-    return simulation_config(PRESETS["thesis"], clusters=clusters, topology=topology, rays=_RAYS[0] * _RAYS[1])
+    return simulation_config(PRESETS["thesis"], clusters=clusters, topology=topology,
+                             rays=1 << (rays[0] * rays[1] - 1).bit_length())
 
 
-def prepare_cut(scene: str, config: Config, *, cell: float, folder: Path | None = None) -> PreparedCut:
-    """The frustum of a scene, cut for the clusters of a configuration; casts are kept in a folder, if there is one."""
-    opened, hemisphere = open_scene(scene), Hemisphere(*_RAYS)
+def prepare_cut(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = _RAYS, point: int = POINT,
+                folder: Path | None = None) -> PreparedCut:
+    """The frustum of a scene, cut for the clusters of a configuration.
+
+    Parameters
+    ----------
+    scene, config, cell
+        The scene, the configuration, and the size of the cells.
+    rays, point
+        Azimuths and polar angles of the hemisphere, and the point of the ceiling that it is cast from.
+    folder
+        Casts are kept there. Default: they are not kept.
+    """
+    opened, hemisphere = open_scene(scene), Hemisphere(*rays)
     points, down = ceiling_points(opened)
     geometry = PatchGeometry.of(opened, config.numbers, points)
-    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[point], down)
-                         for point in (_REFERENCE, POINT))
+    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[origin], down)
+                         for origin in (_REFERENCE, point))
     shelling = Shelling(geometry, config, cell=cell, by_code=True)
     plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
     store = CastStore(shelling, config, cluster_timing(config), folder=folder)
@@ -114,11 +131,12 @@ def prepare_cut(scene: str, config: Config, *, cell: float, folder: Path | None 
     casts = [store.cast(record, section, listed) for section, listed in zip(
         plan.partition.sections, subshells, strict=True)]
     return PreparedCut(traces=tuple(cast.trace for cast in casts), home=plan.sets.residence(len(geometry))[0],
-                       edrc=np.array([cast.tests / max(1, len(cast.trace.patch)) for cast in casts]))
+                       tests=np.array([cast.tests for cast in casts]))
 
 
-def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None) -> list[CastTimes]:
-    """The times of all clusters; the cache is empty.
+def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None,
+                 kept: Sequence[int] = ()) -> list[CastTimes]:
+    """The times of all clusters.
 
     Parameters
     ----------
@@ -126,6 +144,8 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
         The frustum, and the configuration.
     local
         Cycles in which a memory has a patch read. Default: one for each vertex.
+    kept
+        Patches that the cache has served before, in their order. Default: it is empty.
     """
     noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
     if local is not None:
@@ -134,7 +154,7 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
         prepared.traces, prepared.home, timing, joint,
         routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
         router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead,
-        bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys)
+        bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys, kept=kept)
 
 
 def simulated_cuts(rows: Iterable[CutRow], *, folder: Path | None = None) -> Iterator[tuple[CutRow, int]]:
