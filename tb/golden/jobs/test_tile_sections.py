@@ -14,8 +14,11 @@ CONFIG = PRESETS["small"]
 
 
 def cover(sections, columns, rows):
+    """How many of the sections each ray is in; none has other rays."""
     covered = np.zeros((rows, columns), dtype=int)
     for one in sections:
+        assert 0 <= one.first_column < one.end_column <= columns
+        assert 0 <= one.first_row < one.end_row <= rows
         covered[one.first_row:one.end_row, one.first_column:one.end_column] += 1
     return covered
 

@@ -60,3 +60,18 @@ def test_no_sky_is_darker_than_black():
             for zenith in (0.0, 0.7, 1.5):
                 assert (perez(clearness, brightness, zenith)(sine, angle) >= 0).all()
     assert np.isfinite(cie_clear()(sine, angle)).all()
+
+
+@pytest.mark.parametrize(("clearness", "least"), [
+    # On both sides of each border of the classes 1.065 to 2.8, in which a thin sky counts as brighter.
+    (1.0, 0.01), (1.064, 0.01), (1.066, 0.2), (1.23, 0.2), (1.5, 0.2), (1.94, 0.2), (1.96, 0.2), (2.79, 0.2),
+    (2.81, 0.01), (4.5, 0.01), (6.2, 0.01), (9.0, 0.01)])
+def test_the_brightness_of_the_all_weather_sky_has_limits(clearness, least):
+    """Those of Radiance's gendaylit."""
+    sine, angle = np.array([1.0, 0.4, 0.1]), np.array([0.3, 1.2, 2.2])
+
+    def sky(brightness):
+        return perez(clearness, brightness, 0.8)(sine, angle).tolist()
+
+    assert sky(least / 2) == sky(least) != sky(1.01 * least)
+    assert sky(0.99 * 0.6) != sky(0.6) == sky(0.7)
