@@ -146,3 +146,20 @@ def test_latency():
 @pytest.mark.parametrize("image", [1, 32, 4096 + 8, 1 << CONFIG.memory.address_bits, 1 << 63])
 def test_an_image_is_at_an_address_that_is_a_multiple_of_64(image):
     assert load(ALL, image=image) == ([], [], [Fault.IMAGE])
+
+
+def test_the_fault_of_an_image_has_its_address_and_not_that_of_the_load_before():
+    dut, overs, images = LoadControl(config=CONFIG), [], [64, 4096 + 8, 32]
+
+    async def bench(ctx):
+        for always in dut.i.valid, dut.o_command.ready, dut.i_done.valid, dut.stored:
+            ctx.set(always, 1)
+        ctx.set(dut.i_done.payload, {"code": Fault.POINTER, "address": 0x3000})
+        while len(overs) < len(images):
+            ctx.set(dut.i.payload, {"image": images[len(overs)], "regions": ALL, "copies": 0})
+            if ctx.get(dut.o_over.valid):
+                overs.append((Fault(ctx.get(dut.o_over.payload.code)), ctx.get(dut.o_over.payload.address)))
+            await ctx.tick()
+
+    run(dut, bench)
+    assert overs == [(Fault.POINTER, 0x3000), (Fault.IMAGE, 4096 + 8), (Fault.IMAGE, 32)]

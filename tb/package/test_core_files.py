@@ -66,6 +66,15 @@ def test_files_of_a_core(router):
             assert sum(field["width"] for field in port["fields"]) == port["width"]
 
 
+def test_all_constraints_are_a_clock_of_100_mhz(router):
+    """A period of 10 ns for Vivado and Quartus, 100 MHz for nextpnr and in the text."""
+    files = {name: content.decode() for name, content in router[1].items()}
+    for kind in "sdc", "xdc":
+        assert re.findall(r"-period (\S+)", files[f"radiosity_router.{kind}"]) == ["10"]
+    assert files["radiosity_router.lpf"] == 'FREQUENCY PORT "clk" 100 MHZ;\n'
+    assert re.findall(r"the clock, (\S+) MHz", files["README.md"]) == ["100"]
+
+
 @pytest.mark.parametrize("top", ["ctu", "icu"])
 def test_fields_of_a_port_follow_each_other(top, monkeypatch):
     monkeypatch.setitem(TOPS, top, dataclasses.replace(TOPS[top], text=lambda *_: ""))

@@ -100,6 +100,16 @@ def test_all_built_in_scenes_are_exact(name):
         assert frustum.differing() == 0
 
 
+@pytest.mark.parametrize("seed", [6, 8])
+def test_tests_are_counted_ray_by_ray(seed):
+    """Those of a sector's rays are its tests: of a hemisphere and of a screen."""
+    frustum = random_frustum(seed)
+    sectors, tests = halves(frustum.record, 4), np.zeros(len(frustum.record), dtype=np.int64)
+    _, counts = frustum.shelling(sectors=sectors, ray_tests=tests)
+    assert tests.max() > 1
+    assert [tests[one.mask(frustum.record).ravel()].sum() for one in sectors] == [one.tests for one in counts]
+
+
 def test_the_order_of_the_patches_does_not_matter():
     frustum = random_frustum(6)
     expected = frustum.naive()
