@@ -38,7 +38,8 @@ class Plan:
         Registers.
     events
         By cycle what happens: ``stop``, ``clear``, ``resume``, ``none``, ``interrupt``; ``far``: a doorbell too far;
-        ``unwritten``: the completion writer fails; ``timeout``, ``network``, ``local``: faults of a drawn cluster.
+        ``unwritten``: the completion writer fails; ``timeout``, ``network``, ``local``: faults of a drawn cluster;
+        ``timeout network``: both at once.
     slowest
         The longest time of a cast or of results.
     bad_loads
@@ -139,11 +140,11 @@ class Environment:
 
     def _fault(self, event):
         draw, k = self._draw, self._draw.randrange(self._plan.nodes)
-        if event == "timeout":
+        if event in ("timeout", "timeout network"):
             self._faults[k] = self._faults[k] or Fault("PATH_TIMEOUT", 0, draw.randrange(1 << 24))
         elif event == "local":
             self._faults[k] = self._faults[k] or Fault("PATH_CELL", 0, draw.randrange(1 << 24))
-        elif event == "network":
+        if event in ("network", "timeout network"):
             self._networks[k] = self._networks[k] or Fault("NETWORK_ORDER")
         elif event == "far":
             self._extra = (1 << self._plan.ring_bits) + len(self._plan.kinds)

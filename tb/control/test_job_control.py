@@ -110,6 +110,18 @@ def test_the_culprit_has_its_own_code(benches):
     assert set(codes) == {"NONE", "ABORTED", "PATH_TIMEOUT", "NETWORK_ORDER"}
 
 
+@pytest.mark.parametrize("nodes", [1, 3])
+def test_of_faults_at_once_that_of_the_cluster_comes_first(benches, nodes):
+    """`error` and the record of the culprit have the same one."""
+    blamed = []
+    for seed in range(4):
+        plan = Plan(nodes=nodes, seed=seed, cycles=200, events={60 + seed: "timeout network"}, slowest=40)
+        found, around = check(benches, plan)
+        assert next(said.error.code for _, said in found if said.error) == "PATH_TIMEOUT"
+        blamed += {record.code for record in around.records} - {"NONE", "ABORTED"}
+    assert set(blamed) == {"PATH_TIMEOUT"}
+
+
 def test_the_culprit_after_a_stop(benches):
     """Sections that had not begun when they were aborted change nothing of who is blamed later."""
     codes, both = Counter(), False

@@ -1,5 +1,6 @@
 import cocotb
 import pytest
+from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles
 
 from golden.config import PRESETS
@@ -106,6 +107,46 @@ async def returns_block_retries(dut):
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_in_the_simulator(simulator):
     simulate(make(SLOTS), f"tb.ctu.ray_memory_bench,{__name__}", simulator=simulator, memory=__name__, slots=SLOTS)
+
+
+def test_requests_wait_for_a_slot_again_and_again_in_one_frustum():
+    """Each ray that is back leaves for the request that has waited longest, also when others have waited before."""
+    dut, left, rounds = make(2), [], 3
+
+    async def bench(ctx):
+        async def idle(cycles):
+            for _ in range(cycles):
+                if ctx.get(dut.o.valid):
+                    left.append((ctx.get(dut.o.payload.version), ctx.get(dut.o.payload.tag)))
+                await ctx.tick()
+
+        async def give(stream):
+            ctx.set(stream.valid, 1)
+            while not ctx.get(stream.ready):
+                await idle(1)
+            await idle(1)
+            ctx.set(stream.valid, 0)
+
+        ctx.set(dut.o.ready, 1)
+        await give(dut.i_start)
+        for number in range(rounds):
+            # The first one leaves, the others wait for its return.
+            for version in range(1 + 3 * number, 4 + 3 * number):
+                ctx.set(dut.i.payload, request(1, version, 100 + version))
+                await give(dut.i)
+            await idle(2 * AGAIN)
+            assert ctx.get(dut.waiting) == 2
+            ctx.set(dut.i_return.payload, 1)
+            for _ in range(3):
+                await give(dut.i_return)
+                await idle(2 * AGAIN)
+            assert ctx.get(dut.waiting) == 0
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert left == [(version, 100 + version) for version in range(1, 1 + 3 * rounds)]
 
 
 @pytest.mark.parametrize(("name", "message"), [

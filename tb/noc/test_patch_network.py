@@ -1,12 +1,14 @@
 """Protocol: requests wait for replies, replies wait for nothing."""
 
 import pytest
+from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.noc.packing import reply_flits, request_flits
+from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
-from hw.noc import network_interface
+from hw.noc import network_interface, output_port
 from hw.noc.patch_network import PatchNetwork
 from tb.lib.runner import SIMULATORS, simulate
 from tb.lib.timing import documented_latency
@@ -79,6 +81,24 @@ def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
 
     simulator.add_testbench(requester)
     simulator.run()
+
+
+@pytest.mark.parametrize("networks", ["virtual", "physical"])
+@pytest.mark.parametrize(("arbitration", "policy"), [
+    ("round-robin", ArbiterPolicy.ROUND_ROBIN), ("age", ArbiterPolicy.LONGEST_WAITING)])
+def test_every_port_has_the_arbitration_of_the_configuration(monkeypatch, networks, arbitration, policy):
+    """What it does is tested at the network, `tb/noc/test_network.py`."""
+    found, make = [], output_port.OutputPort.__init__
+
+    def record(self, **given):
+        found.append(given["policy"])
+        make(self, **given)
+
+    monkeypatch.setattr(output_port.OutputPort, "__init__", record)
+    config = PRESETS["tiny"].replace({"noc.networks": networks, "noc.arbitration": arbitration})
+    Fragment.get(PatchNetwork(config=config), None)
+    assert found
+    assert set(found) == {policy}
 
 
 @pytest.mark.parametrize("networks", ["virtual", "physical"])

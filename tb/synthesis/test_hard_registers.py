@@ -5,7 +5,7 @@ import json
 import random
 
 import pytest
-from amaranth.hdl import Cat, Module, Signal, signed
+from amaranth.hdl import Cat, Const, Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -77,6 +77,31 @@ class Wide(wiring.Component):
         m.d.sync += word.eq(read.data)
         m.d.comb += self.o.eq(word if self._whole else Cat(read.data[:WIDTH], word[WIDTH:]))
         return m
+
+
+class Odd(wiring.Component):
+    """A product of registers with a constant 1 below each: 1 at first."""
+
+    def __init__(self):
+        super().__init__({"a": In(OPERAND - 1), "b": In(OPERAND - 1), "o": Out(signed(2 * OPERAND))})
+
+    def elaborate(self, platform):
+        m = Module()
+        a, b = (Signal(OPERAND - 1, name=name, reset_less=True) for name in "ab")
+        m.d.sync += [a.eq(self.a), b.eq(self.b)]
+        m.d.comb += self.o.eq(Cat(Const(1, 1), a).as_signed() * Cat(Const(1, 1), b).as_signed())
+        return m
+
+
+def test_registers_beside_a_constant_1_stay(tmp_path):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(flow, "absorb", lambda module: None)
+        flow.synthesise(Odd(), tmp_path)
+    module = json.loads((tmp_path / "area.json").read_text())["modules"]["top"]
+    before = copy.deepcopy(module)
+    assert [cell["type"] for cell in module["cells"].values()].count("MULT18X18D") == 1
+    assert absorb(module) == {"operand": 0, "product": 0, "block RAM": 0}
+    assert next(_run(module, 1)) == next(_run(before, 1)) == [1] + [0] * (2 * OPERAND - 1)
 
 
 @pytest.mark.parametrize("whole", [False, True])
