@@ -31,7 +31,6 @@ TESTED_IN = {
     "hw/memsys/patch_type_memory.py": ("tb/memsys/test_tables.py", ""),
     "hw/memsys/read_share.py": ("tb/memsys/test_path_parts.py", ""),
     "hw/memsys/vertex_merge.py": ("tb/memsys/test_path_parts.py", ""),
-    "hw/memsys/write_engine.py": ("tb/formal/test_memory_engines.py", ""),
     "hw/noc/input_queue.py": ("tb/formal/test_router.py", ""),
     "hw/noc/link_receiver.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
     "hw/noc/link_sender.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
