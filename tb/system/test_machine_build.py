@@ -12,6 +12,7 @@ from hw.simulator import machine_library as module
 from hw.simulator import machine_verilog
 from hw.simulator.build_folder import content_key
 from hw.simulator.machine_library import machine_library
+from tb.system.build_commands import write_made
 
 ONE = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
 TWO = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
@@ -26,14 +27,7 @@ def commands(monkeypatch, tmp_path):
 
     def start(command, *, cwd, env, stdout, stderr):
         found.append(list(command))
-        words = list(command)
-        folder = cwd / words[words.index("-C") + 1] if "-C" in words else cwd
-        made = words[words.index("-o") + 1:][:1] if "-o" in words else [word for word in words if word.endswith(".a")]
-        if "--lib-create" in words:
-            made = [f"{words[words.index('--Mdir') + 1]}/{words[words.index('--lib-create') + 1]}.sv"]
-        for name in made:
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_text(name)
+        write_made(found[-1], cwd)
         assert env["VERILATOR_ROOT"] == "/verilator/share/verilator"
         return SimpleNamespace(wait=lambda: 0)
 

@@ -10,6 +10,7 @@ from hw.simulator import machine_library as module
 from hw.simulator import machine_verilog
 from hw.simulator.build_folder import MOST_BYTES
 from hw.simulator.machine_library import machine_library
+from tb.system.build_commands import write_made
 
 CONFIG = PRESETS["tiny"]
 
@@ -90,15 +91,7 @@ def test_a_build_leaves_library_and_log(monkeypatch, tmp_path, clusters):
 
     def start(self, *command):
         commands.append(command)
-        words, folder = list(command), self._work
-        if "-C" in words:
-            folder /= words[words.index("-C") + 1]
-        made = words[words.index("-o") + 1:][:1] if "-o" in words else [word for word in words if word.endswith(".a")]
-        if "--lib-create" in words:
-            made = [f"{words[words.index('--Mdir') + 1]}/{words[words.index('--lib-create') + 1]}.sv"]
-        for name in made:
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_text(name)
+        write_made(list(command), self._work)
         (self._folder / "build.log").write_text("done")
         return SimpleNamespace(wait=lambda: 0)
 
