@@ -67,10 +67,13 @@ def map_to_cells(component, liberty: Path, folder: Path) -> CellArea:
     delays = re.findall(r"ABC: WireLoad .* Delay = +([0-9.]+) ps", log.read_text(errors="replace"))
     found = json.loads((folder / "cells.stat").read_text())["design"]
     cells = {name: count for name, count in found["num_cells_by_type"].items() if not name.startswith("$")}
+    registers = _registers(cells, liberty)
+    if not delays and sum(cells.values()) > registers:
+        raise InputError(f"report: ABC has stated no delay, see {log}")
     netlist = json.loads((folder / "cells.json").read_text())["modules"]["top"]["cells"].values()
     rams = [cell["parameters"] for cell in netlist if cell["type"] == "$mem_v2"]
     return CellArea(area=float(found.get("area", 0)), register_area=float(found.get("sequential_area", 0)),
-                    cells=sum(cells.values()), registers=_registers(cells, liberty),
+                    cells=sum(cells.values()), registers=registers,
                     ram_bits=sum(int(ram["SIZE"], 2) * int(ram["WIDTH"], 2) for ram in rams),
                     delay=float(delays[-1]) / 1000 if delays else 0.0)
 

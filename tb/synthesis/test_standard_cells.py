@@ -59,6 +59,13 @@ def test_only_large_memories_are_macros(tmp_path):
     assert found.registers >= 16 * 4
 
 
+def test_a_delay_that_is_not_stated_is_an_error(tmp_path, monkeypatch):
+    """Logic without a delay would count as infinitely fast."""
+    monkeypatch.setattr("hw.synthesis.standard_cells._ABC", "strash;dch,-f;map,-B,0.9;topo")
+    with pytest.raises(InputError, match="report: ABC has stated no delay, see "):
+        map_to_cells(Chain(), CELLS, tmp_path)
+
+
 def test_a_file_that_is_no_library_is_an_error(tmp_path):
     with pytest.raises(InputError, match=r"no Liberty file .*absent\.lib"):
         map_to_cells(Chain(), tmp_path / "absent.lib", tmp_path)
