@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+from functools import cache
 from pathlib import Path
 
 import click
@@ -37,6 +38,7 @@ class _Benchmarks(CommandLine):
                 formatter.write_dl(rows)
 
 
+@cache
 def _has_main(path):
     return any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in ast.parse(path.read_text()).body)
 

@@ -36,8 +36,9 @@ COMMANDS = [command for commands in PAGES.values() for command in commands]
 # Programs that are not the project's.
 FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 
-# What takes longer than a commit's tests may: a simulator's build, place and route, images; or reads what this writes.
-SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors|verilog|board|report)"
+# What takes longer than a commit's tests may: a simulator's build, place and route, images, simulated machines, of
+# which tb/radiosity/printed.json has smaller ones; or reads what this writes.
+SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors|verilog|board|report|machine)"
                   r"|-m hw (report|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.
 BENCHMARK = re.compile(r"radiosity bench \w")
@@ -269,8 +270,10 @@ def no_tools(monkeypatch):
         gc.collect()
 
 
-@pytest.mark.parametrize("command", [one for one in COMMANDS if is_run(one)
-                                     and WITHOUT_TOOLS.pattern in elsewhere(one)], ids=str)
+# Reports on all units of a block elaborate each of them, as other tests of a commit do.
+@pytest.mark.parametrize("command", [
+    pytest.param(one, marks=[] if {"--unit", "cluster", "board"} & {*one.words} else pytest.mark.nightly, id=str(one))
+    for one in COMMANDS if is_run(one) and WITHOUT_TOOLS.pattern in elsewhere(one)])
 def test_long_commands_run_without_the_tools_of_synthesis(command, no_tools, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run(command, tmp_path)
