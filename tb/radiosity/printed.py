@@ -26,8 +26,9 @@ __all__ = ["RECORD", "listed", "results", "write_inputs"]
 RECORD = Path(__file__).parent / "printed.json"
 # Lines of a text up to which it is listed whole, and characters of one of them.
 _WHOLE, _LONG = 40, 240
-# Members that differ from run to run.
-_MASKED = ("peak_memory", "seconds")
+_ROUNDING = 1e-13
+# Members that differ from run to run, or from processor to processor, such as hashes of pictures of real numbers.
+_MASKED = ("peak_memory", "seconds", "picture")
 
 _SCENE = """mtllib scene.mtl
 v 0 0 0\nv 2 0 0\nv 2 0 1\nv 0 0 1\nv 0 2 0\nv 2 2 0\nv 0.5 1 0.5\nv 1.5 1 0.5\nv 1 1.5 0.75
@@ -90,19 +91,21 @@ def _rounded(value):
         return {name: "masked" if name in _MASKED else _rounded(one) for name, one in value.items()}
     if isinstance(value, list):
         return [_rounded(one) for one in value]
-    return float(f"{value:.6g}") if isinstance(value, float) else value
+    return float(_number(value)) if isinstance(value, float) else value
 
 
-def _number(found):
-    return f"{float(found[0]):.6g}"
+def _number(value):
+    """Six digits of a number, and 0 for what the rounding of sums leaves: each processor adds in another order."""
+    return f"{value if abs(value) > _ROUNDING else 0:.6g}"
 
 
 def listed(text):
     """The lines of a text without times, or their number and check sum if there are many."""
     text = re.sub(r"\d+\.\d+ s\b", "# s", text)
+    text = re.sub(r"\b[0-9a-f]{64}\b", "#", text)
     # What `render` lists at the end.
     text = re.sub(r"^((?:seconds|  [a-z ]+[a-z]) +)\d+\.\d\d$", r"\1#", text, flags=re.MULTILINE)
-    text = re.sub(r"-?\d+\.\d{5,}(e[+-]\d+)?", _number, text)
+    text = re.sub(r"-?\d+\.(\d{5,}(e[+-]\d+)?|\d+e-(1[4-9]|[2-9]\d))", lambda found: _number(float(found[0])), text)
     lines = text.splitlines()
     if len(lines) > _WHOLE:
         lines = [*lines[:8], f"... {len(lines)} lines, {zlib.crc32(text.encode()):08x}"]
@@ -124,7 +127,7 @@ def _content(path):
                 return _array(np.asarray(picture))
         case ".exr":
             return _array(read_exr(path))
-        case ".bin" | ".glb" | ".nc" | ".stl" | ".ply":
+        case ".bin" | ".glb" | ".nc" | ".stl":
             return f"{path.stat().st_size} bytes, {zlib.crc32(path.read_bytes()):08x}"
         case ".json":
             return _rounded(json.loads(path.read_text()))

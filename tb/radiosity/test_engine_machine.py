@@ -13,6 +13,8 @@ from radiosity.benchmarks.job_runs import JobSpec
 from radiosity.benchmarks.scaling import divisions, strong_runs, weak_run
 from radiosity.engine_machine import CALIBRATED, EngineMachine, EngineRun
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 SMALL = ("cornell", "--frusta", "4", "--rays", "16x16", "--cell", "1")
 SPEC = JobSpec(scene="cornell", rays=(16, 16), frusta=4, cell=1.0)
 

@@ -25,6 +25,8 @@ from radiosity.benchmarks.gathering import (
     sized_rows,
 )
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 SMALL = ("cornell", "--patches", "48", "--rays", "16x8")
 
 

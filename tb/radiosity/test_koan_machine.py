@@ -16,6 +16,8 @@ from radiosity.benchmarks.koan_times import TABLE_3, TABLE_4, closed_3, closed_4
 from radiosity.koan_machine import KoanMachine
 from radiosity.page_chart import holders
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 SMALL = ("cornell", "--size", "24x24", "--page", "256")
 
 

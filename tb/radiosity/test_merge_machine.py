@@ -17,6 +17,8 @@ from golden.machines.merge.winning_pixels import pixels_of_spans
 from radiosity.benchmarks.merge import FULL, MERGES, POTS, Pots, matched_pots, percentile, pots_of
 from radiosity.merge_machine import framed
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 MERGE = ("merge", "teapot:2", "--size", "40x32")
 VOLUME = ("volume", "--grid", "6", "5", "4", "--size", "32x32")
 

@@ -13,6 +13,8 @@ from golden.machines.paper.supply import Supply
 from radiosity.paper_machine import PaperMachine, PaperSpec
 from radiosity.paper_timing import paper_timing
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 SMALL = ("cornell", "--rays", "32x16", "--cell", "0.5", "--ratio", "16")
 TIMING = paper_timing(PRESETS["tiny"], latency=10)
 

@@ -9,8 +9,8 @@ import pytest
 
 from tb.radiosity.printed import RECORD, results
 
-# Simulations share what is compiled for them.
-pytestmark = pytest.mark.xdist_group("printed")
+# Simulated machines are compiled once, for all tests of this group.
+pytestmark = pytest.mark.xdist_group("machines")
 RECORDED = {" ; ".join(row["commands"]): row for row in json.loads(RECORD.read_text())}
 
 

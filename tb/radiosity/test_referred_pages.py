@@ -1,11 +1,14 @@
 """The pages to which a tile refers are those of its pixels."""
 
 import numpy as np
+import pytest
 
 from golden.machines.koan.pixel_items import pixel_items
 from golden.machines.koan.ray_pages import PageString
 from golden.machines.koan.scene_pages import ScenePages
 from radiosity.benchmarks.koan import referred_pages
+
+pytestmark = pytest.mark.xdist_group("machines")
 
 
 def test_a_tile_refers_to_the_pages_of_its_pixels():

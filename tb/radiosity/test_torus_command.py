@@ -15,6 +15,8 @@ from golden.machines.torus.torus_scenes import TORUS_SCENES
 from golden.machines.torus.torus_steps import steps_svg
 from radiosity.benchmarks.torus import OPTIMA, PASSED, SPEEDUPS, grade_count, percentile, sweep
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 SMALL = ("spheres40", "--size", "20x24", "--voxels", "5")
 
 

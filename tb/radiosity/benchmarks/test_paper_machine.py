@@ -4,6 +4,8 @@ import pytest
 
 from radiosity.benchmarks.paper_machine import grade_effectiveness, grade_gain, grade_misses, nearest_power
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 
 @pytest.mark.parametrize(("gain", "expected"), [
     (0.05, "reproduced"), (0.30, "reproduced"), (0.31, "same shape"), (0.04, "same shape"), (0.01, "not reproduced"),

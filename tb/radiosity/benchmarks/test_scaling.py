@@ -6,6 +6,8 @@ import pytest
 
 from radiosity.benchmarks.scaling import row_of
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 BOUNDS = dict.fromkeys(("load", "casts", "longest section", "dispatch", "port"), 10)
 
 

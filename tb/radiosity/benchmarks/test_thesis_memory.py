@@ -7,6 +7,8 @@ from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from radiosity.benchmarks.thesis_memory import by_memory, grade_growth, grade_share, in_turn
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 
 def test_clusters_request_in_turn():
     assert in_turn([[4, 5, 6], [], [7]]) == [(0, 4), (2, 7), (0, 5), (0, 6)]

@@ -4,6 +4,8 @@ import pytest
 
 from radiosity.benchmarks.thesis_networks import EDRC, THESIS, grade, ratios_of, spread_of
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 
 @pytest.mark.parametrize(("simulated", "thesis", "expected"), [
     (1.5, 1.67, "reproduced"), (1.2, 1.67, "same shape"), (0.95, 1.67, "not reproduced"),

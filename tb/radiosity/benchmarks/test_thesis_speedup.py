@@ -4,6 +4,8 @@ import pytest
 
 from radiosity.benchmarks.thesis_speedup import Speed, grade_linear, grades_of
 
+pytestmark = pytest.mark.xdist_group("machines")
+
 
 @pytest.mark.parametrize(("speedup", "before", "expected"), [
     (6.5, 7.0, "reproduced"), (6.0, 5.0, "same shape"), (5.0, 6.0, "not reproduced")])
