@@ -1,6 +1,7 @@
 import csv
 import errno
 import json
+import os
 import subprocess
 import sys
 
@@ -363,6 +364,25 @@ def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder, c
     result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)
     refused(result.returncode, result.stderr, message)
     assert content(folder) == before
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_takes_five_seconds_and_two_gigabytes_at_most(folder, case):
+    """Seconds of the processor, of a new process with all that it imports."""
+    files, arguments, message = BAD[case]
+    make(folder, files)
+    before = content(folder)
+    with (folder.parent / f"{folder.name}.err").open("w+") as stderr:
+        process = subprocess.Popen([sys.executable, "-m", "golden", *arguments], stdout=stderr, stderr=stderr)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        stderr.seek(0)
+        refused(process.returncode, stderr.read(), message)
+    assert content(folder) == before
+    seconds = used.ru_utime + used.ru_stime
+    assert seconds < 5
+    assert used.ru_maxrss < 2_000_000
 
 
 def test_help_names_every_command_and_every_command_has_help():

@@ -80,6 +80,7 @@ def smallest(component):
 ZERO = {"number": 0, "inverted": 0}
 
 
+@pytest.mark.nightly
 def test_a_full_queue_that_takes_shrinks_to_hardly_more_than_it_holds():
     found = smallest(NegativeControl(Queue(SHAPE, depth=3), {"i__ready": lambda dut: 1}))
     assert found.values("i") in ([ZERO] * 4, [ZERO] * 5)
@@ -87,6 +88,7 @@ def test_a_full_queue_that_takes_shrinks_to_hardly_more_than_it_holds():
     assert 1 <= len(found.stalls["o"]) <= 2
 
 
+@pytest.mark.nightly
 def test_one_wrong_bit_shrinks_to_the_number_that_shows_it():
     found = smallest(NegativeControl(Queue(SHAPE, depth=3), {
         "o__payload": lambda dut: Mux(dut.o.payload.number >= 11, 0, dut.o.payload.as_value())}))

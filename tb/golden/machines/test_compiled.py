@@ -6,10 +6,12 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from tb.golden.machines.scenarios import SCENARIOS
 
 
+@pytest.mark.nightly
 def test_uncompiled_runs_equal_compiled_ones():
     done = subprocess.run([sys.executable, "-m", "tb.golden.machines.scenarios"], check=True, capture_output=True,
                           text=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"})

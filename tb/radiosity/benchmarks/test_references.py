@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.light.two_pass import RenderSettings, render
 from radiosity.benchmarks.reference_scenes import SCENES
 from radiosity.benchmarks.references import BLOCK, HEIGHT, THROWN, WIDTH, Reference, compare, rendered
 
@@ -51,3 +52,16 @@ def test_pictures_are_those_of_the_path_tracer(name):
     found = compare(rendered(name), Reference.stored(name))
     assert np.abs(found.mean).max() < 0.01, found
     assert abs(found.worst) < 0.05, found
+
+
+@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)
+                                  for name in SCENES])
+def test_pictures_have_the_same_bytes_for_any_number_of_threads(name):
+    """With panes, mirrors, glass, skies, the sun, textures and luminaires."""
+    scene = SCENES[name].make()
+    one, two, three = (render(scene, camera=scene.camera, settings=RenderSettings(
+        width=24, height=16, samples=1, light_samples=2, depth=3, rays=(16, 8), max_edge=1.0, jobs=jobs)).image
+        for jobs in (1, 2, 3))
+    assert one.any()
+    assert one.tobytes() == two.tobytes() == three.tobytes()
