@@ -26,6 +26,7 @@ from golden.commands.parameters import ASSIGNMENTS, CELL, FILE, METHOD_CELL, PRE
 __all__ = ["machine"]
 
 _SUPPLIES = ("pushed", "pulled", "main")
+_PNG = click.option("-o", "--output", type=FILE, help="Write the picture to this file: .png.")
 
 
 @click.group("machine", cls=CommandLine, no_args_is_help=False, short_help="Simulate machines of many clusters.")
@@ -124,7 +125,7 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
               "are made; the scheme demand-driven has none.  [default: random]")
 @click.option("--granularity", type=click.IntRange(1, 1 << 14), help="Set the patches of a request of the scheme "
               "demand-driven.  [default: 1]")
-@click.option("--seed", type=int, default=0, help="Set the seed of the assignment random.")
+@click.option("--seed", type=int, help="Set the seed of the assignment random.  [default: 0]")
 @click.option("--solver", type=click.Choice(GATHER_SOLVERS), default="gauss-jacobi", help="Choose the solver.")
 @click.option("--completion", type=click.Choice(GATHER_COMPLETIONS), help="Redistribute the matrix in equal shares, "
               "and complete split rows in this way.  [default: rows stay whole, where they were made]")
@@ -155,7 +156,9 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
         raise InputError("--assignment needs --scheme circulation or --scheme sharing")
     if granularity is not None and not is_demanded:
         raise InputError("--granularity needs --scheme demand-driven")
-    chosen = GatherScheme(name=scheme, assignment=assignment or "random", granularity=granularity or 1, seed=seed)
+    if seed is not None and (is_demanded or assignment not in (None, "random")):
+        raise InputError("--seed needs --assignment random and --scheme circulation or --scheme sharing")
+    chosen = GatherScheme(name=scheme, assignment=assignment or "random", granularity=granularity or 1, seed=seed or 0)
     if memory < 1:
         raise InputError(f"gather: Memory must be at least 1, not {memory}")
     opened = open_scene(scene)
@@ -187,11 +190,11 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
 @click.option("--offload", is_flag=True, help="Have a device beside each processor handle messages.")
 @click.option("--radiosity", "rays", type=WholePair("AZIMUTHSxPOLARS"), help="Make form factors by hemispheres of so "
               "many rays, and solve for the radiosity, instead of a picture.")
-@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this .png.")
+@_PNG
 @click.option("--pages", type=click.Path(dir_okay=False, path_type=Path), help="Write a chart of who holds which page "
               "over time to this .svg.")
 @click.pass_context
-def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload, rays, picture, pages):
+def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload, rays, output, pages):
     """Simulate KOAN's machine: nodes that trace the rays of a picture of SCENE, which is in pages that they share.
 
     The picture does not depend on the machine. Times are those of an iPSC/2, with our numbers where its source has
@@ -209,11 +212,11 @@ def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload
     from radiosity.page_chart import LOG_ROWS, write_page_chart
 
     if rays is not None:
-        for option in ("size", "item", "schedule", "picture", "pages"):
+        for option in ("size", "item", "schedule", "output", "pages"):
             if context.get_parameter_source(option) is ParameterSource.COMMANDLINE:
                 raise InputError(f"--{option} does not go with --radiosity, which makes no picture")
 
-    check_outputs(picture, suffixes=(".png",))
+    check_outputs(output, suffixes=(".png",))
     check_outputs(pages, suffixes=(".svg",))
     check_page_bytes(page)
     check_machine(nodes, cache // page)
@@ -230,8 +233,8 @@ def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload
     simulated = KoanMachine(opened, size=size, cell=cell, progress=console().progress)
     run = simulated.run(nodes=nodes, page_bytes=page, frames=cache // page, side=item, schedule=schedule,
                         timing=timing, log=LOG_ROWS if pages else 0)
-    if picture:
-        write_png(picture, run.picture)
+    if output:
+        write_png(output, run.picture)
     if pages:
         write_page_chart(pages, run, title=f"{opened.name}, {nodes} nodes: holders of pages")
     report = {"scene": opened.name, "patches": len(opened), "width": size[0], "height": size[1],
@@ -265,7 +268,6 @@ def _shared_text(report):
         f"F {report['F']}", f"radiosity {report['radiosity']}"])
 
 
-_PNG = click.option("-o", "--output", type=FILE, help="Write the picture to this file: .png.")
 _STEPS = click.option("--steps", type=FILE, help="Write a picture of the regions after each step to this file: .png.")
 _SIZE = click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the screen.")
 
@@ -397,10 +399,10 @@ def _volume_text(report):
 @click.option("--buffer", type=int, default=2048, help="Set the bytes of a link's buffer.")
 @click.option("--delay", type=int, default=0, help="Set by how many microseconds messages are late at most.")
 @click.option("--seed", type=int, default=0, help="Set the seed of delays and of the machine's own scenes.")
-@click.option("--picture", type=click.Path(dir_okay=False, path_type=Path), help="Write the picture to this .png.")
+@_PNG
 @click.option("--steps", type=click.Path(dir_okay=False, path_type=Path), help="Write who holds which ray over time to "
               "this .svg.")
-def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal, buffer, delay, seed, picture, steps):
+def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal, buffer, delay, seed, output, steps):
     """Simulate ray tracing of SCENE on a torus of nodes that each own a box of space.
 
     Besides those of all commands, scenes are spheres40, barroom367 and face954. The picture does not depend on the
@@ -414,14 +416,14 @@ def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal
     from golden.output import check_outputs
     from golden.scene.open import open_scene
 
-    check_outputs(picture, suffixes=(".png",))
+    check_outputs(output, suffixes=(".png",))
     check_outputs(steps, suffixes=(".svg",))
     setup = TorusSetup(nodes=nodes, size=size, subdivisions=voxels, storage=storage, growth=growth, growth_by=growth_by,
                        has_shadows=shadows, is_stealing=steal, buffer=buffer, delay=delay, seed=seed)
     opened = TORUS_SCENES[scene](seed) if scene in TORUS_SCENES else torus_scene(open_scene(scene))
     run = simulate_torus(opened, setup, log=LOGGED if steps else 0)
-    if picture:
-        write_png(picture, run.picture)
+    if output:
+        write_png(output, run.picture)
     if steps:
         write_steps(steps, run)
     report = run.report()

@@ -82,7 +82,9 @@ def test_steps_end_with_all_rows_in_the_nodes_that_solve(tmp_path):
     (("--memory", "0"), "--memory: Memory must be at least 1, not 0"),
     (("--memory", "1000000"), "--memory: Memory must be more than 1293184 bytes for a node with 48 patches"),
     (("--steps", "rows.svg"), "Name must end in .png, not '.svg'"),
-    (("--seed", "-1"), "--seed: Seed must be at least 0, not -1"),
+    (("--scheme", "sharing", "--seed", "-1"), "--seed: Seed must be at least 0, not -1"),
+    (("--seed", "1"), "--seed needs --assignment random and --scheme circulation or --scheme sharing"),
+    (("--scheme", "sharing", "--assignment", "tiled", "--seed", "1"), "--seed needs --assignment random"),
     (("--rays", "3x3"), "--rays: Azimuths must be a power of two"),
     (("--patches", "19"), "Patches must be 20 to 1048576, not 19")])
 def test_wrong_machines_are_refused(words, message):

@@ -48,7 +48,7 @@ def test_radiosity_in_shared_pages_does_not_depend_on_the_nodes():
 
 def test_a_run_writes_its_picture_and_a_chart(tmp_path):
     picture, chart = tmp_path / "one.png", tmp_path / "pages.svg"
-    output = run(*SMALL, "--nodes", "4", "--picture", str(picture), "--pages", str(chart)).output
+    output = run(*SMALL, "--nodes", "4", "-o", str(picture), "--pages", str(chart)).output
     assert "24 x 24 pixels" in output
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert chart.read_text().count(" copies</text>") == 6

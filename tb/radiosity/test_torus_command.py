@@ -37,7 +37,7 @@ def test_the_command_prints_one_object_with_one_hash_for_all_machines():
 
 def test_scenes_of_patches_have_the_same_picture_on_all_machines_too(tmp_path):
     file = tmp_path / "picture.png"
-    one, many = (run("cornell", "--size", "12x12", "--nodes", nodes, "--picture", str(file), "--json")
+    one, many = (run("cornell", "--size", "12x12", "--nodes", nodes, "-o", str(file), "--json")
                  for nodes in ("1", "16"))
     assert json.loads(one.output)["picture"] == json.loads(many.output)["picture"]
     with Image.open(file) as picture:
@@ -81,7 +81,7 @@ def test_wrong_machines_are_refused(words, message, tmp_path):
     ("picture.png", "steps.png", "Name must end in .svg, not '.png'"),
     ("picture.png", "missing/steps.svg", "cannot be written (No such file or directory)")])
 def test_wrong_outputs_are_refused_before_any_is_written(tmp_path, picture, steps, message):
-    done = run(*SMALL, "--picture", str(tmp_path / picture), "--steps", str(tmp_path / steps))
+    done = run(*SMALL, "-o", str(tmp_path / picture), "--steps", str(tmp_path / steps))
     assert done.exit_code == 2
     assert done.stderr.count("\n") == 1
     assert message in done.stderr
