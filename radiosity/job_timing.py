@@ -5,6 +5,7 @@ from golden.machines.bus_path import BusTiming
 from golden.machines.job_timing import JobTiming
 from golden.machines.joint_cast import JointTiming
 from golden.machines.load_cycles import LoadTiming
+from golden.machines.store_path import StoreTiming
 from golden.memsys.cache_policy import CachePolicy
 from golden.noc.packing import VERTICES, reply_flits, request_flits
 from hw.control.completion_writer import CompletionWriter
@@ -22,6 +23,8 @@ from hw.memsys.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.patch_extents import PatchExtents
 from hw.memsys.patch_fetch import PatchFetch
+from hw.memsys.patch_merge import PatchMerge
+from hw.memsys.patch_store import PatchStore
 from hw.memsys.patch_type_memory import PatchTypeMemory
 from hw.memsys.path_formats import BEATS
 from hw.memsys.preload_dma import PreloadDma
@@ -35,7 +38,7 @@ from hw.memsys.word_reader import WordReader
 from hw.memsys.write_engine import WriteEngine
 from hw.memsys.write_merge import WriteMerge
 
-__all__ = ["bus_timing", "job_timing", "joint_timing", "load_timing"]
+__all__ = ["bus_timing", "job_timing", "joint_timing", "load_timing", "store_timing"]
 
 # Of docstrings that have no attribute: `JobDispatch`'s cycles of a section without near cells, `ReadOut`'s latency,
 # `ResultWriter`'s cycles from the last answer to its `o_done`.
@@ -51,6 +54,10 @@ _TO_LINK, _FROM_LINK = 1, 2
 # `Cache`: from a lookup to its answer, and from there to the record; between them a fetch. `SystemBusInterface`: a
 # register in front of its fills.
 _ANSWER, _RECORD, _FILL = 1, 3, 1
+# `PatchStore`: from a request to its fetch, and to the next request; a fetched vertex waits for the entry of its patch;
+# from the last one in its frame to the `IStructure`, in there from the write to the answer, and to the first vertex.
+# `SkidBuffer`: its entries.
+_LOOKUP, _ENTRY, _FILLED, _RELEASED, _FRAME, _SKIDS = 3, 1, 1, 8, 2, 2
 _WORD_BITS = 64
 
 
@@ -115,6 +122,16 @@ def bus_timing(config: Config, *, latency: int) -> BusTiming:
         request=LocalBusInterface.latency, hit=bus + placement + _RECORD + reply,
         fetch=bus + placement + record + reply, next_fetch=record, words=PATCH_WORDS, beats=BEATS,
         outstanding=memsys.bus_requests, fetches=memsys.cache_fetches, requests=Cache.capacity)
+
+
+def store_timing(config: Config) -> StoreTiming:
+    """The timing of the path through a patch store."""
+    passed = PatchMerge.latency + _ENTRY
+    # The vertices come into the frame, and leave it one after the other.
+    return StoreTiming(
+        lookup=_LOOKUP, kept=PatchStore.latency - LocalPatchGeometry(config=config).latency, passed=passed,
+        stored=passed + _FILLED + _RELEASED + _FRAME + VERTICES - 1, vertices=VERTICES, waiting=_SKIDS,
+        requests=config.memsys.store_requests)
 
 
 def _own(config):

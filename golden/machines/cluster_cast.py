@@ -12,9 +12,9 @@ from golden.compiled import compiled
 from golden.machines.cluster_timing import ClusterTiming
 from golden.machines.event_heap import EventHeap, event_heap, next_time, pop, push
 
-__all__ = ["NO_CLUSTER", "ON_BUS", "OVER_NETWORK", "ClusterCast", "StageItems", "add_stage", "apply_event", "arrive",
-           "begin_cast", "clock", "end_cast", "free", "last_end", "next_begin", "next_stage", "request_remote",
-           "tested"]
+__all__ = ["KEPT", "NO_CLUSTER", "ON_BUS", "OVER_NETWORK", "THROUGH_STORE", "ClusterCast", "StageItems", "add_stage",
+           "apply_event", "arrive", "begin_cast", "clock", "end_cast", "fetch", "free", "last_end", "next_begin",
+           "next_stage", "request_remote", "tested"]
 
 _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
 # Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
@@ -23,10 +23,12 @@ _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
  _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
  _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _LAST) = range(32)
 # Numbers of patches that others hold, by path: found, requested and read.
-_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(32, 40, 2)
-# Paths to patches that others hold: clusters over the network, and what no cluster holds over the bus.
-OVER_NETWORK, ON_BUS = range(2)
-NO_CLUSTER = -2
+_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(32, 44, 3)
+# Paths to patches that others hold: clusters over the network, what no cluster holds over the bus; and the patch store
+# in front of both.
+OVER_NETWORK, ON_BUS, THROUGH_STORE = range(3)
+# Instead of the cluster that holds a patch: none does, and the patch store has a copy.
+NO_CLUSTER, KEPT = -2, -3
 # States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
 _IDLE, _BUSY, _BLOCKED = range(3)
 _NEVER = -1
@@ -34,7 +36,7 @@ _EVENTS = 512
 _LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "entries", "requests",
            "waiting")
 (_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _ENTRIES, _REQUESTS, _WAITING,
- _ALL_SLOTS) = range(12)
+ _ALL_SLOTS, _BEFORE_STORE) = range(13)
 
 
 class StageItems(NamedTuple):
@@ -50,7 +52,7 @@ class StageItems(NamedTuple):
         E bool: an entry is a patch that has not been found before.
     tests, owner
         P int64: of each patch that is found, in the order of discovery, cycles of its walk; and the cluster that holds
-        it, -1 if this one does, -2 if none does.
+        it, -1 if this one does, `NO_CLUSTER` if none does, `KEPT` if the patch store has a copy.
     """
 
     time: np.ndarray
@@ -80,7 +82,8 @@ class ClusterCast(NamedTuple):
     ready
         P int64: patches in the order in which they can be read.
     remote
-        2 x P int64: those that other clusters hold, and those that none holds, in the order of discovery.
+        3 x P int64: those that other clusters hold, those that none holds, and both where there is a patch store, in
+        the order of their requests.
     """
 
     heap: EventHeap
@@ -94,7 +97,7 @@ class ClusterCast(NamedTuple):
 
 
 def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slots: int, run_ahead: int,
-               number: int = 0) -> ClusterCast:
+               number: int = 0, before_store: int = 0) -> ClusterCast:
     """A cast at cycle 0, whose first item will be a near cell.
 
     Parameters
@@ -109,6 +112,8 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
         ``icu.slots`` and ``ctu.run_ahead``.
     number
         The subject of its events.
+    before_store
+        Patches that may wait in front of the patch store. Default: there is no store.
     """
     numbers = np.zeros(_NUMBERS, dtype=np.int64)
     numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
@@ -116,9 +121,9 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
     limits = [getattr(timing, name) for name in _LIMITS]
     # Behind the last stage there is none to wait.
     ahead = np.append(np.where(barriers[1:], 0, run_ahead), run_ahead)
-    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots], dtype=np.int64),
+    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, before_store], dtype=np.int64),
                        np.zeros(patches, dtype=np.int64), np.zeros(len(barriers), dtype=np.int64), ahead,
-                       np.zeros(patches, dtype=np.int64), np.zeros((2, patches), dtype=np.int64))
+                       np.zeros(patches, dtype=np.int64), np.zeros((3, patches), dtype=np.int64))
 
 
 @compiled
@@ -240,7 +245,7 @@ def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, m
     Parameters
     ----------
     path
-        `OVER_NETWORK` or `ON_BUS`.
+        `OVER_NETWORK`, `ON_BUS` or `THROUGH_STORE`.
     """
     numbers = cast.numbers
     number = numbers[_REMOTE_SENT + path]
@@ -249,6 +254,14 @@ def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, m
     numbers[_REMOTE_SENT + path] += 1
     _wake_filter(cast, time)
     return cast.remote[path, number]
+
+
+@compiled
+def fetch(cast: ClusterCast, items: StageItems, patch: int) -> None:
+    """The patch store does not have a patch: it is requested where it is."""
+    path = _path(items, patch)
+    cast.remote[path, cast.numbers[_REMOTE_FOUND + path]] = patch
+    cast.numbers[_REMOTE_FOUND + path] += 1
 
 
 @compiled
@@ -372,6 +385,8 @@ def _find(cast, items):
     """A patch is found, and requested where it is, if the queue of requests there is not full: whether it is."""
     numbers, most, patch = cast.numbers, cast.limits[_REQUESTS], cast.numbers[_FOUND]
     path = _path(items, patch)
+    if path != _NEVER and cast.limits[_BEFORE_STORE]:
+        path, most = THROUGH_STORE, cast.limits[_BEFORE_STORE]
     if (numbers[_OWN] if path == _NEVER else numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_SENT + path]) == most:
         return False
     numbers[_FOUND] += 1
@@ -386,9 +401,11 @@ def _find(cast, items):
 
 @compiled
 def _path(items, patch):
-    """The path to a patch, -1 of an own one."""
+    """The path by which a patch comes, -1 of an own one."""
     owner = items.owner[patch]
-    return OVER_NETWORK if owner >= 0 else ON_BUS if owner == NO_CLUSTER else _NEVER
+    if owner >= 0:
+        return OVER_NETWORK
+    return ON_BUS if owner == NO_CLUSTER else THROUGH_STORE if owner == KEPT else _NEVER
 
 
 @compiled
@@ -410,6 +427,8 @@ def _read(cast, items, time):
         numbers[_OWN] -= 1
     else:
         numbers[_REMOTE_READ + path] += 1
+        if limits[_BEFORE_STORE] and path != THROUGH_STORE:
+            numbers[_REMOTE_READ + THROUGH_STORE] += 1
     numbers[_READ] += 1
     numbers[_READING] = 1
     push(cast.heap, time + limits[_VERTICES], _GEOMETRY, cast.numbers[_SELF])

@@ -2,7 +2,7 @@
 
 Each cluster replays the trace of its section (`golden.machines.section_trace`). Requests and replies have a network
 each, simulated flit by flit (`golden.machines.packet_network`). Patches that no cluster holds come over the bus
-(`golden.machines.bus_path`).
+(`golden.machines.bus_path`). A patch store may be in front of both (`golden.machines.store_path`).
 """
 
 from collections.abc import Sequence
@@ -16,9 +16,11 @@ from golden.config import Memsys
 from golden.errors import InputError
 from golden.machines.bus_path import BusPath, BusTiming, bus_cycle, bus_path, bus_waits, request_on_bus
 from golden.machines.cluster_cast import (
+    KEPT,
     NO_CLUSTER,
     ON_BUS,
     OVER_NETWORK,
+    THROUGH_STORE,
     ClusterCast,
     StageItems,
     add_stage,
@@ -26,6 +28,7 @@ from golden.machines.cluster_cast import (
     arrive,
     begin_cast,
     clock,
+    fetch,
     free,
     last_end,
     next_begin,
@@ -47,27 +50,32 @@ from golden.machines.packet_network import (
     send,
 )
 from golden.machines.section_trace import CastTimes, SectionTrace
+from golden.machines.store_path import StoreTiming, ask_store
 from golden.machines.timing_numbers import PositiveNumbers
+from golden.memsys.patch_store import PatchStore
 from golden.noc.routing import Routing
 
 __all__ = ["JointTiming", "joint_cast"]
 
-# The kinds of event that a patch of another cluster arrives, whose subject is its packet, and one over the bus, whose
-# subject is a cluster; those of clusters are lower.
-_ARRIVES, _FETCHED = 64, 65
+# The kinds of event that a patch of another cluster arrives, whose subject is its packet; one over the bus, whose
+# subject is a cluster; and that a lookup in the store of a cluster ends. Those of clusters are lower.
+_ARRIVES, _FETCHED, _LOOKED_UP = range(64, 67)
 _NEVER = -1
 # Events of a cluster that can wait at the same time.
 _EACH = 512
-# Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, and when the cluster can
-# serve the next request of another one.
-_BEGUN, _STAGES, _SCHEDULED, _SERVED = range(4)
+# Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, when the cluster can serve
+# the next request of another one, the patch that is looked up in its store, and when the last one left a frame.
+_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT = range(6)
 # Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
 _PATCH, _STAGE, _CELL, _ENTRY = range(4)
 # Of machines whose clusters hold all patches.
+_NO_STORE = StoreTiming(lookup=1, kept=1, passed=1, stored=1, vertices=1, waiting=1, requests=1)
 _NO_BUS = BusTiming(request=1, hit=1, fetch=1, next_fetch=1, words=1, beats=1, outstanding=1, fetches=1, requests=1)
 _TIMES = ("request", "serve", "port", "reply", "request_flits", "reply_flits", "outstanding")
-(_REQUEST, _SERVE, _PORT, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _NEAR, _TRAVERSED,
- _GENERATOR) = range(10)
+_STORE_TIMES = "lookup", "kept", "passed", "stored", "vertices", "requests"
+(_REQUEST, _SERVE, _PORT, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _STORE_LOOKUP, _STORE_KEPT,
+ _STORE_PASSED, _STORE_STORED, _STORE_VERTICES, _STORE_REQUESTS, _HAS_STORE, _NEAR, _TRAVERSED,
+ _GENERATOR) = range(17)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,9 +117,12 @@ class JointTiming(PositiveNumbers):
 class _Machine(NamedTuple):
     """Clusters in flat arrays: elements of cluster k begin at ``first[k]``; networks; packets that are free.
 
+    The early heap has the patches that leave stores: the kind of an event is the cluster, its subject the patch.
+
     Cells have one offset more and stages one first cell more for each cluster: its numbers are moved by k.
     """
 
+    early: EventHeap
     heap: EventHeap
     late: EventHeap
     requests: PacketNetwork
@@ -135,6 +146,7 @@ class _Machine(NamedTuple):
     tests: np.ndarray
     owner: np.ndarray
     patch: np.ndarray
+    is_stored: np.ndarray
     taken: np.ndarray
     cycles: np.ndarray
     searches: np.ndarray
@@ -147,7 +159,8 @@ class _Machine(NamedTuple):
 def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: ClusterTiming, joint: JointTiming, *,
                routing: Routing, buffer_flits: int, arbitration: str, router_cycles: int, slots: int,
                run_ahead: int, bus: BusTiming | None = None, memsys: Memsys | None = None,
-               kept: Sequence[int] = ()) -> list[CastTimes]:
+               kept: Sequence[int] = (), store: StoreTiming | None = None,
+               stores: Sequence[PatchStore] = ()) -> list[CastTimes]:
     """The times of sections that clusters cast from the same cycle on.
 
     Parameters
@@ -164,6 +177,9 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         ``icu.slots`` and ``ctu.run_ahead``.
     bus, memsys, kept
         The path to patches that no cluster holds, see `golden.machines.bus_path.bus_path`. Default: there is none.
+    store, stores
+        The path through the patch store of each cluster, and these, as the casts before have left them; they change.
+        Default: there are none.
 
     Raises
     ------
@@ -174,11 +190,15 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     if bus is None and any((home[trace.patch] < 0).any() for trace in traces):
         raise InputError("machines: Patches of a joint cast without a bus must be held by clusters")
     casts = [begin_cast(timing, patches=len(trace.tests), barriers=trace.is_barrier, slots=slots, run_ahead=run_ahead,
-                        number=number) for number, trace in enumerate(traces)]
-    owner = []
+                        number=number, before_store=store.waiting if store else 0)
+             for number, trace in enumerate(traces)]
+    owner, is_stored = [], []
     for number, trace in enumerate(traces):
         held = home[trace.patch]
-        owner.append(np.select([held == number, held < 0], [-1, NO_CLUSTER], held))
+        held = np.select([held == number, held < 0], [-1, NO_CLUSTER], held)
+        held, keeps = ask_store(stores[number], trace.patch, held) if store else (held, np.zeros(len(held), dtype=bool))
+        owner.append(held)
+        is_stored.append(keeps)
     lengths = np.array([[len(trace.tests), len(trace.cycles), len(trace.offset), len(trace.is_new)]
                         for trace in traces])
     first = np.concatenate([np.zeros((1, 4), dtype=np.int64), lengths.cumsum(axis=0)])
@@ -186,16 +206,18 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     def joined(arrays):
         return np.concatenate([np.asarray(array, dtype=np.int64) for array in arrays], axis=-1)
 
-    clusters = np.full((count, 4), _NEVER, dtype=np.int64)
-    clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED] = 0, lengths[:, _STAGE], 0
+    clusters = np.full((count, 6), _NEVER, dtype=np.int64)
+    clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED], clusters[:, _LEFT] = 0, lengths[:, _STAGE], 0, 0
     rows = count * joint.outstanding
     networks = [packet_network(routing, packets=rows, buffer_flits=buffer_flits, arbitration=arbitration,
                                router_cycles=router_cycles) for _ in range(2)]
     machine = _Machine(
-        heap=event_heap(_EACH * count), late=event_heap(_EACH * count), requests=networks[0], replies=networks[1],
+        early=event_heap(_EACH * count), heap=event_heap(_EACH * count), late=event_heap(_EACH * count),
+        requests=networks[0], replies=networks[1],
         bus=bus_path(bus or _NO_BUS, memsys or Memsys(), clusters=count, kept=kept), limits=casts[0].limits,
-        latency=np.array([*(getattr(joint, name) for name in _TIMES), timing.memory,
-                          timing.memory + timing.traversal, timing.generator], dtype=np.int64),
+        latency=np.array([*(getattr(joint, name) for name in _TIMES),
+                          *(getattr(store or _NO_STORE, name) for name in _STORE_TIMES), store is not None,
+                          timing.memory, timing.memory + timing.traversal, timing.generator], dtype=np.int64),
         first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
         **{name: joined(getattr(cast, name) for cast in casts) for name in (
             "ends", "ready", "remote", "closes", "ahead")},
@@ -203,8 +225,8 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         **{name: joined(getattr(trace, name) for trace in traces) for name in (
             "offset", "entries", "is_new", "patch", "tests", "cycles", "searches", "first_cell")},
         taken=np.zeros(count, dtype=np.int64),
-        owner=joined(owner), requested=np.zeros(rows, dtype=np.int64), unused=np.arange(rows)[::-1].copy(),
-        count=np.array([rows], dtype=np.int64))
+        owner=joined(owner), is_stored=joined(is_stored), requested=np.zeros(rows, dtype=np.int64),
+        unused=np.arange(rows)[::-1].copy(), count=np.array([rows], dtype=np.int64))
     for number in range(count):
         push(machine.late, timing.begin, 0, number)
         clusters[number, _SCHEDULED] = timing.begin
@@ -241,17 +263,24 @@ def _items(machine, number):
 
 @compiled
 def _run(machine):
-    """All events. In a cycle: those of clusters, then the networks, then begins of stages and what follows at once."""
-    heap, late, cycled = machine.heap, machine.late, _NEVER
+    """All events. In a cycle: patches that leave stores, events of clusters, then the networks, then begins of stages
+    and what follows at once.
+    """
+    early, heap, late, cycled = machine.early, machine.heap, machine.late, _NEVER
     while True:
         time = next_time(heap)
-        if next_time(late) != _NEVER and (time == _NEVER or next_time(late) < time):
-            time = next_time(late)
+        for other in (early, late):
+            if next_time(other) != _NEVER and (time == _NEVER or next_time(other) < time):
+                time = next_time(other)
         is_active = machine.requests.counts[UNARRIVED] + machine.replies.counts[UNARRIVED] > 0 or bus_waits(machine.bus)
         if is_active and cycled != _NEVER and (time == _NEVER or cycled + 1 < time):
             time = cycled + 1
         if time == _NEVER:
             return
+        while next_time(early) == time:
+            _, number, patch = pop(early)
+            arrive(_cast(machine, number), _items(machine, number), time, patch)
+            _update(machine, number, time)
         while next_time(heap) == time:
             _, kind, subject = pop(heap)
             number = subject
@@ -259,9 +288,10 @@ def _run(machine):
                 number = _accept(machine, subject, time)
             elif kind == _FETCHED:
                 # Patches of a cluster arrive over the bus in the order of its requests.
-                cast = _cast(machine, number)
-                arrive(cast, _items(machine, number), time, cast.remote[ON_BUS, machine.taken[number]])
+                _return(machine, number, time, _cast(machine, number).remote[ON_BUS, machine.taken[number]])
                 machine.taken[number] += 1
+            elif kind == _LOOKED_UP:
+                _look_up(machine, number, time)
             else:
                 apply_event(_cast(machine, number), _items(machine, number), time, kind)
             _update(machine, number, time)
@@ -310,6 +340,10 @@ def _update(machine, number, time):
     """What may follow an event of a cluster: requests to other clusters, and the begin of a stage."""
     state, cast, latency = machine.clusters[number], _cast(machine, number), machine.latency
     items = _items(machine, number)
+    if latency[_HAS_STORE] and state[_LOOKUP] == _NEVER:
+        state[_LOOKUP] = request_remote(cast, items, time, THROUGH_STORE, latency[_STORE_REQUESTS])
+        if state[_LOOKUP] != _NEVER:
+            push(machine.heap, time + latency[_STORE_LOOKUP], _LOOKED_UP, number)
     while True:
         patch = request_remote(cast, items, time, OVER_NETWORK, latency[_OUTSTANDING])
         if patch == _NEVER:
@@ -365,7 +399,39 @@ def _cycle(machine, time):
 def _accept(machine, packet, time):
     """A patch arrives: at which cluster."""
     number = machine.requests.packets[packet, SOURCE]
-    arrive(_cast(machine, number), _items(machine, number), time, machine.requested[packet])
+    _return(machine, number, time, machine.requested[packet])
     machine.unused[machine.count[0]] = packet
     machine.count[0] += 1
     return number
+
+
+@compiled
+def _return(machine, number, time, patch):
+    """A patch has come from where it is: to the cluster, or to its patch store."""
+    latency = machine.latency
+    if not latency[_HAS_STORE]:
+        arrive(_cast(machine, number), _items(machine, number), time, patch)
+    elif machine.is_stored[machine.first[number, _PATCH] + patch]:
+        _leave_frame(machine, number, time + latency[_STORE_STORED], patch)
+    else:
+        push(machine.early, time + latency[_STORE_PASSED], number, patch)
+
+
+@compiled
+def _look_up(machine, number, time):
+    """A lookup in a patch store ends: the patch leaves its frame, or is fetched."""
+    state, latency = machine.clusters[number], machine.latency
+    items, patch = _items(machine, number), state[_LOOKUP]
+    state[_LOOKUP] = _NEVER
+    if items.owner[patch] == KEPT:
+        _leave_frame(machine, number, time - latency[_STORE_LOOKUP] + latency[_STORE_KEPT], patch)
+    else:
+        fetch(_cast(machine, number), items, patch)
+
+
+@compiled
+def _leave_frame(machine, number, time, patch):
+    """A patch leaves its frame, behind those before it."""
+    state = machine.clusters[number]
+    state[_LEFT] = max(time, state[_LEFT] + machine.latency[_STORE_VERTICES])
+    push(machine.early, state[_LEFT], number, patch)

@@ -46,6 +46,10 @@ class PatchStore:
             self._kept[frame] = patch
         return False
 
+    def __contains__(self, patch: int) -> bool:
+        """Whether its frame keeps the patch, or will keep the one that is fetched."""
+        return self._kept.get(patch % self._frames) == patch
+
     def clear(self):
         """All frames are empty from now on."""
         self._kept, self._conflicts = {}, 0

@@ -2,7 +2,7 @@
 
 One cluster holds the first 1024 patches of a scene, of preset ``thesis`` those that a sparse casting has found.
 The others come from main memory, over the bus and through the cache. Frusta are hemispheres of 256 x 64 rays and
-screens of 128 x 128.
+screens of 128 x 128. Clusters with a patch store have the lists of a job, of which the long ones are scattered.
 """
 
 import csv
@@ -20,31 +20,35 @@ from golden.frustum.record import screen_record
 from golden.frustum.screen import Screen
 from golden.machines.cast_store import CastStore
 from golden.machines.joint_cast import joint_cast
+from golden.machines.store_path import store_after
 from golden.noc.routing import route
 from golden.noc.topology import Topology
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
 from golden.schedule.ceiling_points import ceiling_points
+from golden.schedule.job_shelling import job_shelling
 from golden.schedule.phase import machine_schedule
 from hw.history import ROOT
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import POINT
 from radiosity.cluster_timing import cluster_timing
-from radiosity.job_timing import bus_timing, joint_timing
+from radiosity.job_timing import bus_timing, joint_timing, store_timing
 
 __all__ = ["MemoryRow", "recorded_memory", "simulated_memory"]
 
 _RECORDED = ROOT / "docs" / "figures" / "memory-cycles.csv"
 # Of a sparse casting: rays for each of its own.
 _RAYS, _SCREEN, _RESIDENT, _RATIO = (256, 64), (128, 128), 1024, 16
+# Casts of the same frustum before the warm one.
+_BEFORE = 2
 # The network of one cluster carries nothing.
 _TOPOLOGY = Topology("mesh", 2, 1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MemoryRow:
-    """A warm cast of the hardware: one cluster, without a patch store.
+    """A warm cast of the hardware: one cluster.
 
     Parameters
     ----------
@@ -54,6 +58,8 @@ class MemoryRow:
         Scene, ``hemisphere`` or ``screen``, and size of the cells.
     latency
         Cycles of main memory.
+    store
+        Patches that the patch store keeps; 0: there is none.
     cycles
         Of the cast.
     """
@@ -63,6 +69,7 @@ class MemoryRow:
     frustum: str
     cell: float
     latency: int
+    store: int
     cycles: int
 
 
@@ -70,30 +77,38 @@ def recorded_memory() -> tuple[MemoryRow, ...]:
     """The casts of the hardware."""
     with _RECORDED.open(newline="") as file:
         return tuple(MemoryRow(preset=row["preset"], scene=row["scene"], frustum=row["frustum"],
-                               cell=float(row["cell"]), latency=int(row["latency"]), cycles=int(row["cycles"]))
+                               cell=float(row["cell"]), latency=int(row["latency"]), store=int(row["store"]),
+                               cycles=int(row["cycles"]))
                      for row in csv.DictReader(file))
 
 
 def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None) -> Iterator[tuple[MemoryRow, int]]:
     """Each row, with its simulated cycles; casts are kept in a folder, if there is one."""
     for row in rows:
-        config = simulation_config(PRESETS[row.preset], clusters=1, topology="mesh", rays=_RAYS[0] * _RAYS[1])
+        config = simulation_config(PRESETS[row.preset].replace({"memsys.store_patches": row.store}), clusters=1,
+                                   topology="mesh", rays=_RAYS[0] * _RAYS[1])
         noc, timing = config.noc, cluster_timing(config)
         geometry, record = _frustum(row, config)
         shelling = Shelling(geometry, config, cell=row.cell, by_code=True)
+        if row.store:
+            table = job_shelling(geometry, config, cell=row.cell).table
+            shelling = Shelling.of_cells(geometry, table, config, by_code=True)
         home, subshells = np.where(np.arange(len(geometry)) < _RESIDENT, 0, -1), None
         if config.ctu.subshells:
             plan = machine_schedule(record, geometry, shelling.table, config, ratio=_RATIO)
             home, (subshells,) = plan.sets.residence(len(geometry))[0], plan.subshells
         store = CastStore(shelling, config, timing, folder=folder)
         trace = store.cast(record, Sector.whole(record), subshells).trace
-        # The cast is the third one of the same frustum.
-        fetched = np.tile(trace.patch[home[trace.patch] < 0], 2)
+        fetched, stores = np.tile(trace.patch[home[trace.patch] < 0], _BEFORE), {}
+        if row.store:
+            # The cache has served what the store had not.
+            store, fetched = store_after(row.store, fetched)
+            stores = {"store": store_timing(config), "stores": [store]}
         times, = joint_cast(
             [trace], home, timing, joint_timing(config), routing=route(_TOPOLOGY, noc.virtual_channels),
             buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
             slots=config.icu.slots, run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=row.latency),
-            memsys=config.memsys, kept=fetched)
+            memsys=config.memsys, kept=fetched, **stores)
         yield row, times.cycles
 
 

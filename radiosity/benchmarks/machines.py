@@ -36,8 +36,8 @@ __all__ = ["SceneCasts", "errors_of", "machine_config", "recorded_cycles"]
 _RECORDED = ROOT / "docs" / "figures" / "engine-cycles.csv"
 _RAYS = 256, 64
 _HEAD = ["scene", "cell", "cycles", "tests", "patches", "cells", "grid rays", "efficiency"]
-_CUT_HEAD = ["scene", "network", "clusters", "cell", "resident sets", "cycles", "simulated", "error"]
-_MEMORY_HEAD = ["preset", "scene", "frustum", "cell", "memory", "cycles", "simulated", "error"]
+_CUT_HEAD = ["scene", "network", "clusters", "cell", "resident sets", "patch store", "cycles", "simulated", "error"]
+_MEMORY_HEAD = ["preset", "scene", "frustum", "cell", "memory", "patch store", "cycles", "simulated", "error"]
 _JOB_HEAD = ["scene", "clusters", "rays", "cell", "frusta", "hits", "cycles", "simulated", "load", "simulated load",
              "cast", "simulated cast", "error"]
 
@@ -154,7 +154,7 @@ def _memory(recorded):
     for row, simulated in simulated_memory(recorded):
         errors.append(simulated / row.cycles - 1)
         rows.append([f"`{row.preset}`", f"`{row.scene}`", row.frustum, f"{row.cell:g}", row.latency,
-                     f"{row.cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
+                     row.store or "none", f"{row.cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
         console().note(f"{row.scene}, {row.frustum}, memory of {row.latency} cycles: {simulated} cycles")
     if not rows:
         return []
@@ -167,8 +167,8 @@ def _cuts(recorded):
     rows, errors = [], []
     for row, simulated in simulated_cuts(recorded):
         errors.append(simulated / row.cycles - 1)
-        rows.append([f"`{row.scene}`", row.topology, row.clusters, f"{row.cell:g}", row.sets, f"{row.cycles:,}",
-                     f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
+        rows.append([f"`{row.scene}`", row.topology, row.clusters, f"{row.cell:g}", row.sets, row.store or "none",
+                     f"{row.cycles:,}", f"{simulated:,}", f"{100 * errors[-1]:+.1f} %"])
         console().note(f"{row.scene}, one frustum, {row.clusters} clusters, {row.topology}: {simulated} cycles")
     if not rows:
         return []

@@ -21,12 +21,13 @@ from golden.machines.job_queue import JobSections, run_queue
 from golden.machines.job_timing import JobTiming
 from golden.machines.joint_cast import joint_cast
 from golden.machines.section_trace import SectionTrace
+from golden.machines.store_path import store_after
 from golden.noc.routing import route
 from golden.noc.topology import Topology
 from golden.scene.builtin import builtin_scene
 from golden.scene.halve import halved
 from radiosity.cluster_timing import cluster_timing
-from radiosity.job_timing import bus_timing, joint_timing
+from radiosity.job_timing import bus_timing, joint_timing, store_timing
 from radiosity.koan_machine import KoanMachine
 from tb.golden.machines.gather.nodes import drawn_matrix, drawn_work
 from tb.golden.machines.koan.programs import drawn_run
@@ -82,11 +83,12 @@ def drawn_trace(rng, *, stages, cells, patches, least, barrier=None):
         tests=rng.integers(1, 30, patches))
 
 
-def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, barrier=None, **path):
+def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, barrier=None, frames=0, **path):
     """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
 
     The stage ``barrier`` of each waits until all before it are over. With ``cached``, a placement, every third patch is
-    held by no cluster, and the cache has eight lines.
+    held by no cluster, and the cache has eight lines. With ``frames`` each cluster has a patch store of so many,
+    from which every second patch of its section has been requested.
     """
     rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
     traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number, barrier=barrier)
@@ -97,6 +99,9 @@ def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, barrier
         home[::3] = -1
         others = {"bus": replace(bus_timing(config, latency=50), outstanding=4, fetches=2, requests=6),
                   "memsys": config.memsys, "kept": np.arange(0, 12, 3)}
+    if frames:
+        others |= {"store": replace(store_timing(PRESETS["paper"]), requests=3),
+                   "stores": [store_after(frames, trace.patch[::2])[0] for trace in traces]}
     times = run(traces, home, cluster_timing(PRESETS["paper"]), replace(joint_timing(PRESETS["paper"]), **path),
                 routing=route(Topology("mesh", columns, rows), noc.virtual_channels), buffer_flits=noc.buffer_flits,
                 arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=slots, run_ahead=run_ahead,
@@ -123,7 +128,8 @@ def _projections():
 
 
 def _joint():
-    return np.concatenate([joint_runs(joint_cast, columns=2, rows=2, cached=cached) for cached in (None, "lfu")])
+    return np.concatenate([joint_runs(joint_cast, columns=2, rows=2, cached=cached, frames=frames)
+                           for cached, frames in ((None, 0), ("lfu", 0), ("lru", 8))])
 
 
 def _torus():

@@ -32,15 +32,20 @@ class SimpyCluster:
     trace, timing, slots, run_ahead
         See `simpy_cast`.
     owner
-        P int, the cluster that holds each patch, in the order of discovery; -1 if this one does, -2 if none does.
-        Default: this one holds all.
+        P int, the cluster that holds each patch, in the order of discovery; -1 if this one does, -2 if none does, -3
+        if the patch store has a copy. Default: this one holds all.
     asks
-        Of the network and of the bus: called with each patch that is requested there; `arrive` answers.
+        Of the network and of the bus, and of copies in the patch store: called with each patch that is requested there;
+        `arrive` answers.
     most
-        Of both: patches that are requested and not read, at most.
+        Of both, and of the patch store: patches that are requested and not read, at most.
+    store
+        The timing of the patch store, which patches of others pass. Default: there is none.
     """
 
-    def __init__(self, env, trace, timing, slots, run_ahead, *, owner=None, asks=(None, None), most=(1, 1)):
+    def __init__(self, env, trace, timing, slots, run_ahead, *, owner=None, asks=(None, None, None), most=(1, 1, 1),
+                 store=None):
+        self._store = store
         self._owner, self._asks, self._most = [-1] * len(trace.tests) if owner is None else owner, asks, most
         self._env, self._trace, self._timing, self._all_slots, self._run_ahead = env, trace, timing, slots, run_ahead
         self._change = env.event()
@@ -50,7 +55,7 @@ class SimpyCluster:
         self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
         self._cells, self._listing, self._entries, self._waiting = deque(), False, deque(), []
         # Patches that can be read, own ones among them; those that are not requested yet, and those that are.
-        self._ready, self._own, self._queued, self._outstanding = deque(), 0, (deque(), deque()), [0, 0]
+        self._ready, self._own, self._queued, self._outstanding = deque(), 0, (deque(), deque(), deque()), [0, 0, 0]
         self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
         # Traversal's clock when it has accepted all known requests. Before the slots: whether the patch filter has an
         # entry, patches that have entered setup, since when there are no cells and patches, and the first such time at
@@ -61,6 +66,8 @@ class SimpyCluster:
             env.process(process())
         for path in range(2):
             env.process(self._request(path))
+        if store:
+            env.process(self._look_up())
 
     def times(self):
         """The times of the cast when all has happened."""
@@ -194,12 +201,13 @@ class SimpyCluster:
         def can_pass():
             if not self._entries or not self._trace.is_new[self._entries[0]]:
                 return bool(self._entries)
-            path = self._path(self._found)
-            return (self._own if path is None else len(self._queued[path])) < self._timing.requests
+            path = self._first(self._found)
+            most = self._store.waiting if path == 2 else self._timing.requests
+            return (self._own if path is None else len(self._queued[path])) < most
         while True:
             yield from self._until(can_pass)
             if self._trace.is_new[self._entries.popleft()]:
-                path = self._path(self._found)
+                path = self._first(self._found)
                 self._own += path is None
                 (self._ready if path is None else self._queued[path]).append(self._found)
                 self._found += 1
@@ -210,9 +218,29 @@ class SimpyCluster:
             self._changed()
 
     def _path(self, patch):
-        """0 of patches of other clusters, 1 of those that no cluster holds, None of own ones."""
+        """0 of patches of other clusters, 1 of those that no cluster holds, 2 of copies, None of own ones."""
         owner = self._owner[patch]
-        return 0 if owner >= 0 else 1 if owner == -2 else None
+        return 0 if owner >= 0 else {-1: None, -2: 1, -3: 2}[owner]
+
+    def _first(self, patch):
+        """Where a patch is looked for first."""
+        path = self._path(patch)
+        return 2 if self._store and path is not None else path
+
+    def _look_up(self):
+        """Lookups in the patch store, one after the other; what it has not is requested where it is."""
+        while True:
+            yield from self._until(lambda: self._queued[2] and self._outstanding[2] < self._most[2])
+            self._outstanding[2] += 1
+            patch = self._queued[2].popleft()
+            self._changed()
+            yield self._env.timeout(self._store.lookup)
+            path = self._path(patch)
+            if path == 2:
+                self._asks[2](patch)
+            else:
+                self._queued[path].append(patch)
+            self._changed()
 
     def _request(self, path):
         """Requests on one of both paths."""
@@ -232,6 +260,7 @@ class SimpyCluster:
                 self._own -= 1
             else:
                 self._outstanding[path] -= 1
+                self._outstanding[2] -= path != 2 and self._store is not None
             self._changed()
             yield self._env.timeout(self._timing.vertices)
             self._waiting.append((patch, self._env.now))

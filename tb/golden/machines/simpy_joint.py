@@ -13,10 +13,10 @@ __all__ = ["simpy_joint"]
 
 
 def simpy_joint(traces, home, timing, joint, *, routing, slots, run_ahead, bus=None, memsys=None, kept=(),
-                **network):
+                store=None, stores=(), **network):
     """The times of `golden.machines.joint_cast.joint_cast`; ``network`` are the other parameters of its networks."""
     path = bus and SimpyBus(bus, memsys, len(traces), kept)
-    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, path, network)
+    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, path, store, stores, network)
     made.run()
     return [cluster.times() for cluster in made.clusters]
 
@@ -61,7 +61,9 @@ class SimpyBus:
 class _Joint:
     """Clusters with a clock of cycles, and networks with one of instants that is a cycle behind."""
 
-    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, network):
+    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, store, stores, network):
+        # Of patch stores: their patches that are kept when they come, and when the last one left a frame.
+        self._store, self._keeps, self._left = store, set(), [0] * len(traces)
         self._bus, self._fetched = bus, [deque() for _ in traces]
         self._joint, self._timing, self._env, self._wires = joint, timing, simpy.Environment(), simpy.Environment()
         self._requests, self._replies = (SimpyNetwork(self._wires, routing, deliver=deliver, messages=1, **network)
@@ -71,11 +73,19 @@ class _Joint:
         for number, trace in enumerate(traces):
             held = home[trace.patch]
             owner = np.where(held == number, -1, np.where(held < 0, -2, held))
+            for place in np.flatnonzero(owner != -1) if store else ():
+                patch = int(trace.patch[place])
+                if stores[number].request(patch):
+                    owner[place] = -3
+                elif patch in stores[number]:
+                    self._keeps.add((number, place))
             self.clusters.append(SimpyCluster(
                 self._env, trace, timing, slots, run_ahead, owner=owner,
-                most=(joint.outstanding, bus.timing.outstanding if bus else 0),
+                store=store, most=(joint.outstanding, bus.timing.outstanding if bus else 0,
+                                   store.requests if store else 0),
                 asks=(lambda patch, number=number, owner=owner: self._ask(number, int(owner[patch]), patch),
-                      lambda patch, number=number, trace=trace: self._ask_bus(number, trace, patch))))
+                      lambda patch, number=number, trace=trace: self._ask_bus(number, trace, patch),
+                      lambda patch, number=number: self._leave(number, patch, store.kept - store.lookup))))
 
     def run(self):
         """Cycle by cycle until nothing is left to happen."""
@@ -117,6 +127,24 @@ class _Joint:
 
     def _arrive(self, number, patch, cycle):
         yield self._env.timeout(cycle - self._env.now)
+        if self._store is None:
+            self.clusters[number].arrive(patch)
+        elif (number, patch) in self._keeps:
+            self._leave(number, patch, self._store.stored)
+        else:
+            self._env.process(self._enter(number, patch, self._env.now + self._store.passed))
+
+    def _leave(self, number, patch, cycles):
+        """A patch leaves its frame, a patch at a time."""
+        self._left[number] = max(self._env.now + cycles, self._left[number] + self._store.vertices)
+        self._env.process(self._enter(number, patch, self._left[number]))
+
+    def _enter(self, number, patch, cycle):
+        # Before all else that happens then.
+        leaves = self._env.event()
+        leaves._ok, leaves._value = True, None
+        self._env.schedule(leaves, priority=simpy.events.URGENT, delay=cycle - self._env.now)
+        yield leaves
         self.clusters[number].arrive(patch)
 
     def _send(self, network, packet, made):
