@@ -55,8 +55,12 @@ def report(block, units, family, liberty, route, seeds, nextpnr, records, folder
             raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
     units = units or tuple(UNITS[block])
     if liberty:
-        if route or records or family != "ecp5":
-            raise InputError("report: --liberty goes with neither --family, --route nor --record")
+        context = click.get_current_context()
+        of_fpgas = {"family": "--family", "route": "--route", "seeds": "--seed", "nextpnr": "--nextpnr",
+                    "records": "--record"}
+        for name, option in of_fpgas.items():
+            if context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT:
+                raise InputError(f"report: --liberty goes without {option}, which is of FPGAs")
         _report_cells(block, units, liberty, folder, preset, config)
         return
     tools = tool_versions(clock=KNOWN[family].has_clock)

@@ -90,9 +90,10 @@ def test_the_command_writes_the_table(tmp_path):
     assert text.endswith("; preset tiny.\n")
 
 
-@pytest.mark.parametrize("more", [["--route"], ["--record"], ["--family", "xc7"]])
+@pytest.mark.parametrize("more", [["--route"], ["--record"], ["--family", "xc7"], ["--seed", "2"],
+                                  ["--nextpnr", "--router router2"]])
 def test_what_an_fpga_has_alone_is_refused(more, tmp_path):
     command = ["report", "ctu", "--unit", "CellNumber", "--liberty", str(CELLS), "-o", str(tmp_path), *more]
     result = CliRunner().invoke(main, command)
     assert (result.exit_code, result.output) == (
-        2, "error: report: --liberty goes with neither --family, --route nor --record\n")
+        2, f"error: report: --liberty goes without {more[0]}, which is of FPGAs\n")
