@@ -4,9 +4,10 @@ import numpy as np
 
 from golden.cast.rays import Rays
 from golden.light.glass import SHEETS, Glass
+from golden.light.light_points import by_area
 from golden.light.sampling import lattice
 from golden.light.solid_angle import direction_to_triangle, solid_angle
-from golden.light.surface_points import SurfacePoints, bilinear
+from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.scene import Scene
@@ -50,9 +51,9 @@ class DirectLight:
         emission = scene.channels("emission")
         self._lights = np.flatnonzero(emission.max(axis=1) > 0)
         self._emission = emission[self._lights]
-        vertices = scene.vertices[self._lights]
+        self._vertices, self._is_triangle = scene.vertices[self._lights], scene.is_triangle[self._lights]
         self._centre = scene.centres[self._lights]
-        self._radius2 = ((vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
+        self._radius2 = ((self._vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
         self._glass = Glass(scene)
 
@@ -135,17 +136,15 @@ class DirectLight:
 
     def _sample(self, origin, choice, u, v):
         """Vectors to points at (u, v) of the unit square on the chosen lights, and solid angle per unit square."""
-        patch = self._lights[choice]
-        corners = self._scene.vertices[patch] - origin[:, None]
-        halves = corners[:, [[0, 1, 2], [0, 2, 3]]]
-        angles = np.zeros((len(patch), 2))
-        close = ((self._centre[choice] - origin) ** 2).sum(axis=1) < NEAR**2 * self._radius2[choice]
-        angles[close] = solid_angle(halves[close].reshape(-1, 3, 3)).reshape(-1, 2)
+        toward, measure = np.empty((len(choice), 3)), np.empty(len(choice))
+        by_area(self._vertices, self._is_triangle, choice, origin, u, v, toward, measure)
+        close = np.flatnonzero(((self._centre[choice] - origin) ** 2).sum(axis=1) < NEAR**2 * self._radius2[choice])
+        halves = (self._vertices[choice[close]] - origin[close, None])[:, [[0, 1, 2], [0, 2, 3]]]
+        angles = solid_angle(halves.reshape(-1, 3, 3)).reshape(-1, 2)
         near = angles.sum(axis=1) > LEAST
-        toward, measure = np.empty((len(patch), 3)), angles.sum(axis=1)
-        toward[near] = _by_angle(halves[near], angles[near], self._scene.normals[patch[near]], u[near], v[near])
-        far = ~near
-        toward[far], measure[far] = _by_area(corners[far], self._scene.is_triangle[patch[far]], u[far], v[far])
+        rows, angles = close[near], angles[near]
+        normal = self._scene.normals[self._lights[choice[rows]]]
+        toward[rows], measure[rows] = _by_angle(halves[near], angles, normal, u[rows], v[rows]), angles.sum(axis=1)
         return toward, measure
 
     def _from_point(self, points, light):
@@ -195,18 +194,6 @@ class DirectLight:
                         self._scene.surface[hits.patch[met]], rest)
         through[going] = 0
         return through
-
-
-def _by_area(corners, triangle, u, v):
-    """Points of quadrilaterals K x 4 x 3 and triangles among them, and solid angle per unit square."""
-    # Rows of a triangle shrink towards its repeated corner: longer rows get a larger part of the square.
-    v = np.where(triangle, 1 - np.sqrt(1 - v), v)
-    along_u = (1 - v)[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 3])
-    along_v = (1 - u)[:, None] * (corners[:, 3] - corners[:, 0]) + u[:, None] * (corners[:, 2] - corners[:, 1])
-    whole = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.where(triangle[:, None], whole, np.cross(along_u, along_v))
-    toward = bilinear(corners, u, v)
-    return toward, np.abs(np.einsum("kj,kj->k", area, toward)) / np.linalg.norm(toward, axis=1) ** 3
 
 
 def _by_angle(halves, angles, normal, u, v):
