@@ -36,12 +36,11 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# The scene's area over that of the default refinement's largest square.
-ELEMENTS = 3000
-# Rays that the default hemispheres of elements and of sensors may take.
-HEMISPHERE_RAYS, SENSOR_RAYS = 6_000_000, 12_000_000
-# Shadow rays of a sensor, which has no neighbours to average its noise with, for one of a point in the image.
-SENSOR_SAMPLES = 64
+# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
+ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
+# Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
+# with, for one of a point in the image.
+ELEMENT_SAMPLES, SENSOR_SAMPLES = 4, 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +59,7 @@ class RenderSettings:
     depth
         Most reflections and refractions of a ray, 0 to 64.
     rays
-        (azimuths, polars) of a radiosity hemisphere. Default: 32 x 8 to 256 x 64, about 6 million rays in all.
+        (azimuths, polars) of a radiosity hemisphere. Default: 64 x 16 to 256 x 64, about 12 million rays in all.
     max_edge, max_area
         Largest element of pass 1 in (squared) scene units. Default: edges of at most the square root of a
         3000th of the scene's area.
@@ -193,16 +192,16 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster)) if workers else in_turn
     with tally.stage("elements"):
         refinement = _refinement(scene, settings, caster)
-    hemisphere = Hemisphere(*(settings.rays or _grid_within(HEMISPHERE_RAYS, len(refinement.parent), (256, 64))))
+    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
-                              light_samples=settings.light_samples, seed=settings.seed, spread=spread,
-                              progress=progress)
+                              light_samples=ELEMENT_SAMPLES * settings.light_samples, seed=settings.seed,
+                              spread=spread, progress=progress)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
             measured = sensor_light(
                 scene, sensors, indirect, caster, tally, light_samples=SENSOR_SAMPLES * settings.light_samples,
-                hemisphere=Hemisphere(*_grid_within(SENSOR_RAYS, len(sensors), (1024, 256))), seed=settings.seed)
+                hemisphere=Hemisphere(*_hemisphere_rays(len(sensors), (1024, 256))), seed=settings.seed)
     primary = tally.counting("primary", frusta)
     shader = _Shader(scene, caster, tally, indirect, settings, with_received)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
@@ -224,10 +223,10 @@ def _refinement(scene, settings, caster) -> Refinement:
     return refinement
 
 
-def _grid_within(most, count, finest):
-    """The finest of some grids, down to an eighth of each side, of which ``count`` have at most so many rays."""
-    grids = [tuple(number * part // 16 for number in finest) for part in (16, 12, 8, 6, 4, 3, 2)]
-    return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
+def _hemisphere_rays(count, finest):
+    """The finest grid, its half or its quarter: the first of which ``count`` are within the default number of rays."""
+    grids = [tuple(number // part for number in finest) for part in (1, 2, 4)]
+    return next((grid for grid in grids if grid[0] * grid[1] * count <= HEMISPHERE_RAYS), grids[-1])
 
 
 def _image(pixels, screen, settings, spread, progress):
