@@ -56,14 +56,15 @@ def test_a_queue_without_faults(benches, nodes, seed):
 
 
 @pytest.mark.parametrize("event", EVENTS)
-@pytest.mark.parametrize("nodes", NODES)
+@pytest.mark.parametrize("nodes", [
+    pytest.param(nodes, marks=[] if nodes in (2, 3) else pytest.mark.nightly) for nodes in NODES])
 def test_an_event_at_any_time(benches, nodes, event):
     """Stops and faults with 0 to 3 sections of a cluster in flight, in a load, and while idle."""
     coverage = Coverage(["in a load", "idle", "resumed with copies", "resumed without copies",
                          *(f"{count} in flight" for count in range(4))])
     kinds = ("load", *("section",) * 9, "load", *("section",) * 3)
     is_thorough = (nodes, event) == (2, "stop")
-    for cycle in range(3, 220, 6 if is_thorough else 43):
+    for cycle in range(3, 220, 9 if is_thorough else 43):
         plan = Plan(nodes=nodes, seed=cycle, cycles=cycle + 330, kinds=kinds, events={cycle: event}, ring_bits=4,
                     busiest=3)
         found, around = check(benches, plan)

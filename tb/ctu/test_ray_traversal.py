@@ -196,7 +196,7 @@ async def a_step_per_cycle(dut):
     assert busy >= given["busy"], f"a step in only {busy:.3f} of the cycles"
 
 
-@pytest.mark.parametrize("lists", [True, False])
+@pytest.mark.parametrize("lists", [True, pytest.param(False, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_cells_of_golden(simulator, lists):
     run(("cornell", 0.5, 1, False), BARRIER if lists else {**BARRIER, **NO_LISTS}, simulator)

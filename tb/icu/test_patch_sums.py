@@ -23,7 +23,7 @@ from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import SETTINGS, ScheduleBench, schedules
 from tb.lib.scoreboard import check
-from tb.lib.stall_patterns import STALL_PAIRS
+from tb.lib.stall_patterns import stall_pairs
 from tb.lib.timing import documented_latency
 
 SMALL = {"icu.side_bits": 6, "icu.patch_bits": 8, "icu.rays": 64}
@@ -98,7 +98,7 @@ async def every_pair_of_stalls(dut):
     await RisingEdge(dut.clk)
     assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
     await bench.ports.send("i_table", TABLE)
-    for number, (hits, sums) in enumerate(STALL_PAIRS):
+    for number, (hits, sums) in enumerate(stall_pairs()):
         bench.ports.stop()
         bench = Bench(dut, hits=hits, sums=sums)
         for count in (MOST, 0, 9, MOST):

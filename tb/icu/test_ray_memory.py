@@ -92,8 +92,9 @@ class Frusta:
         assert self.frusta, "the bench must have come to its end"
 
 
-@pytest.mark.parametrize("generation_bits", [1, 2, 4])
-@pytest.mark.parametrize("few", [False, True])
+@pytest.mark.parametrize(("generation_bits", "few"), [
+    (1, False), (2, True), (4, False), *(pytest.param(*other, marks=pytest.mark.nightly) for other in (
+        (1, True), (2, False), (4, True)))])
 def test_the_nearest_hit_stays_over_many_frusta(generation_bits, few):
     frusta = Frusta(generation_bits, few=few, seed=generation_bits)
 

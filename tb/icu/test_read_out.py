@@ -24,7 +24,7 @@ from tb.lib.payload import pack, unpack
 from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
-from tb.lib.stall_patterns import STALL_PAIRS
+from tb.lib.stall_patterns import stall_pairs
 from tb.lib.timing import documented_latency
 
 # Sixteen tiles of 4 x 4 rays.
@@ -229,7 +229,7 @@ async def every_pair_of_stalls(dut):
     """A bank is read under back-pressure while the other one is updated."""
     await start(dut, cycles=200_000)
     before = None
-    for number, (updates, hits) in enumerate(STALL_PAIRS):
+    for number, (updates, hits) in enumerate(stall_pairs()):
         bench = Bench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
         frustum = random_frustum(bench.config, SECTIONS[number % 3], number + options()["seed"])
         reads = before and cocotb.start_soon(bench.hits_of(before, bank=bench.ports["active"]))

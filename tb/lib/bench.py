@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from random import Random
 
+import pytest
 from amaranth.lib.wiring import Out
 
 from golden.config import Config
@@ -33,6 +34,8 @@ __all__ = ["VARIANTS", "Bench", "Case", "Vectors"]
 
 # The widths at every depth of the pipelines.
 VARIANTS = [{**widths, "icu.product_registers": depth} for widths in CONFIGURATIONS.values() for depth in DEPTHS]
+# Those of the nightly alone: a commit's tests have each depth with one of the widths.
+_NIGHTLY = VARIANTS[1::2]
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,10 @@ class Bench:
             every = [changes for case in cls().known_cases().values()
                      for changes in (cls.variants if case.variants is None else case.variants)]
             different = list({str(changes): changes for changes in every}.values())
-            metafunc.parametrize("changes", different, ids=_name)
+            later = _NIGHTLY if cls.variants is VARIANTS else []
+            metafunc.parametrize("changes", [
+                pytest.param(changes, id=_name(changes), marks=[pytest.mark.nightly] if changes in later else [])
+                for changes in different])
         if "simulator" in metafunc.fixturenames:
             metafunc.parametrize("simulator", cls.simulators)
 
@@ -222,8 +228,7 @@ class Bench:
         """All regimes; ``text``: from the component to its Verilog, by default as it is exported."""
         component = self.make(self.config())
         simulate(text(component) if text else component, "tb.lib.regimes", simulator=simulator,
-                 bench=[type(self).__module__, type(self).__qualname__],
-                 every_pair=simulator == "verilator", **more)
+                 bench=[type(self).__module__, type(self).__qualname__], **more)
 
 
 def _name(changes):

@@ -4,7 +4,9 @@ import random
 from collections.abc import Callable, Iterator
 from itertools import cycle, repeat
 
-__all__ = ["FEW_PAIRS", "STALLS", "STALL_PAIRS", "spaced"]
+import cocotb
+
+__all__ = ["FEW_PAIRS", "STALLS", "STALL_PAIRS", "spaced", "stall_pairs"]
 
 
 def _random(seed):
@@ -37,6 +39,11 @@ STALLS: dict[str, Callable[[int], Iterator[bool]]] = {
 STALL_PAIRS = [(source, sink) for source in STALLS for sink in STALLS]
 # Each pattern with two others at either end, for simulators that are slow.
 FEW_PAIRS = [(source, [*STALLS][(number + by) % len(STALLS)]) for by in (1, 2) for number, source in enumerate(STALLS)]
+
+
+def stall_pairs() -> list[tuple[str, str]]:
+    """The pairs for a testbench of cocotb: in Verilator all, in others `FEW_PAIRS`."""
+    return STALL_PAIRS if cocotb.SIM_NAME == "Verilator" else FEW_PAIRS
 
 
 def spaced(pattern: Iterator[bool], interval: int) -> Iterator[bool]:

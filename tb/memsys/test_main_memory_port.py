@@ -16,7 +16,7 @@ from tb.lib.no_x import assert_known
 from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
+from tb.lib.stall_patterns import STALLS, stall_pairs
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 from tb.memsys.memory_bench import ModelAtPort
@@ -157,7 +157,7 @@ def memory(bench, **more):
 async def out_of_order_under_every_pair_of_stalls(dut):
     """Beats of different bursts in any order, all channels with stalls of their own."""
     await start(dut, cycles=200_000)
-    for number, (source, sink) in enumerate(STALL_PAIRS):
+    for number, (source, sink) in enumerate(stall_pairs()):
         bench = Bench(dut, source, sink)
         names = [*STALLS][:4]
         stalls = {channel: names[(number + k) % 4] for k, channel in enumerate(("ar", "aw", "w", "r", "b"))}

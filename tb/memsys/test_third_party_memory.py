@@ -13,7 +13,7 @@ from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS, options, simulate
-from tb.lib.stall_patterns import STALL_PAIRS, STALLS
+from tb.lib.stall_patterns import STALLS, stall_pairs
 from tb.memsys.test_main_memory_port import BASE, READ, SIZE, SMALL, TAG, WRITE, Bench, content
 
 MODULE = "tb.memsys.test_third_party_memory"
@@ -65,7 +65,7 @@ async def every_pair_of_stalls(dut):
     ram = Regions(content())
     channels = attach(dut, ram)
     await reset(dut)
-    for number, (clients, memory) in enumerate(STALL_PAIRS):
+    for number, (clients, memory) in enumerate(stall_pairs()):
         bench = Bench(dut, clients, [*STALLS][number % 5])
         stall(channels, (memory, "random"), number)
         after = await bench.exchange(ram, 4)

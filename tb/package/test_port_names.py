@@ -31,7 +31,7 @@ def is_legal(name):
     return bool(re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name)) and name.lower() not in RESERVED
 
 
-@pytest.mark.parametrize("preset", ["tiny", "thesis"])
+@pytest.mark.parametrize("preset", ["tiny", pytest.param("thesis", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("top", TOPS)
 def test_every_name_is_legal_in_vhdl(top, preset):
     paths = inspect(lambda: TOPS[top].make(PRESETS[preset]), lambda one: [path for path, *_ in flatten(one)])

@@ -439,7 +439,7 @@ FAULTS = "refused", "mute reads", "mute writes", "stop", "watchdog", "registers"
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [6, pytest.param(200, marks=pytest.mark.nightly)])
 def test_faults_at_any_time(clusters, count):
     """What completes without an error is right, and so is the next job."""
     job, found = planned(clusters, cornell(clusters, points=POINTS, sets="scheduled")), Counter()
