@@ -2,12 +2,16 @@
 
 import time
 from contextlib import contextmanager
+from threading import Lock
 
 from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits, Rays
 from golden.spread import Spread
 
 __all__ = ["Tally"]
+
+# Of all tallies: workers are sent casters that count, which a lock of their own could not follow.
+_COUNTING = Lock()
 
 
 class Tally:
@@ -73,7 +77,7 @@ class _Counted:
 
 
 class CountingCaster:
-    """A caster of rays or frusta that counts its work."""
+    """A caster of rays or frusta that counts its work, in any number of threads."""
 
     def __init__(self, caster, counts: dict[str, int]):
         self._caster, self._counts = caster, counts
@@ -98,8 +102,9 @@ class CountingCaster:
         return lambda *rays: self._count(cast(*rays))
 
     def _count(self, hits):
-        self._counts["rays"] += len(hits.patch)
-        self._counts["hits"] += int((hits.patch >= 0).sum())
-        self._counts["tests"] += int(hits.tests.sum())
-        self._counts["steps"] += int(hits.steps.sum())
+        found = {"rays": len(hits.patch), "hits": int((hits.patch >= 0).sum()), "tests": int(hits.tests.sum()),
+                 "steps": int(hits.steps.sum())}
+        with _COUNTING:
+            for name, count in found.items():
+                self._counts[name] += count
         return hits

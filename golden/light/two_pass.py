@@ -28,7 +28,7 @@ from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
-from golden.spread import in_turn, spans
+from golden.spread import in_threads, in_turn, spans
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
@@ -185,11 +185,16 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         raise InputError(f"scene {scene.name!r}: it has no light: no material emits, and it has no point light and "
                          f"no background")
     tally = Tally()
+    in_spans = settings.method == "grid" and frusta is None
     with tally.stage("cells"):
         frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs,
                                           progress=progress)
         caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
-    spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster)) if workers else in_turn
+    if workers:
+        spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster))
+    else:
+        # Threads share the grid, which no cast changes.
+        spread = in_threads(caster.jobs) if in_spans else in_turn
     with tally.stage("elements"):
         refinement = _refinement(scene, settings, caster)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))

@@ -1,3 +1,5 @@
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from golden.cast.rays import Hits, Rays
@@ -67,3 +69,11 @@ def test_the_time_of_a_stage_adds_up():
     with tally.stage("solver"):
         sum(range(1000))
     assert tally.seconds["solver"] > first > 0
+
+
+def test_threads_lose_no_count():
+    tally = Tally()
+    caster, few = tally.counting("primary", Half()), rays(2)
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(caster.nearest, [few] * 4000))
+    assert tally.kinds["primary"] == {"rays": 8000, "hits": 4000, "tests": 24000, "steps": 16000}
