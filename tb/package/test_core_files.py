@@ -185,7 +185,7 @@ def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
     assert not caught
 
 
-@pytest.mark.parametrize("preset", ["tiny", "thesis"])
+@pytest.mark.parametrize("preset", ["tiny", pytest.param("thesis", marks=pytest.mark.nightly)])
 def test_every_part_of_an_engine_is_elaborated(preset):
     """No component is made and then forgotten."""
     gc.collect()

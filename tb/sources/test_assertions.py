@@ -7,6 +7,9 @@ import pytest
 from tb.sources.assertions import Assertions, idle_assertions
 from tb.sources.source_trees import source_trees
 
+# All sources are parsed in one of pytest-xdist's processes.
+pytestmark = pytest.mark.xdist_group("sources")
+
 # Tests that fail by an exception of what they call.
 EXCEPTIONS = {"tb/lib/test_validate.py: test_an_integer_of_the_range_passes asserts nothing",
               "tb/lib/test_validate.py: test_a_power_of_two_passes asserts nothing"}

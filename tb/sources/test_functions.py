@@ -1,6 +1,11 @@
 """Functions stay short: one that is longer than a hundred lines has a reason here."""
 
+import pytest
+
 from tb.sources.source_trees import functions, source_trees
+
+# All sources are parsed in one of pytest-xdist's processes.
+pytestmark = pytest.mark.xdist_group("sources")
 
 MOST = 100
 ONE_LIST = "one pipeline, stage by stage; cut into methods it would pass its signals through attributes"

@@ -6,6 +6,9 @@ import pytest
 
 from tb.sources.source_trees import imports, source_trees
 
+# All sources are parsed in one of pytest-xdist's processes.
+pytestmark = pytest.mark.xdist_group("sources")
+
 # By folder: packages that it must not import.
 FORBIDDEN = {
     "golden": {"hw", "radiosity", "tb", "pytest"},

@@ -2,7 +2,12 @@
 
 import ast
 
+import pytest
+
 from tb.sources.source_trees import source_trees
+
+# All sources are parsed in one of pytest-xdist's processes.
+pytestmark = pytest.mark.xdist_group("sources")
 
 SHARED = "tb/lib/schedules.py"
 

@@ -7,6 +7,9 @@ import pytest
 
 from tb.sources.source_trees import ROOT, source_trees
 
+# All sources are parsed in one of pytest-xdist's processes.
+pytestmark = pytest.mark.xdist_group("sources")
+
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_engine.py", "JobMachine"),
