@@ -158,8 +158,6 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     """Measure meshes of growing size beside Embree and Mitsuba; SCENES default to five sizes of `balls`."""
     with_mitsuba = find_spec("mitsuba") is not None
     methods = METHODS if with_mitsuba else METHODS[:-1]
-    if not with_mitsuba:
-        console().warn("Mitsuba is not installed (extra `reference`): its rows are left out")
     casts, pictures = [], []
     for name in scenes or SCENES:
         scene = open_scene(name)
@@ -171,6 +169,8 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     for name in PICTURES:
         pictures += _picture_rows(name, with_mitsuba)
         console().note(" ".join(map(str, pictures[-1])))
+    if not with_mitsuba:
+        console().warn("Mitsuba is not installed (extra `reference`): its rows are left out")
     write_report(output, [
         "# Meshes of growing size", "",
         f"{provenance('numpy', 'embreex', *(['mitsuba'] if with_mitsuba else []))}; {SIDE} x {SIDE} rays, one thread, "
