@@ -298,3 +298,12 @@ def test_a_light_does_not_light_itself():
     position = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
     points = SurfacePoints(position, np.broadcast_to(scene.normals[0], position.shape), np.zeros(500, int))
     assert not irradiance(scene, points, samples=4).any()
+
+
+def test_samples_of_a_lamp_that_nearly_touches_vary_no_more_than_its_cosine():
+    """By its solid angle, almost 2 pi, one sample is twice the cosine: its variance is a third of the square."""
+    lamp = rectangle((-0.5, -0.5, 0.01), (0, 1, 0), (1, 0, 0))
+    scene = scene_of(RECEIVER, (lamp, Material(name="white lamp", emission=(1, 1, 1))))
+    found = irradiance(scene, points_at((0, 0, 0), count=2000))[:, 0]
+    assert found.mean() == pytest.approx(1, abs=0.05)
+    assert found.std() == pytest.approx(1 / np.sqrt(3), abs=0.05)

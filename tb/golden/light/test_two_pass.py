@@ -15,6 +15,7 @@ from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.sky.daylight import Daylight
 from golden.scene.tessellate import sphere
+from golden.spread import in_turn
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 SMALL = {"width": 12, "height": 10, "samples": 1, "light_samples": 4, "rays": (16, 4), "max_edge": 100.0}
@@ -423,3 +424,11 @@ def test_a_scene_without_light_is_refused():
         picture(scene_of((FLOOR, BLACK)), at_angle(0))
     assert str(error.value) == ("scene 'test': it has no light: no material emits, and it has no point light and "
                                 "no background")
+
+
+@pytest.mark.parametrize(("method", "expected"), [("grid", [3]), ("naive", []), ("shelling", [])])
+def test_threads_share_the_work_of_the_grid_alone(monkeypatch, method, expected):
+    asked = []
+    monkeypatch.setattr(two_pass, "in_threads", lambda jobs: asked.append(jobs) or in_turn)
+    picture(furnace(1), jobs=3, method=method)
+    assert asked == expected
