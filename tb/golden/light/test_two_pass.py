@@ -428,7 +428,7 @@ def test_a_scene_without_light_is_refused():
 
 @pytest.mark.parametrize(("method", "expected"), [("grid", [3]), ("naive", []), ("shelling", [])])
 def test_threads_share_the_work_of_the_grid_alone(monkeypatch, method, expected):
-    asked = []
-    monkeypatch.setattr(two_pass, "in_threads", lambda jobs: asked.append(jobs) or in_turn)
+    thread_counts = []
+    monkeypatch.setattr(two_pass, "in_threads", lambda jobs: thread_counts.append(jobs) or in_turn)
     picture(furnace(1), jobs=3, method=method)
-    assert asked == expected
+    assert thread_counts == expected
