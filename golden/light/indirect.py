@@ -133,7 +133,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         direct = _mean_outside(elements, light.irradiance(points, keys), nodes.buried)
         thrown = _thrown(scene, glass, elements, light, points, nodes.buried)
     with tally.stage("solver"):
-        shares = sum(scene.channels(name) for name in ("diffuse", "specular", "transparent"))[elements.patch]
+        shares = _shares(scene, elements)
         reflectance = _reflectance(shares, glass, elements.patch)
         solutions = [SOLVERS[solver](RadiositySystem(
             form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance, 1),
@@ -157,6 +157,15 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, has_buried=bool(nodes.buried.any()))
+
+
+def _shares(scene, elements):
+    """C x 3: the shares of light that leave elements again."""
+    diffuse = scene.channels("diffuse")[elements.patch]
+    others = (scene.channels("specular") + scene.channels("transparent"))[elements.patch]
+    if scene.textures is not None:
+        diffuse = np.minimum(diffuse * scene.textures.mean_ratio(elements.patch, elements.vertices), 1 - others)
+    return diffuse + others
 
 
 def _reflectance(shares, glass, patch):

@@ -284,6 +284,7 @@ class _Shader:
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
         self._corner_normals = corner_normals(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
+        self._most_diffuse = 1 - self._materials["specular"] - self._materials["transparent"]
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
@@ -311,13 +312,20 @@ class _Shader:
         diffuse = np.flatnonzero(active & (self._materials["diffuse"][patch].any(axis=1) | measured))
         arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4))
         arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
-        light[met[diffuse]] += self._materials["diffuse"][patch[diffuse]] * arriving
+        light[met[diffuse]] += self._diffuse(patch[diffuse], points.position[diffuse]) * arriving
         for total, values in zip(result[:5], (*(light * weight).T, hits.tests, hits.steps), strict=True):
             total += np.bincount(owner, values, result.shape[1])
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
             yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met])
+
+    def _diffuse(self, patch, position):
+        """Diffuse reflectances, K x 3, at positions on patches."""
+        diffuse = self._materials["diffuse"][patch]
+        if self._scene.textures is None:
+            return diffuse
+        return np.minimum(diffuse * self._scene.textures.ratio(patch, position), self._most_diffuse[patch])
 
     def _points(self, rays, hits, met, front):
         patch = hits.patch[met]

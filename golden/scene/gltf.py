@@ -22,6 +22,8 @@ from golden.scene.material import Material
 from golden.scene.mesh import Mesh
 from golden.scene.parser import check_regular, load_with_trimesh, unreadable
 from golden.scene.texture import Texture, join_halves
+from golden.scene.textures import FaceTextures
+from golden.scene.unused import Unused
 
 __all__ = ["EXACT", "gltf_material", "read_gltf", "split_glb"]
 
@@ -186,17 +188,19 @@ def _label(tree: dict) -> list[dict]:
     return materials
 
 
-def _texture_colours(geometry, faces: np.ndarray, name: str, info: dict | None, tree: dict) -> np.ndarray | None:
-    """F x 3 linear means of a texture over the faces; None if the material has none.
+def _texture(geometry, name: str, info: dict | None, tree: dict, read: dict[int, Texture]) -> Texture | None:
+    """A texture of a mesh's material; None if the material has none.
 
     Parameters
     ----------
-    geometry, faces
-        trimesh's mesh and its faces.
+    geometry
+        trimesh's mesh.
     name, info
         The texture's name in trimesh's material, and the glTF object that refers to it.
     tree
         The file's JSON part, for samplers.
+    read
+        The textures that were decoded, by number.
 
     Raises
     ------
@@ -208,10 +212,18 @@ def _texture_colours(geometry, faces: np.ndarray, name: str, info: dict | None, 
     picture = getattr(geometry.visual.material, name, None)
     if picture is None:
         raise InputError(f"{name} {info['index']} cannot be read as a picture")
-    texture = tree["textures"][info["index"]]
-    sampler = tree["samplers"][texture["sampler"]] if "sampler" in texture else {}
-    texture = Texture(picture, wrap=(WRAPS.get(sampler.get("wrapS"), "repeat"),
-                                     WRAPS.get(sampler.get("wrapT"), "repeat")))
+    if info["index"] not in read:
+        texture = tree["textures"][info["index"]]
+        sampler = tree["samplers"][texture["sampler"]] if "sampler" in texture else {}
+        read[info["index"]] = Texture(picture, wrap=(WRAPS.get(sampler.get("wrapS"), "repeat"),
+                                                     WRAPS.get(sampler.get("wrapT"), "repeat")))
+    return read[info["index"]]
+
+
+def _texture_colours(geometry, faces: np.ndarray, texture: Texture | None) -> np.ndarray | None:
+    """F x 3 linear means of a texture over the faces of a mesh."""
+    if texture is None:
+        return None
     uv = geometry.visual.uv
     if uv is None:
         return np.tile(texture.mean(), (len(faces), 1))
@@ -232,36 +244,53 @@ def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
     return (colours[:, :3].astype(np.float64) / scale)[faces].mean(axis=1)
 
 
-def _materials(geometry, sources: list[dict], faces: np.ndarray, tree: dict) -> tuple[list[Material], np.ndarray, bool]:
-    """Materials of one mesh, F indices into them, and whether it is one-sided."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Surfaces:
+    """Materials of one mesh, F indices into them, whether it is one-sided; its texture and that's F x 3 colours."""
+
+    materials: list[Material]
+    index: np.ndarray
+    one_sided: bool = False
+    texture: Texture | None = None
+    colour: np.ndarray | None = None
+
+
+def _surfaces(geometry, sources: list[dict], faces: np.ndarray, tree: dict, read: dict[int, Texture]) -> _Surfaces:
     number = getattr(getattr(geometry.visual, "material", None), "name", None)
     colours = _vertex_colours(geometry, faces)
     if number is None or not number.isdigit():
         if colours is None:
-            return [UNSPECIFIED], np.zeros(len(faces), dtype=np.int64), False
+            return _Surfaces(materials=[UNSPECIFIED], index=np.zeros(len(faces), dtype=np.int64))
         materials, index = colour_materials(colours)
-        return list(materials), index, False
+        return _Surfaces(materials=list(materials), index=index)
     source = sources[int(number)]
     name = str(source.get("name", f"material {number}"))
     one_sided = source.get("doubleSided") is False
-    base, glow = (_texture_colours(geometry, faces, texture, part.get(texture), tree) for part, texture in (
-        (source.get("pbrMetallicRoughness", {}), "baseColorTexture"), (source, "emissiveTexture")))
+    textures = [_texture(geometry, name, part.get(name), tree, read) for part, name in (
+        (source.get("pbrMetallicRoughness", {}), "baseColorTexture"), (source, "emissiveTexture"))]
+    base, glow = (_texture_colours(geometry, faces, texture) for texture in textures)
     if colours is not None:
         base = colours if base is None else base * colours
     if base is None and glow is None:
-        return [gltf_material(source, name)], np.zeros(len(faces), dtype=np.int64), one_sided
+        return _Surfaces(materials=[gltf_material(source, name)], index=np.zeros(len(faces), dtype=np.int64),
+                         one_sided=one_sided)
     both = np.hstack([np.ones((len(faces), 3)) if part is None else part for part in (base, glow)])
     # As `colour_materials` does, a material for each different colour in 8 bits.
     steps, index = np.unique(np.rint(255 * to_srgb(both)).astype(np.int64), axis=0, return_inverse=True)
+    index = index.reshape(-1)
     tints = [] if len(steps) == 1 else [" #{:02x}{:02x}{:02x}".format(*row) for row in steps[:, :3].tolist()]
-    return [gltf_material(source, name + tint, colour=row[:3], emission_colour=row[3:]) for tint, row in
-            zip(tints or [""], from_srgb(steps / 255), strict=True)], index.reshape(-1), one_sided
+    values = from_srgb(steps / 255)
+    colour = values[index, :3] / (1 if colours is None else np.where(colours > 0, colours, 1))
+    return _Surfaces(materials=[gltf_material(source, name + tint, colour=row[:3], emission_colour=row[3:])
+                                for tint, row in zip(tints or [""], values, strict=True)],
+                     index=index, one_sided=one_sided, texture=textures[0], colour=colour)
 
 
-def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict) -> Mesh:
+def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict, unused: Unused) -> Mesh:
     """All meshes of a scene in world coordinates, with the materials that ``sources`` and the file's ``tree`` state."""
     points, corners, indices, materials = [], [], [], {}
-    offset = 0
+    textures, read = FaceTextures(), {}
+    offset = count = 0
     total = sum(len(getattr(scene.geometry[scene.graph[node][1]], "faces", ())) for node in scene.graph.nodes_geometry)
     if total > MOST_FACES:
         raise InputError(f"its nodes instance {total} triangles, at most {MOST_FACES} are read")
@@ -277,18 +306,26 @@ def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict) -> Mesh:
                              f"but {len(geometry.vertices)} vertices")
         if np.linalg.det(matrix[:3, :3]) < 0:  # glTF: a mirrored mesh keeps its front
             faces = faces[:, ::-1]
-        found, index, one_sided = _materials(geometry, sources, faces, tree)
-        rows = np.array([materials.setdefault((material, one_sided), len(materials)) for material in found])
-        vertices = np.asarray(geometry.vertices, dtype=np.float64)
-        points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
+        found = _surfaces(geometry, sources, faces, tree, read)
+        rows = np.array([materials.setdefault((material, found.one_sided), len(materials))
+                         for material in found.materials])
+        vertices = np.asarray(geometry.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        if found.texture is not None and geometry.visual.uv is not None:
+            corner = faces.reshape(-1)
+            textures.add(found.texture, count + np.arange(len(faces)), points=vertices[corner],
+                         uv=np.asarray(geometry.visual.uv, dtype=np.float64)[corner], counts=np.full(len(faces), 3),
+                         colour=found.colour)
+        points.append(vertices)
         corners.append(faces + offset)
-        indices.append(rows[index])
+        indices.append(rows[found.index])
         offset += len(vertices)
+        count += len(faces)
+    textures.add_unused(unused)
     faces = np.concatenate(corners) if corners else np.empty((0, 3), dtype=np.int64)
     sides = np.array([one_sided for _, one_sided in materials], dtype=bool)
     return Mesh(points=np.concatenate(points) if points else np.empty((0, 3)), counts=np.full(len(faces), 3),
                 corners=faces.reshape(-1), material=np.concatenate(indices) if indices else np.empty(0, dtype=np.int64),
-                materials=tuple(material for material, _ in materials), one_sided=sides)
+                materials=tuple(material for material, _ in materials), one_sided=sides, textures=textures.build(count))
 
 
 def read_gltf(path: Path) -> tuple[Mesh, View]:
@@ -296,7 +333,9 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
 
     Candela of point and spot lights are taken as W/sr, lux of directional ones as W/m2.
 
-    The nodes transform and instance the meshes. Textures count with their mean over each face. Faces are one-sided if
+    The nodes transform and instance the meshes. Textures reflect diffusely point by point
+    (`golden.scene.textures.Textures`); in mirrors, transparent faces and emission they count with their mean over each
+    face. Faces are one-sided if
     their material states ``"doubleSided": false``: many exporters omit it without regard to sides.
 
     Raises
@@ -336,6 +375,6 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     view, sources = _view(tree), _label(tree)
     blob = _join_glb(tree, rest) if is_binary else json.dumps(tree).encode("utf-8")
     scene = load_with_trimesh(blob, kind, resolver=trimesh.resolvers.FilePathResolver(str(path)))
-    mesh = replace(_mesh(scene, sources, tree), files=files)
+    mesh = replace(_mesh(scene, sources, tree, unused), files=files)
     unused.warn()
     return mesh, view

@@ -1,7 +1,6 @@
 """Patches cut in halves, the largest first, until a scene has a number of them."""
 
 import heapq
-from dataclasses import replace
 
 import numpy as np
 
@@ -50,8 +49,7 @@ def halved(scene: Scene, patches: int) -> Scene:
             heapq.heappush(heap, (-_area(parts[half][3]), half))
     parts.sort(key=lambda part: part[:2])
     parent = np.array([part[0] for part in parts])
-    return replace(scene, vertices=np.stack([part[3] for part in parts]), **{
-        name: getattr(scene, name)[parent] for name in ("material", "surface", "smooth", "two_sided")})
+    return scene.with_parts(parent, np.stack([part[3] for part in parts]))
 
 
 def _area(corners):

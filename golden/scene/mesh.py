@@ -11,6 +11,7 @@ from golden.scene.adjacency import corner_numbers, inside_out, patch_normals, sm
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
+from golden.scene.textures import Textures
 
 __all__ = ["CREASE", "Mesh", "check_mesh", "mesh_scene"]
 
@@ -42,6 +43,8 @@ class Mesh:
         The materials.
     one_sided
         For each material, whether the backs of its faces are black.
+    textures
+        Pictures on the faces, or None.
     files
         Further files that the file names and that were read.
     """
@@ -52,6 +55,7 @@ class Mesh:
     material: np.ndarray
     materials: tuple[Material, ...]
     one_sided: np.ndarray
+    textures: Textures | None = None
     files: tuple[Path, ...] = ()
 
 
@@ -161,7 +165,8 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     """The scene of a mesh.
 
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
-    has triangles only, those that are the halves of a quad are merged (`merge_triangles`). Faces with the corners
+    has triangles only, those that are the halves of a quad, in their texture coordinates too, are merged
+    (`merge_triangles`). Faces with the corners
     of an earlier one are dropped; if one faced the other way, the first becomes two-sided. Patches of one material
     that are connected by edges are one surface if they are coplanar, and one smooth group if their angle is below
     `CREASE`. Closed bodies that refract are oriented so that their fronts face outwards.
@@ -187,10 +192,14 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     _check_corners(mesh, where)
     patches, face = _cut(mesh, where)
     material = mesh.material[face]
-    patches, material, one_sided = _without_duplicates(patches, material, one_sided=mesh.one_sided[material])
+    patches, material, face, one_sided = _without_duplicates(patches, material, face,
+                                                             one_sided=mesh.one_sided[material])
+    textures = None if mesh.textures is None else mesh.textures.of(face)
     if (mesh.counts == 3).all():
-        patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided)
+        patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided,
+                                                   alike=None if textures is None else textures.alike)
         material, one_sided = material[parent], one_sided[parent]
+        textures = None if textures is None else textures.of(parent)
     else:
         surface = surface_numbers(patches, material)
     bends = np.array([it.refraction_index > 1 and not it.thin and max(it.transparent) > 0
@@ -201,4 +210,4 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     return Scene(name=name, vertices=patches, material=material.reshape(-1),
                  materials=tuple(mesh.materials[number] for number in used), surface=surface,
                  smooth=smooth_numbers(patches, material, crease=CREASE), two_sided=~one_sided,
-                 files=mesh.files, **properties)
+                 textures=textures, files=mesh.files, **properties)

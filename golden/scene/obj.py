@@ -15,6 +15,7 @@ from golden.scene.mesh import Mesh
 from golden.scene.mtl import MtlMaterial, read_mtl
 from golden.scene.parser import check_regular
 from golden.scene.texture import join_halves
+from golden.scene.textures import FaceTextures
 from golden.scene.unused import Unused
 
 __all__ = ["read_obj"]
@@ -138,8 +139,9 @@ def read_obj(path: Path) -> Mesh:
     """The mesh of an OBJ file.
 
     Vertices, texture coordinates, faces (also with negative numbers), ``mtllib`` and ``usemtl`` are read; normals,
-    groups, lines, points and free-form surfaces are skipped. A picture counts with its mean over each face. Faces are
-    two-sided: OBJ does not define sides. The materials of a library that does not exist are `UNSPECIFIED`.
+    groups, lines, points and free-form surfaces are skipped. Pictures reflect diffusely point by point
+    (`golden.scene.textures.Textures`). Faces are two-sided: OBJ does not define sides. The materials of a library that
+    does not exist are `UNSPECIFIED`.
 
     Raises
     ------
@@ -180,13 +182,16 @@ def read_obj(path: Path) -> Mesh:
             obj.unused.add(f"{words[0]!r}")
     points = np.array(obj.points, dtype=np.float64).reshape(-1, 3)
     counts, corners = np.array(obj.counts, dtype=np.int64), np.array(obj.corners, dtype=np.int64)
-    materials, material = _materials(obj, points, counts, corners)
+    textures = FaceTextures()
+    materials, material = _materials(obj, points, counts, corners, textures)
+    textures.add_unused(obj.unused)
     obj.unused.warn()
     return Mesh(points=points, counts=counts, corners=corners, material=material, materials=tuple(materials),
-                one_sided=np.zeros(len(materials), dtype=bool), files=tuple(obj.files))
+                one_sided=np.zeros(len(materials), dtype=bool), textures=textures.build(len(counts)),
+                files=tuple(obj.files))
 
 
-def _materials(obj: _Obj, points, counts, corners) -> tuple[list, np.ndarray]:
+def _materials(obj: _Obj, points, counts, corners, textures) -> tuple[list, np.ndarray]:
     """The materials, with a tint for each different mean of a picture over a face, and F indices into them."""
     stated = np.array(obj.material, dtype=np.int64)
     material, materials = np.empty(len(counts), dtype=np.int64), []
@@ -203,10 +208,22 @@ def _materials(obj: _Obj, points, counts, corners) -> tuple[list, np.ndarray]:
             starts = (np.cumsum(counts) - counts)[faces]
             colours = join_halves(points[corners[starts[:, None] + np.arange(3)]], colours)
         tints, index = colour_materials(colours)
+        if has_uv.any():
+            _paint(textures, source.texture, obj, faces[has_uv], points, counts, corners,
+                   np.array([tint.diffuse for tint in tints])[index[has_uv]])
         material[faces] = len(materials) + index
         materials += [source.material(np.array(tint.diffuse), name=name if len(tints) == 1 else f"{name} {tint.name}")
                       for tint in tints]
     return materials, material
+
+
+def _paint(textures, texture, obj, faces, points, counts, corners, colour):
+    """Puts a picture on faces, all of whose corners have texture coordinates."""
+    number = counts[faces]
+    first = (np.cumsum(counts) - counts)[faces]
+    picks = np.repeat(first, number) + np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
+    textures.add(texture, faces, points=points[corners[picks]], uv=np.array(obj.uv)[np.array(obj.uv_corners)[picks]],
+                 counts=number, colour=colour)
 
 
 def _colours(obj: _Obj, texture, faces, counts) -> tuple[np.ndarray, np.ndarray]:

@@ -106,7 +106,8 @@ def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return patches, parent
 
 
-def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def merge_triangles(triangles: np.ndarray, groups: np.ndarray, *, alike=None) -> tuple[
+        np.ndarray, np.ndarray, np.ndarray]:
     """Merges pairs of triangles that form a quad, which a file format had cut.
 
     Two triangles merge if they share an edge (equal coordinates, opposite directions), are of one group and form a
@@ -120,6 +121,8 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
         T x 3 x 3.
     groups
         T integers; only triangles of the same group (a material, say) merge.
+    alike
+        Of K left triangles, K right ones and K x 4 x 3 quads, which pairs may merge, K bool. Default: all.
 
     Returns
     -------
@@ -141,7 +144,10 @@ def merge_triangles(triangles: np.ndarray, groups: np.ndarray) -> tuple[np.ndarr
     slots = np.array([[0, 3, 1, 2], [0, 1, 3, 2], [0, 1, 2, 3]])[edge]
     corners = np.concatenate((single[pairs.left, :3], single[pairs.right, far][:, None]), axis=1)
     quads = np.take_along_axis(corners, slots[:, :, None], axis=1)
-    fine = np.flatnonzero(is_convex_quad(quads))
+    joins = is_convex_quad(quads)
+    if alike is not None:
+        joins &= alike(pairs.left, pairs.right, quads)
+    fine = np.flatnonzero(joins)
     quads, pairs = quads[fine], pairs[fine]
     ahead = np.roll(quads, -1, axis=1) - quads
     ahead /= np.linalg.norm(ahead, axis=2, keepdims=True)

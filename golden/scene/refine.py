@@ -1,7 +1,7 @@
 """Patches cut into elements, for radiosities that change over a patch."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -197,6 +197,5 @@ def refine(scene: Scene, *, max_edge: float | None = None, max_area: float | Non
     for patch, own in knots.items():
         pieces = _quad_elements(scene.vertices[[patch]], *(np.stack([places, 1 - places]) for places in own))
         vertices[first[patch]:first[patch] + counts[patch]] = pieces[0]
-    elements = replace(scene, vertices=vertices, **{name: getattr(scene, name)[parent] for name in
-                                                    ("material", "surface", "smooth", "two_sided")})
-    return Refinement(scene=elements, parent=parent, first=first, cuts=Cuts(cuts, knots), is_triangle=is_triangle)
+    return Refinement(scene=scene.with_parts(parent, vertices), parent=parent, first=first, cuts=Cuts(cuts, knots),
+                      is_triangle=is_triangle)

@@ -1,6 +1,6 @@
 """Scenes: patches, materials, lights and a camera."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material, Rgb
 from golden.scene.sky.sky import Sky
+from golden.scene.textures import Textures
 
 __all__ = ["Scene"]
 
@@ -50,6 +51,8 @@ class Scene:
         Radiance along rays that leave the scene: the same in all directions, or a sky.
     up
         Up direction of the default camera.
+    textures
+        Pictures on the patches, or None.
     files
         Libraries, buffers and pictures that its file names and that were read.
 
@@ -70,6 +73,7 @@ class Scene:
     lights: tuple[PointLight | DirectionalLight, ...] = ()
     background: Rgb | Sky = (0.0, 0.0, 0.0)
     up: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0))
+    textures: Textures | None = None
     files: tuple[Path, ...] = ()
 
     def __post_init__(self):
@@ -99,8 +103,26 @@ class Scene:
             raise InputError(f"scene {self.name!r}: Material must be a number below {len(self.materials)}, "
                              f"not {self.material.min()} to {self.material.max()}")
 
+        if self.textures is not None and len(self.textures) != count:
+            raise InputError(f"scene {self.name!r}: Textures must have one entry for each of {count} patches, not "
+                             f"{len(self.textures)}")
+
     def __len__(self) -> int:
         return len(self.vertices)
+
+    def with_parts(self, parent: np.ndarray, vertices: np.ndarray | None = None) -> "Scene":
+        """The scene of patches, or of parts of them.
+
+        Parameters
+        ----------
+        parent
+            K int or N bool: the patches.
+        vertices
+            K x 4 x 3 corners of parts of them. Default: the whole patches.
+        """
+        return replace(self, vertices=self.vertices[parent] if vertices is None else vertices, material=self.material[
+            parent], surface=self.surface[parent], smooth=self.smooth[parent], two_sided=self.two_sided[parent],
+                       textures=None if self.textures is None else self.textures.of(parent))
 
     @property
     def is_lit(self) -> bool:

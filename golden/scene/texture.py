@@ -1,4 +1,4 @@
-"""Mean colours of the parts of a picture that faces show."""
+"""Pictures on faces: colours at points, and means over faces."""
 
 import numpy as np
 from PIL import Image
@@ -66,6 +66,26 @@ class Texture:
         except Exception as error:  # PIL's decoders raise errors of any type for bad content
             raise InputError(f"a picture cannot be decoded ({error})") from error
         self._wrap = [_WRAPS[kind] for kind in wrap]
+
+    @property
+    def pixels(self) -> int:
+        """Number of its pixels."""
+        return self._pixels.shape[0] * self._pixels.shape[1]
+
+    def at(self, uv: np.ndarray) -> np.ndarray:
+        """Linear colours at K x 2 texture coordinates, K x 3: bilinear between the centres of four texels."""
+        height, width, _ = self._pixels.shape
+        column, row = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
+        left, above = np.floor(column), np.floor(row)
+        right_share, below_share = column - left, row - above
+        result = np.zeros((len(uv), 3))
+        for down in (0, 1):
+            for across in (0, 1):
+                weight = np.abs(1 - across - right_share) * np.abs(1 - down - below_share)
+                x, y = (self._wrap[axis](first.astype(np.int64) + step, count) for axis, first, step, count in (
+                    (0, left, across, width), (1, above, down, height)))
+                result += weight[:, None] * _LINEAR[self._pixels[y, x]]
+        return result
 
     def mean(self) -> np.ndarray:
         """Linear mean of the whole picture, three channels."""

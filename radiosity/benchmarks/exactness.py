@@ -31,7 +31,6 @@ CELLS = (0.5, 0.125, 0.0625)
 CLUSTERS = (1, 2, 4, 8, 16)
 ORDERS = 20
 ORIGINS, RAYS, PIXELS = 8, (256, 64), (96, 72)
-PER_PATCH = ("vertices", "material", "surface", "smooth", "two_sided")
 CAUSES = ("edge", "long_edge", "depth", "dropped", "unexplained")
 
 
@@ -70,7 +69,7 @@ def oracle_differences(fixed: FixedHits, grid: Grid, record: FrustumRecord, scen
     causes, again = Counter(found.counts()), found.dropped
     if len(again):
         kept = np.flatnonzero(~PatchSetup(record, CONFIG).patches(geometry).factor.dropped)
-        rest = replace(scene, **{name: getattr(scene, name)[kept] for name in PER_PATCH})
+        rest = scene.with_parts(kept)
         behind = Grid(rest, grid.cells.size / scene.size, jobs=1).nearest(rays[again]).patch
         patch = fixed.patch.copy()
         patch[again] = np.where(behind >= 0, kept[behind], -1)

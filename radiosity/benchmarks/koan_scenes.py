@@ -58,8 +58,7 @@ def koan_scene(name: str, *, seed: int | None = None) -> Scene:
     kind, size = source.ours
     scene = builtin_scene(f"{kind}:{size}") if seed is None else mountain(size, seed)
     dark = ~scene.channels("emission").any(axis=1)
-    scene = replace(scene, **{each: getattr(scene, each)[dark] for each in (
-        "vertices", "material", "surface", "smooth", "two_sided")}, lights=())
+    scene = replace(scene.with_parts(dark), lights=())
     camera = default_camera(scene)
     right, up, _ = camera.axes
     away = np.linalg.norm(np.subtract(camera.eye, camera.target))

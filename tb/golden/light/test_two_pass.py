@@ -1,13 +1,16 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from golden.errors import InputError
 from golden.light import two_pass
 from golden.light.direct import DirectLight
 from golden.light.tone import luminance
 from golden.light.two_pass import FAINT, RenderSettings, render
+from golden.scene.appearance import from_srgb
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
@@ -15,6 +18,8 @@ from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.sky.daylight import Daylight
 from golden.scene.tessellate import sphere
+from golden.scene.texture import Texture
+from golden.scene.textures import Textures
 from golden.spread import in_turn
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -432,3 +437,42 @@ def test_threads_share_the_work_of_the_grid_alone(monkeypatch, method, expected)
     monkeypatch.setattr(two_pass, "in_threads", lambda jobs: thread_counts.append(jobs) or in_turn)
     picture(furnace(1), jobs=3, method=method)
     assert thread_counts == expected
+
+
+CHECKS = np.array([[(255, 40, 0), (20, 250, 130)], [(90, 90, 255), (230, 230, 40)]], dtype=np.uint8)
+"""The floor's quarters, those of larger y first."""
+
+
+def checked(shares, *, painted):
+    """A floor under a lamp beside a grey wall: one patch with a picture of its quarters, or four patches."""
+    lamp = rectangle((-1, 1, 3), (2, 0, 0), (0, -2, 0))
+    wall = rectangle((2, -2, 0), (0, 4, 0), (0, 0, 3))[..., ::-1, :]
+    linear = from_srgb(CHECKS / 255)
+    others = {name: (share,) * 3 for name, share in shares.items()}
+    camera = Camera(eye=(-1, -6, 4), target=(0.5, 0, 0.5), fov=55)
+    if not painted:
+        quarters = [(rectangle((x, y, 0), (2, 0, 0), (0, 2, 0)),
+                     Material(name=f"{row}{column}", diffuse=tuple(np.minimum(0.5 * linear[row, column],
+                                                                             1 - others.get("specular", (0,))[0])),
+                              **others))
+                    for row, y in enumerate((0, -2)) for column, x in enumerate((-2, 0))]
+        return replace(scene_of(*quarters, (lamp, LAMP), (wall, GREY)), camera=camera)
+    mean = linear.mean(axis=(0, 1))
+    scene = scene_of((FLOOR, Material(name="floor", diffuse=tuple(0.5 * mean), **others)), (lamp, LAMP), (wall, GREY))
+    mapping = np.zeros((3, 2, 4))
+    mapping[0] = [(0.25, 0, 0, 0.5), (0, 0.25, 0, 0.5)]
+    pixels = np.kron(CHECKS, np.ones((64, 64, 1), dtype=np.uint8))
+    return replace(scene, camera=camera, textures=Textures(
+        pictures=(Texture(Image.fromarray(pixels)),), picture=np.array([0, -1, -1]), mapping=mapping,
+        colour=np.tile(mean, (3, 1))))
+
+
+@pytest.mark.parametrize("shares", [{}, {"specular": 0.2}, {"specular": 0.7}])
+def test_a_picture_on_a_patch_reflects_like_patches_of_its_colours(shares):
+    """In the picture, in mirrors and from elements; a floor's shares are at most 1."""
+    settings = {"width": 64, "height": 48, "samples": 4, "light_samples": 16, "rays": (64, 16), "max_edge": 0.5}
+    one, four = (picture(checked(shares, painted=painted), **settings).image for painted in (True, False))
+    assert np.abs(one - four).max() < 0.1 * four.max()
+    assert one.mean(axis=(0, 1)) == pytest.approx(four.mean(axis=(0, 1)), rel=0.01)
+    # The wall shows the colours of the floor next to it.
+    assert np.median(np.abs(one - four)) < 0.005 * four.mean()

@@ -16,6 +16,7 @@ from PIL import Image
 
 from golden.errors import InputError, InputWarning
 from golden.scene.load import load_scene
+from golden.scene.texture import Texture
 
 __all__ = ["FILES", "RECORD", "loaded"]
 
@@ -246,6 +247,8 @@ def _plain(value):
         return f"{len(value)} patches, {flat.sum():.6f}, {flat @ np.sqrt(1 + np.arange(len(flat))):.6f}"
     if isinstance(value, np.ndarray) and len(value) > 3 * _LISTED:
         return f"{len(value)}: {len(np.unique(value))} different, {(value * (1 + np.arange(len(value)))).sum()}"
+    if isinstance(value, Texture):
+        return _plain(value.at(np.array([(0.25, 0.75), (0.6, 0.4), (1.2, 0.7), (0.7, -0.3)])).tolist())
     if is_dataclass(value):
         return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, (tuple, list)):

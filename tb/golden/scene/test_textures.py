@@ -1,0 +1,227 @@
+"""Colours of pictures at points of patches, and which patches have them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from golden.errors import InputError, InputWarning
+from golden.scene.appearance import from_srgb
+from golden.scene.halve import halved
+from golden.scene.load import load_scene
+from golden.scene.refine import refine
+from golden.scene.texture import Texture
+from golden.scene.textures import FaceTextures, Textures, face_mappings
+from tb.golden.scene.test_load import gltf, write
+
+RANDOM = np.random.default_rng(11).integers(0, 256, (8, 16, 3)).astype(np.uint8)
+LINEAR = from_srgb(RANDOM / 255)
+CORNERS = np.array([(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0.0)])
+
+
+def picture(**wrap):
+    return Texture(Image.fromarray(RANDOM), **wrap)
+
+
+def centre(row, column):
+    """Texture coordinates of a texel's centre."""
+    return (column + 0.5) / 16, 1 - (row + 0.5) / 8
+
+
+def test_the_colour_at_a_texel_is_its_own_and_bilinear_between():
+    rows, columns = (axis.ravel() for axis in np.mgrid[:8, :16])
+    assert picture().at(np.array(centre(rows, columns)).T) == pytest.approx(LINEAR.reshape(-1, 3))
+    uv = np.array(centre(2 + 0.25, 5 + 0.5))[None]
+    expected = 0.5 * (0.75 * LINEAR[2, 5:7] + 0.25 * LINEAR[3, 5:7]).sum(axis=0)
+    assert picture().at(uv)[0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("wrap", "column", "expected"), [
+    ("repeat", 16, 0), ("repeat", -1, 15), ("clamp", 17, 15), ("clamp", -2, 0), ("mirror", 17, 14), ("mirror", -1, 0)])
+def test_outside_of_the_picture_its_wrap_holds(wrap, column, expected):
+    found = picture(wrap=(wrap, "clamp")).at(np.array([centre(3, column)]))
+    assert found[0] == pytest.approx(LINEAR[3, expected])
+    rows = picture(wrap=("clamp", wrap)).at(np.array([centre(column // 2 if column > 0 else column, 3)]))
+    assert rows[0] == pytest.approx({("repeat", 16): LINEAR[0, 3], ("repeat", -1): LINEAR[7, 3],
+                                     ("clamp", 17): LINEAR[7, 3], ("clamp", -2): LINEAR[0, 3],
+                                     ("mirror", 17): LINEAR[7, 3], ("mirror", -1): LINEAR[0, 3]}[wrap, column])
+
+
+def test_mappings_reach_every_point_of_faces():
+    rng = np.random.default_rng(3)
+    counts = np.array([3, 5, 4, 3])
+    angles = np.concatenate([2 * np.pi * np.arange(count) / count for count in counts])
+    axes = rng.normal(size=(4, 2, 3)) * [[[1]], [[10]], [[0.1]], [[1]]]
+    face = np.repeat(np.arange(4), counts)
+    offset = rng.normal(size=(4, 3))
+    points = offset[face] + np.cos(angles)[:, None] * axes[face, 0] + np.sin(angles)[:, None] * axes[face, 1]
+    linear = rng.normal(size=(4, 2, 2))
+    uv = np.array([3, -2]) + np.einsum("cxk,ck->cx", linear[face], np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    mapping, is_affine = face_mappings(points, uv, counts)
+    assert is_affine.all()
+    for number in range(4):
+        inside = offset[number] + 0.3 * axes[number, 0] - 0.2 * axes[number, 1]
+        assert mapping[number] @ [*inside, 1] == pytest.approx(linear[number] @ [0.3, -0.2] + [3, -2], abs=1e-9)
+
+
+def test_a_thin_triangle_has_its_coordinates_at_all_corners():
+    points = np.array([(0, 0, 5), (1, 0, 5), (0.4, 1e-5, 5)])
+    uv = np.array([(0, 0), (1, 0), (0.3, 0.8)])
+    mapping, is_affine = face_mappings(points, uv, np.array([3]))
+    assert is_affine.all()
+    assert np.column_stack([points, np.ones(3)]) @ mapping[0].T == pytest.approx(uv, abs=1e-4)
+
+
+def test_a_bent_face_has_no_picture_and_is_counted():
+    textures = FaceTextures()
+    uv = np.array([(0, 0), (1, 0), (0.7, 0.7), (0, 1)])
+    textures.add(picture(), np.array([0]), points=CORNERS, uv=uv, counts=np.array([4]), colour=np.full((1, 3), 0.5))
+    assert textures.bent == 1
+    assert textures.build(1).picture.tolist() == [-1]
+    assert FaceTextures().build(1) is None
+
+
+def test_pictures_beyond_the_limit_are_counted(monkeypatch):
+    monkeypatch.setattr("golden.scene.textures.MOST_KEPT", 255)
+    textures, one = FaceTextures(), picture()
+    for texture, count in ((one, 2), (picture(), 3), (one, 1)):
+        textures.add(texture, np.arange(count), points=np.tile(CORNERS[:3], (count, 1)),
+                     uv=np.zeros((3 * count, 2)), counts=np.full(count, 3), colour=np.ones((count, 3)))
+    assert textures.beyond == 3
+    assert len(textures.build(3).pictures) == 1
+
+
+SQUARE = "v 0 0 0\nv 3 0 0\nv 3 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+
+
+def painted(folder, faces, *, grain=1):
+    pixels = np.kron(RANDOM, np.ones((grain, grain, 1), dtype=np.uint8))
+    Image.fromarray(pixels).save(folder / "p.png")
+    write(folder, "a.mtl", "newmtl a\nKd 1 1 1\nmap_Kd p.png\nnewmtl b\nKd 0.25 0.25 0.25\n")
+    return load_scene(write(folder, "a.obj", "mtllib a.mtl\n" + SQUARE + "usemtl a\n" + faces))
+
+
+def inside(scene, patch=0, count=2000, seed=1):
+    u, v = np.random.default_rng(seed).random((2, count))
+    a, b, c, d = scene.vertices[patch]
+    u, v = u[:, None], v[:, None]
+    return (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+
+
+@pytest.mark.parametrize("faces", ["f 1/1 2/2 3/3 4/4\n", "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"])
+def test_a_patch_shows_the_picture_at_its_place(tmp_path, faces):
+    scene = painted(tmp_path, faces)
+    assert len(scene) == 1
+    rows, columns = (axis.ravel() for axis in np.mgrid[:8, :16])
+    u, v = centre(rows, columns)
+    ratio = scene.textures.ratio(np.zeros(128, dtype=int), np.column_stack([3 * u, 2 * v, 0 * u]))
+    assert scene.channels("diffuse")[0] * ratio == pytest.approx(LINEAR.reshape(-1, 3), abs=1e-9)
+
+
+def test_halves_on_which_the_picture_is_turned_differently_stay_two_patches(tmp_path):
+    turned = painted(tmp_path, "f 1/1 2/2 3/3\nf 1/3 3/1 4/2\n")
+    assert len(turned) == 2
+    position = np.array([(2, 1, 0), (1, 1, 0.0)])
+    found = turned.channels("diffuse") * turned.textures.ratio(np.arange(2), position)
+    # The corners (0, 0), (3, 2) and (0, 2) of the second half are at (1, 1), (0, 0) and (1, 0).
+    assert found == pytest.approx(picture().at(np.array([(2 / 3, 0.5), (2 / 3, 0.5)])), abs=1e-9)
+
+
+def test_halves_of_a_flat_quad_whose_picture_is_bent_stay_two_patches(tmp_path):
+    text = "vt 0.7 0.7\n"
+    assert len(painted(tmp_path, text + "f 1/1 2/2 3/5\nf 1/1 3/5 4/4\n")) == 2
+
+
+def test_a_bent_quad_has_its_mean_and_is_named(tmp_path):
+    with pytest.warns(InputWarning, match=r"not used: texture coordinates that are not affine on a face$"):
+        scene = painted(tmp_path, "vt 0.7 0.7\nf 1/1 2/2 3/5 4/4\n")
+    assert scene.textures.picture.tolist() == [-1]
+
+
+def test_faces_without_a_picture_have_the_ratio_one(tmp_path):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3 4/4\nv 0 0 1\nv 1 0 1\nv 1 1 1\nusemtl b\nf -3 -2 -1\n")
+    assert scene.textures.picture.tolist() == [0, -1]
+    points = np.array([(0.1, 0.1, 0), (0.5, 0.2, 1.0)])
+    assert scene.textures.ratio(np.array([0, 1]), points)[1].tolist() == [1, 1, 1]
+    assert scene.textures.mean_ratio(np.array([1]), scene.vertices[[1]]).tolist() == [[1, 1, 1]]
+
+
+def test_parts_have_the_means_of_their_part_of_the_picture(tmp_path):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3 4/4\n", grain=16)
+    parts = refine(scene, max_edge=0.5).scene
+    assert len(parts) > 12
+    ratio = parts.textures.mean_ratio(np.arange(len(parts)), parts.vertices)
+    assert parts.areas @ ratio / parts.areas.sum() == pytest.approx(1, abs=0.02)
+    for number in (0, 7, len(parts) - 1):
+        near = inside(parts, number)
+        drawn = parts.textures.ratio(np.full(len(near), number), near).mean(axis=0)
+        assert ratio[number] == pytest.approx(drawn, rel=0.05)
+
+
+def test_triangles_have_the_means_of_their_half_alone(tmp_path):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3\n")
+    scene = replace(scene, textures=replace(scene.textures, colour=np.ones((1, 3))))
+    expected = picture().means(np.array([[(0, 0), (1, 0), (1, 1)]], dtype=float))
+    assert scene.textures.mean_ratio(np.array([0]), scene.vertices) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("cut", [lambda scene: refine(scene, max_edge=0.7).scene, lambda scene: halved(scene, 9),
+                                 lambda scene: scene.with_parts(np.array([1, 0, 1]))])
+def test_parts_of_patches_show_the_same_places(tmp_path, cut):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3 4/4\nv 0 0 1\nv 1 0 1\nv 1 1 1\nf -3/3 -2/1 -1/2\n")
+    parts = cut(scene)
+    assert len(parts.textures) == len(parts) > 2
+    whole = np.where(parts.centres[:, 2] > 0.5, 1, 0)
+    assert parts.textures.ratio(np.arange(len(parts)), parts.centres) == pytest.approx(
+        scene.textures.ratio(whole, parts.centres))
+
+
+def test_a_scene_has_pictures_for_all_of_its_patches(tmp_path):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3 4/4\n")
+    with pytest.raises(InputError, match="Textures must have one entry for each of 1 patches, not 2"):
+        replace(scene, textures=scene.textures.of(np.array([0, 0])))
+
+
+def test_pairs_are_alike_in_picture_and_coordinates():
+    mapping = np.zeros((4, 2, 4))
+    mapping[:, 0, 0] = mapping[:, 1, 1] = 1
+    mapping[2, 1, 3] = 0.5
+    textures = Textures(pictures=(picture(), picture()), picture=np.array([0, 0, 0, 1]), mapping=mapping,
+                        colour=np.ones((4, 3)))
+    one, other = np.array([0, 0, 0]), np.array([1, 2, 3])
+    assert textures.alike(one, other, np.tile(CORNERS, (3, 1, 1))).tolist() == [True, False, False]
+    bare = replace(textures, picture=np.array([-1, -1, -1, -1]))
+    assert bare.alike(one, other, np.tile(CORNERS, (3, 1, 1))).all()
+
+
+def test_pictures_of_gltf_have_factors_and_colours_of_vertices_and_move_with_nodes(tmp_path):
+    Image.fromarray(RANDOM).save(tmp_path / "picture.png")
+    uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype="<f4")
+    tint = np.tile(np.array([0.5, 1, 0.25], dtype="<f4"), (4, 1))
+    (tmp_path / "more.bin").write_bytes(uv.tobytes() + tint.tobytes())
+    base = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 0.5, 0.8, 1], "metallicFactor": 0}
+    accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                 {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+                 {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"},
+                 {"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC3"}]
+    views = [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+             {"buffer": 1, "byteLength": 32}, {"buffer": 1, "byteOffset": 32, "byteLength": 48}]
+    path = gltf(tmp_path, materials=[{"pbrMetallicRoughness": base}], textures=[{"source": 0}],
+                images=[{"uri": "picture.png"}], accessors=accessors, bufferViews=views,
+                buffers=[{"byteLength": 60}, {"byteLength": 80, "uri": "more.bin"}],
+                nodes=[{"mesh": 0, "translation": [5, 0, 0], "scale": [2, 1, 1]}, {"mesh": 0}],
+                scenes=[{"nodes": [0, 1]}],
+                meshes=[{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2, "COLOR_0": 3}, "indices": 1,
+                                         "material": 0}]}])
+    scene = load_scene(path)
+    first = np.array([bounds.min(axis=0) for bounds in scene.vertices])
+    size = np.ptp(scene.vertices, axis=1)
+    rows, columns = np.array([1, 6]), np.array([3, 12])
+    u, v = (np.array(part) for part in centre(7 - rows, columns))  # v of glTF points downwards
+    assert len(scene.textures.pictures) == 1
+    for patch in range(len(scene)):
+        spread = size[patch] * np.column_stack([u, v, 0 * u])
+        ratio = scene.textures.ratio(np.full(2, patch), first[patch] + spread)
+        expected = LINEAR[rows, columns] * [0.5, 0.5, 0.2]
+        assert scene.channels("diffuse")[patch] * ratio == pytest.approx(expected, abs=1e-6)
