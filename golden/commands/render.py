@@ -57,7 +57,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @add_options(QUALITY)
     @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
                   "16 ... 1024.")
-    @click.option("--light-samples", type=int, default=4, help="Set the number of shadow rays to area lights per "
+    @click.option("--light-samples", type=int, default=2, help="Set the number of shadow rays to area lights per "
                   "point.")
     @click.option("--depth", type=int, default=6, help="Set the maximum number of mirrors and glass surfaces on a "
                   "path.")

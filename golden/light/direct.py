@@ -5,6 +5,7 @@ import numpy as np
 from golden.cast.rays import Rays
 from golden.light.glass import SHEETS, Glass
 from golden.light.light_points import by_area
+from golden.light.light_weights import light_weights
 from golden.light.sampling import lattice
 from golden.light.solid_angle import direction_to_triangle, solid_angle
 from golden.light.surface_points import SurfacePoints
@@ -21,8 +22,6 @@ SHORT_OF_LIGHT = 1 - 1e-6
 # Lights nearer than this many of their radii are sampled uniformly by solid angle: sampling by area has unbounded
 # variance for a light that touches a surface. Below the solid angle LEAST rounding forbids it.
 NEAR, LEAST = 3, 1e-7
-# A light that rises less than this above the horizon of a point, as a sine, counts as in the point's plane.
-HORIZON = 1e-12
 
 
 class DirectLight:
@@ -57,7 +56,8 @@ class DirectLight:
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
         self._glass = Glass(scene)
 
-    def irradiance(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
+    def irradiance(self, points: SurfacePoints, keys: np.ndarray, rank: np.ndarray | None = None,
+                   ranks: int = 1) -> np.ndarray:
         """Irradiance over pi at M points, M x 3, in units of radiance: reflectance times it is the reflected radiance.
 
         Parameters
@@ -66,13 +66,17 @@ class DirectLight:
             The points.
         keys
             M hashes (`golden.light.sampling.mix`), one per point, that seed the samples.
+        rank, ranks
+            Points of one hash with the ranks 0 to ``ranks`` - 1 have samples that spread over the lights together.
+            Default: each point has its own.
         """
+        rank = np.zeros(len(points), dtype=np.int64) if rank is None else rank
         result = np.zeros((len(points), 3))
         block = max(1, BLOCK // max(len(self._lights), self._samples))
         for start in range(0, len(points), block):
             rows = slice(start, start + block)
             if len(self._lights):
-                result[rows] += self._from_areas(points[rows], keys[rows])
+                result[rows] += self._from_areas(points[rows], keys[rows], rank[rows], ranks)
             self._add_lights(result[rows], points[rows])
         return result
 
@@ -87,14 +91,16 @@ class DirectLight:
             cast = self._from_point if isinstance(light, PointLight) else self._from_afar
             result += cast(points, light)
 
-    def _from_areas(self, points, keys):
-        weight = self._estimate(points)
+    def _from_areas(self, points, keys, rank, ranks):
+        scene, lights = self._scene, self._lights
+        weight = light_weights(points.position, points.normal, self._vertices, self._centre, scene.normals[lights],
+                               scene.two_sided[lights], self._power, self._radius2)
         cumulative = np.cumsum(weight, axis=1)
         total = cumulative[:, -1]
         lit = np.flatnonzero(total > 0)
         if not len(lit):
             return np.zeros((len(points), 3))
-        first, second = np.moveaxis(lattice(keys[lit], self._samples), 2, 0)
+        first, second = np.moveaxis(lattice(keys[lit], self._samples, rank[lit], ranks), 2, 0)
         target = first * total[lit, None]
         choice = np.empty(target.shape, dtype=np.intp)
         for sample in range(self._samples):
@@ -119,20 +125,6 @@ class DirectLight:
         row = where[some]
         return np.stack([np.bincount(row, light[:, channel], len(points)) for channel in range(3)],
                         axis=1) / self._samples
-
-    def _estimate(self, points):
-        """Weights M x L: estimated unoccluded irradiance of each light at each point; 0 only where no light arrives."""
-        scene = self._scene
-        weight = np.zeros((len(points), len(self._lights)))
-        for corner in (*np.moveaxis(scene.vertices[self._lights], 1, 0), self._centre):
-            toward = corner - points.position[:, None]
-            cosine = np.einsum("mlj,mj->ml", toward, points.normal)
-            length = np.sqrt(np.einsum("mlj,mlj->ml", toward, toward))
-            np.maximum(weight, cosine / np.maximum(length, 1e-300), out=weight)
-        weight[weight < HORIZON] = 0
-        facing = -np.einsum("mlj,lj->ml", toward, scene.normals[self._lights])
-        weight *= (facing > 0) | scene.two_sided[self._lights]
-        return weight * self._power / (np.einsum("mlj,mlj->ml", toward, toward) + self._radius2)
 
     def _sample(self, origin, choice, u, v):
         """Vectors to points at (u, v) of the unit square on the chosen lights, and solid angle per unit square."""

@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.special import roots_jacobi, roots_legendre
 
 from golden.cast.rays import Hits, Rays
+from golden.compiled import compiled, is_compiler_active
 from golden.errors import InputError
 from golden.frustum import Hemisphere, frame
 from golden.light.glass import SHEETS, ClearRays
@@ -46,18 +47,18 @@ class HemisphereSums:
     light: np.ndarray
 
 
-def patch_columns(scene: Scene) -> Callable[[Rays, Hits], np.ndarray]:
+def patch_columns(scene: Scene) -> Callable[[np.ndarray, Hits], np.ndarray]:
     """Columns of rays: the patch that a ray hit, or none where it hit the back of a one-sided patch."""
 
-    def column_of(rays: Rays, hits: Hits) -> np.ndarray:
-        cosine = np.einsum("ri,ri->r", rays.direction, scene.normals[hits.patch])
+    def column_of(direction: np.ndarray, hits: Hits) -> np.ndarray:
+        cosine = np.einsum("ri,ri->r", direction, scene.normals[hits.patch])
         return np.where((cosine < 0) | scene.two_sided[hits.patch], hits.patch, -1)
 
     return column_of
 
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
-                    column_of: Callable[[Rays, Hits], np.ndarray], clear: ClearRays | None = None,
+                    column_of: Callable[[np.ndarray, Hits], np.ndarray], clear: ClearRays | None = None,
                     sky: Callable[[np.ndarray], np.ndarray] | None = None, spread: Spread = in_turn,
                     progress: bool = False) -> HemisphereSums:
     """Cast a hemisphere from each of M points and sum the weights of its rays by column.
@@ -75,8 +76,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     columns
         Number of columns C.
     column_of
-        Function from the rays that hit something and their hits to columns below C, or -1. `patch_columns` uses the
-        patch; another may distinguish sides or elements of a patch.
+        Function from K x 3 directions of rays that hit something and their hits to columns below C, or -1.
+        `patch_columns` uses the patch; another may distinguish sides or elements of a patch.
     clear
         Follows rays through clear patches and from mirrors: the weight that goes on belongs to what is behind. Default:
         all patches end rays.
@@ -151,10 +152,10 @@ class _Hemispheres:
             rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
             hits = self._cast(sample, ray, rays)
             ends = _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
-            for owner, weight, arrived, met in ends:
+            for owner, weight, direction, met in ends:
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
                 row_sums[low - begin:high - begin] += np.bincount(owner - low, weight, high - low).astype(np.int64)
-                column = self._column_of(arrived, met)
+                column = self._column_of(direction, met)
                 seen = np.flatnonzero(column >= 0)
                 part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
                                         shape=(high - low, self._columns)).tocsr().tocoo()
@@ -242,12 +243,25 @@ class PatchRows:
 
 def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
     """One ray for each pair of a sample and a direction."""
-    direction = np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample])
+    direction = np.empty((len(ray), 3))
+    if is_compiler_active():
+        _rotate(hemisphere.directions, frames, ray, sample, direction)
+    else:
+        np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample], out=direction)
     return Rays(points[sample], direction, source=surfaces[sample])
 
 
+@compiled
+def _rotate(local, frames, ray, sample, direction):
+    for row in range(len(ray)):
+        x, y, z = local[ray[row]]
+        axes = frames[sample[row]]
+        for axis in range(3):
+            direction[row, axis] = x * axes[0, axis] + y * axes[1, axis] + z * axes[2, axis]
+
+
 def _ends(sample, weight, rays, hits, clear, see_sky, see):
-    """Yields the rays that hit anything, with the weight that ends there; then those that went on, and so on.
+    """Yields samples, weights that end there, directions and hits of rays; then of those that went on, and so on.
 
     ``see_sky`` takes the samples, weights and directions of those that hit nothing; ``see`` samples, weights and
     radiances of those that show a lamp in a mirror, which shadow rays do not find.
@@ -259,17 +273,17 @@ def _ends(sample, weight, rays, hits, clear, see_sky, see):
         for sample, weight, rays, hits, mirrored in waves:
             missed, met = np.flatnonzero(hits.patch < 0), np.flatnonzero(hits.patch >= 0)
             see_sky(sample[missed], weight[missed], rays.direction[missed])
-            sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
-            shown = np.flatnonzero(mirrored)
+            shown = met[mirrored[met]]
             if len(shown):
                 see(sample[shown], weight[shown], clear.emission(rays[shown], _at(hits, shown)))
             if not left:
-                yield sample, weight, rays, hits
+                yield sample[met], weight[met], rays.direction[met], _at(hits, met)
                 continue
+            sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
             passed = clear.passed(rays, hits, weight, mirrored)
             # Both are rounded: together they may exceed the weight by one.
             thrown = np.minimum(clear.thrown(rays, hits, weight, mirrored), weight - passed)
-            yield sample, weight - passed - thrown, rays, hits
+            yield sample, weight - passed - thrown, rays.direction, hits
             for part, follow, is_mirror in ((passed, clear.behind, False), (thrown, clear.from_mirror, True)):
                 going = np.flatnonzero(part)
                 if len(going):

@@ -91,8 +91,8 @@ class NodeRows:
         return Rows(factors=factors, groups=self.groups, sky=joined(self.groups, skies),
                     buried=np.logical_and.reduce(buried))
 
-    def _column_of(self, rays, hits):
-        front = np.einsum("rj,rj->r", rays.direction, self._scene.normals[hits.patch]) < 0
+    def _column_of(self, direction, hits):
+        front = np.einsum("rj,rj->r", direction, self._scene.normals[hits.patch]) < 0
         return self._elements.number(hits.patch, hits.u, hits.v, front)
 
 

@@ -28,11 +28,22 @@ def uniform(state: np.ndarray, dimension: int) -> np.ndarray:
     return (mix(state, dimension) >> np.uint64(11)) * 2.0**-53
 
 
-def lattice(state: np.ndarray, count: int) -> np.ndarray:
-    """``count`` points of [0, 1)^2 for each use, a rank-1 lattice with a random shift: M x count x 2."""
+def lattice(state: np.ndarray, count: int, rank: np.ndarray | int = 0, ranks: int = 1) -> np.ndarray:
+    """Points of [0, 1)^2 for each use, M x count x 2: a rank-1 lattice with a random shift.
+
+    Parameters
+    ----------
+    state
+        M uses.
+    count
+        Points of a use.
+    rank, ranks
+        Uses of equal states and ranks 0 to ``ranks`` - 1 have different points of one lattice.
+    """
     shift = np.stack([uniform(state, 0), uniform(state, 1)], axis=-1)
-    step = np.array([1 / count, _GOLDEN])
-    return (shift[:, None] + np.arange(count)[:, None] * step) % 1.0
+    step = np.array([1 / (count * ranks), _GOLDEN])
+    number = np.reshape(rank, (-1, 1, 1)) + ranks * np.arange(count)[:, None]
+    return (shift[:, None] + number * step) % 1.0
 
 
 def _scramble(state):

@@ -40,7 +40,7 @@ FAINT = 1 / 512
 ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
 # Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
 # with, for one of a point in the image.
-ELEMENT_SAMPLES, SENSOR_SAMPLES = 4, 64
+ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 128
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class RenderSettings:
         Primary rays per pixel, a square number from 1 to 1024: one random ray in each field of a square grid.
         With a method of `FIXED_METHODS` it passes through the field's middle.
     light_samples
-        Shadow rays to area lights per shaded point, 1 to 1024.
+        Shadow rays to area lights per shaded point, 1 to 1024; those of the points of a pixel spread together.
     depth
         Most reflections and refractions of a ray, 0 to 64.
     rays
@@ -84,7 +84,7 @@ class RenderSettings:
     width: int = 512
     height: int = 512
     samples: int = 4
-    light_samples: int = 4
+    light_samples: int = 2
     depth: int = 6
     rays: tuple[int, int] | None = None
     max_edge: float | None = None
@@ -264,13 +264,14 @@ class _Pixels:
         """Sums over the rays of the pixels ``first`` to ``last`` - 1, with the rows of `_Shader.trace`."""
         side, screen = self._side, self._screen
         pixel, sample = np.divmod(np.arange(first * side**2, last * side**2), side**2)
-        keys = mix(self._seed, 2, pixel, sample)
+        keys = mix(self._seed, 2, pixel)
+        draws = mix(keys, 1, sample)
         field = np.stack([sample % side, sample // side], axis=1)
-        within = 0.5 if self._regular else np.stack([uniform(keys, 2), uniform(keys, 3)], axis=1)
+        within = 0.5 if self._regular else np.stack([uniform(draws, 2), uniform(draws, 3)], axis=1)
         rays = screen.rays(pixel, (field + within) / side - 0.5)
         column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
         hits = self._cast(np.zeros(len(pixel), dtype=np.int64), row * (side * screen.width) + column, rays)
-        traced = self._shader.trace(rays, hits, keys)
+        traced = self._shader.trace(rays, hits, keys, sample)
         return np.stack([np.bincount(pixel - first, values, last - first) for values in traced])
 
 
@@ -279,6 +280,7 @@ class _Shader:
 
     def __init__(self, scene, caster, tally, indirect: IndirectLight, settings, with_received):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
+        self._fields = settings.side**2
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
@@ -288,15 +290,18 @@ class _Shader:
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
-    def trace(self, rays: Rays, hits: Hits, keys: np.ndarray) -> np.ndarray:
-        """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits."""
+    def trace(self, rays: Rays, hits: Hits, keys: np.ndarray, field: np.ndarray) -> np.ndarray:
+        """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits.
+
+        ``keys`` are hashes of the rays' pixels; the rays through the fields of a pixel share samples of lights.
+        """
         result = np.zeros((6, len(rays)))
-        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), keys)]
+        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), keys, field)]
         for depth in range(self._depth + 1):
             waves = [later for wave in waves for later in self._wave(result, *wave, depth)]
         return result
 
-    def _wave(self, result, rays, hits, owner, weight, keys, depth):
+    def _wave(self, result, rays, hits, owner, weight, keys, field, depth):
         """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
@@ -310,7 +315,8 @@ class _Shader:
         light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
         measured = self._with_received and depth == 0
         diffuse = np.flatnonzero(active & (self._materials["diffuse"][patch].any(axis=1) | measured))
-        arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4))
+        arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4), field[met[diffuse]],
+                                            self._fields)
         arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
         light[met[diffuse]] += self._diffuse(patch[diffuse], points.position[diffuse]) * arriving
         for total, values in zip(result[:5], (*(light * weight).T, hits.tests, hits.steps), strict=True):
@@ -318,7 +324,7 @@ class _Shader:
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
-            yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met])
+            yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met], field[met])
 
     def _diffuse(self, patch, position):
         """Diffuse reflectances, K x 3, at positions on patches."""
@@ -334,7 +340,7 @@ class _Shader:
         normal *= np.where(front, 1, -1)[:, None] / np.linalg.norm(normal, axis=1, keepdims=True)
         return SurfacePoints(position, normal, patch)
 
-    def _next(self, points, direction, front, active, owner, weight, keys):
+    def _next(self, points, direction, front, active, owner, weight, keys, field):
         """Mirrored and refracted rays."""
         specular = self._materials["specular"][points.patch] * active[:, None]
         transparent = self._materials["transparent"][points.patch]
@@ -358,7 +364,8 @@ class _Shader:
             carried = weight * share
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
-            yield rays, self._casters[kind].nearest(rays), owner[some], carried[some], mix(keys[some], 5 + branch)
+            hits = self._casters[kind].nearest(rays)
+            yield rays, hits, owner[some], carried[some], mix(keys[some], 5 + branch), field[some]
 
 
 def _stats(scene, settings, hemisphere, indirect, tally):

@@ -3,8 +3,6 @@
 import io
 from pathlib import Path
 
-import trimesh
-
 from golden.errors import InputError
 
 __all__ = ["check_regular", "load_with_trimesh", "unreadable"]
@@ -28,8 +26,8 @@ def unreadable(kind: str, reason: object) -> InputError:
     return InputError(f"not a readable {kind} file ({text})")
 
 
-def load_with_trimesh(data: bytes, kind: str, *, resolver=None) -> trimesh.Scene:
-    """The meshes of a file's content.
+def load_with_trimesh(data: bytes, kind: str, *, resolver=None):
+    """The meshes of a file's content, a `trimesh.Scene`.
 
     Parameters
     ----------
@@ -47,6 +45,8 @@ def load_with_trimesh(data: bytes, kind: str, *, resolver=None) -> trimesh.Scene
     OSError
         A further file cannot be read.
     """
+    import trimesh  # slow
+
     try:
         return trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, resolver=resolver)
     except (OSError, MemoryError):

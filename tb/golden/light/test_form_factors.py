@@ -3,9 +3,8 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
-from golden.cast.rays import Rays
 from golden.errors import InputError
-from golden.frustum import Hemisphere
+from golden.frustum import Hemisphere, frame
 from golden.light import form_factors
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import b_4, c_11, c_14, c_41
@@ -15,6 +14,7 @@ from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
 from tb.golden.light.cube import cube
+from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.hemisphere_factors import hemisphere_factors
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -132,8 +132,8 @@ def test_backs_of_one_sided_patches_block_but_take_no_light():
 def test_callers_may_count_by_their_own_columns():
     scene = cube(1)
 
-    def half_of_the_hit_patch(rays, hits):
-        assert isinstance(rays, Rays)
+    def half_of_the_hit_patch(direction, hits):
+        assert direction.shape == (len(hits.patch), 3)
         return np.where(hits.u < 0.5, 2 * hits.patch, 2 * hits.patch + 1)
 
     points, normals = scene.vertices.mean(axis=1), scene.normals
@@ -231,3 +231,14 @@ def test_the_sky_is_summed_over_the_rays_that_meet_nothing(glazed):
     assert sums.light[0] / 2**sums.weight_bits == pytest.approx(np.array((1, 2, 3)) * 2 / 3, rel=0.02)
     below = np.array((1, 2, 3)) * 2 / 3 if glazed else np.zeros(3)
     assert sums.light[1] / 2**sums.weight_bits == pytest.approx(below, rel=0.02)
+
+
+def test_arrays_turn_directions_as_compiled_loops_do(monkeypatch):
+    frames = frame(np.array([(0, 0, 1.0), (0.6, 0, 0.8), (0, -0.8, -0.6)]))
+    hemisphere, points, surfaces = Hemisphere(16, 4), np.arange(9.0).reshape(3, 3), np.array([4, -1, 2])
+    arguments = hemisphere, points, frames, surfaces, np.repeat([0, 2, 1], 64), np.tile(np.arange(64), 3)
+    compiled = form_factors._hemisphere_rays(*arguments)
+    assert compiled.direction[70] == pytest.approx(hemisphere.directions[6] @ frames[2])
+    assert (compiled.origin[70].tolist(), compiled.source[70]) == ([6, 7, 8], 2)
+    on_arrays(monkeypatch, form_factors)
+    assert form_factors._hemisphere_rays(*arguments).direction == pytest.approx(compiled.direction, rel=1e-14)

@@ -48,7 +48,7 @@ def sky_share(scene, channel=0, rays=(256, 64)):
     caster, hemisphere = Grid(scene), Hemisphere(*rays)
     clear = ClearRays(scene, Glass(scene), caster, channel)
     sums = hemisphere_sums(caster, hemisphere, [(0, 0, 0)], [(0, 0, 1)], scene.surface[:1], columns=len(scene),
-                           column_of=lambda rays, hits: hits.patch, clear=clear,
+                           column_of=lambda direction, hits: hits.patch, clear=clear,
                            sky=lambda direction: np.repeat(direction[:, 2:] > 0, 3, axis=1))
     assert sums.weights.sum() == sums.row_sums[0]
     return sums.light[0, channel] / 2**sums.weight_bits
@@ -93,7 +93,7 @@ def test_a_sheet_throws_what_it_mirrors():
     scene = scene_of((FLOOR, BLACK), (WIDE, PANE), (ground, BLACK))
     clear = ClearRays(scene, Glass(scene), Grid(scene), 0)
     sums = hemisphere_sums(Grid(scene), Hemisphere(256, 64), [(0, 0, 0)], [(0, 0, 1)], scene.surface[:1],
-                           columns=len(scene), column_of=lambda rays, hits: hits.patch, clear=clear)
+                           columns=len(scene), column_of=lambda direction, hits: hits.patch, clear=clear)
     factors = sums.weights.toarray()[0] / 2**sums.weight_bits
     mean, _ = quad(lambda cosine: 2 * cosine * 0.9 * (1 - sheet(cosine)), 1e-6, 1)
     # The place itself is not seen: some of what is mirrored straight back.

@@ -103,3 +103,16 @@ def test_every_point_of_a_lattice_is_uniform_over_its_shifts():
     points = lattice(mix(9, np.arange(1 << 14)), 5)
     for point in np.moveaxis(points, 1, 0):
         assert_equally_often(cells(point[:, 0], 16) * 16 + cells(point[:, 1], 16), 256)
+
+
+@pytest.mark.parametrize(("count", "ranks"), [(1, 4), (2, 4), (3, 9)])
+def test_uses_of_all_ranks_have_the_points_of_one_lattice(count, ranks):
+    state = mix(3, np.full(ranks, 17))
+    parts = lattice(state, count, np.arange(ranks), ranks)
+    whole = lattice(state[:1], count * ranks)[0]
+    assert parts.shape == (ranks, count, 2)
+    assert np.sort(parts[..., 0].ravel()) == pytest.approx(np.sort(whole[:, 0]))
+    assert np.sort(parts[..., 1].ravel()) == pytest.approx(np.sort(whole[:, 1]))
+    # Each use alone covers the first dimension evenly.
+    gaps = np.diff(np.sort(parts[..., 0], axis=1), axis=1)
+    assert gaps == pytest.approx(1 / count)

@@ -58,7 +58,7 @@ def fresnel(incident, index):
 
 @pytest.fixture
 def direct_light_is_one(monkeypatch):
-    monkeypatch.setattr(DirectLight, "irradiance", lambda self, points, keys: np.ones((len(points), 3)))
+    monkeypatch.setattr(DirectLight, "irradiance", lambda self, points, keys, *ranks: np.ones((len(points), 3)))
 
 
 @pytest.mark.usefixtures("direct_light_is_one")
@@ -249,14 +249,20 @@ def test_what_diffuse_mirror_and_glass_share_adds_up_under_a_uniform_sky():
 def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
     """Those that mirrored and refracted rays of one hit meet, too."""
     seeds = []
-    monkeypatch.setattr(DirectLight, "irradiance", lambda self, points, keys: seeds.append(keys) or np.ones(
-        (len(points), 3)))
+
+    def irradiance(light, points, keys, rank=None, ranks=1):
+        if rank is not None:
+            seeds.append(np.stack([keys, rank.astype(np.uint64)], axis=1))
+            assert set(rank.tolist()) in (set(), set(range(4))) and ranks == 4
+        return np.ones((len(points), 3))
+    monkeypatch.setattr(DirectLight, "irradiance", irradiance)
     wall = Material(name="wall", diffuse=(0.5, 0.5, 0.5))
     sheet = FLOOR, Material(name="sheet", transparent=(0.5, 0.5, 0.5), specular=(0.5, 0.5, 0.5), thin=True)
-    result = picture(scene_of(sheet, (WIDE - DEEP, wall), (WIDE[::-1] + DEEP, wall), background=SKY), at_angle(20))
-    assert result.stats["rays"]["reflection"]["hits"] == result.stats["rays"]["refraction"]["hits"] == 120
+    result = picture(scene_of(sheet, (WIDE - DEEP, wall), (WIDE[::-1] + DEEP, wall), background=SKY), at_angle(20),
+                     samples=4)
+    assert result.stats["rays"]["reflection"]["hits"] == result.stats["rays"]["refraction"]["hits"] == 480
     seeds = np.concatenate(seeds)
-    assert len(np.unique(seeds)) == len(seeds)
+    assert len(np.unique(seeds, axis=0)) == len(seeds) == 960
 
 
 def test_a_point_light_on_a_floor_is_exact():
@@ -472,7 +478,8 @@ def test_a_picture_on_a_patch_reflects_like_patches_of_its_colours(shares):
     """In the picture, in mirrors and from elements; a floor's shares are at most 1."""
     settings = {"width": 64, "height": 48, "samples": 4, "light_samples": 16, "rays": (64, 16), "max_edge": 0.5}
     one, four = (picture(checked(shares, painted=painted), **settings).image for painted in (True, False))
-    assert np.abs(one - four).max() < 0.1 * four.max()
+    # But for the edges of the quarters, between which the picture's colours are interpolated.
+    assert np.quantile(np.abs(one - four), 0.995) < 0.05 * four.max()
     assert one.mean(axis=(0, 1)) == pytest.approx(four.mean(axis=(0, 1)), rel=0.01)
     # The wall shows the colours of the floor next to it.
     assert np.median(np.abs(one - four)) < 0.005 * four.mean()

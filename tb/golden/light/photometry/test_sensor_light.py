@@ -59,11 +59,11 @@ def test_a_sensor_in_a_furnace_receives_what_its_walls_send(place):
     np.testing.assert_allclose(found, 2, rtol=0.01)
 
 
-def test_a_sensor_casts_64_times_as_many_shadow_rays_as_a_point_of_the_image():
+def test_a_sensor_casts_128_times_as_many_shadow_rays_as_a_point_of_the_image():
     lamp = rectangle((-0.5, -0.5, 2), (0, 1, 0), (1, 0, 0))
     scene = scene_of((FLOOR, BLACK), (lamp, Material(name="lamp", emission=tuple(COLOUR))))
     few = RenderSettings(width=2, height=2, samples=1, light_samples=3, rays=(16, 4), max_edge=100.0)
     without, with_sensor = (
         render(scene, camera=CAMERA, settings=few, sensors=sensors).stats["rays"]["shadow"]["rays"] for sensors in
         (None, Sensors(position=np.zeros((1, 3)), normal=np.array([(0.0, 0, 1)]))))
-    assert with_sensor - without == 64 * 3
+    assert with_sensor - without == 128 * 3

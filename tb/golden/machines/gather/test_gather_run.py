@@ -84,7 +84,7 @@ def test_a_row_that_is_projected_block_by_block_is_golden_s():
             is_nearer = (hits.patch >= 0) & (hits.t < depth)
             nearest[is_nearer], depth[is_nearer] = block[hits.patch[is_nearer]], hits.t[is_nearer]
         met = np.flatnonzero(nearest >= 0)
-        column = columns(rays[met], SimpleNamespace(patch=nearest[met]))
+        column = columns(rays.direction[met], SimpleNamespace(patch=nearest[met]))
         row = np.bincount(column[column >= 0], hemisphere.weights[met][column >= 0], PATCHES)
         assert np.array_equal(row / 2**hemisphere.weight_bits, system.matrix[[patch]].toarray()[0])
 

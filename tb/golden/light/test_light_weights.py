@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from golden.light import light_weights as module
+from golden.light.light_weights import HORIZON, light_weights
+from tb.golden.light.factors.on_arrays import on_arrays
+
+LIGHT = np.array([[(-1, 1, 2), (1, 1, 2), (1, -1, 2), (-1, -1, 2.0)]])
+"""A square that shines down."""
+
+
+def weights(position, normal=(0, 0, 1), *, vertices=LIGHT, two_sided=(False,), power=(3.0,), front=(0, 0, -1.0)):
+    centre = vertices.mean(axis=1)
+    radius2 = ((vertices - centre[:, None]) ** 2).sum(axis=2).max(axis=1)
+    return light_weights(np.array([position], dtype=float), np.array([normal], dtype=float), vertices, centre,
+                         np.array([front]), np.array(two_sided), np.array(power), radius2)[0]
+
+
+def test_the_weight_is_power_times_the_highest_sine_over_the_squared_distance():
+    assert weights((0, 0, 0)) == pytest.approx(3 * 1 / (4 + 2))
+    # A corner is higher than the centre.
+    corners = (LIGHT[0] - [1, -1, 0]) @ np.array([0, 0.6, 0.8]) / np.linalg.norm(LIGHT[0] - [1, -1, 0], axis=1)
+    assert corners.max() > np.array([-1, 1, 2]) @ [0, 0.6, 0.8] / np.sqrt(6)
+    assert weights((1, -1, 0), (0, 0.6, 0.8)) == pytest.approx(3 * corners.max() / (1 + 1 + 4 + 2))
+
+
+@pytest.mark.parametrize(("position", "normal", "two_sided", "lit"), [
+    ((0, 0, 0), (0, 0, 1), False, True), ((0, 0, 4), (0, 0, -1), False, False), ((0, 0, 4), (0, 0, -1), True, True),
+    ((0, 0, 0), (0, 0, -1), True, False), ((5, 0, 1), (-1, 0, 0), False, True), ((5, 0, 2), (0, 0, 1), True, False),
+    # One corner of four is above the horizon.
+    ((0, 0, 0), tuple(np.array([0.9, 0.9, -0.8]) / np.linalg.norm([0.9, 0.9, -0.8])), False, True)])
+def test_only_lights_that_may_be_seen_have_a_weight(position, normal, two_sided, lit):
+    assert (weights(position, normal, two_sided=(two_sided,)) > 0).all() == lit
+
+
+def test_a_light_in_the_plane_of_a_point_has_none():
+    tilt = np.array([0, HORIZON / 10, 1.0])
+    assert not weights((0, 0, 2), tilt / np.linalg.norm(tilt), two_sided=(True,)).any()
+
+
+def test_a_point_on_a_corner_of_a_light_has_a_finite_weight():
+    assert np.isfinite(weights((1, 1, 2), two_sided=(True,))).all()
+
+
+def test_arrays_give_what_compiled_loops_give(monkeypatch):
+    random = np.random.default_rng(3)
+    vertices, position, normal = random.normal(size=(7, 4, 3)), random.normal(size=(50, 3)), random.normal(size=(50, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    front = random.normal(size=(7, 3))
+    arguments = (position, normal, vertices, vertices.mean(axis=1), front, random.random(7) < 0.5, random.random(7),
+                 random.random(7))
+    compiled = light_weights(*arguments)
+    assert 0.1 < (compiled > 0).mean() < 0.9
+    on_arrays(monkeypatch, module)
+    assert light_weights(*arguments) == pytest.approx(compiled, rel=1e-12)
