@@ -55,7 +55,7 @@ def at(place) -> str:
 
 def received(scene: Scene, places, normal=UP, *, settings: dict | None = None) -> np.ndarray:
     """Lux at places that face one way."""
-    settings = {"width": 1, "height": 1, "samples": 1, "light_samples": 64, "rays": (64, 16), "max_edge": 9.0} | (
+    settings = {"width": 1, "height": 1, "samples": 1, "light_samples": 32, "rays": (64, 16), "max_edge": 9.0} | (
         settings or {})
     places = np.asarray(places, dtype=np.float64)
     result = render(scene, camera=VIEW, settings=RenderSettings(**settings),

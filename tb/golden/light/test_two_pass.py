@@ -253,7 +253,8 @@ def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
     def irradiance(light, points, keys, rank=None, ranks=1):
         if rank is not None:
             seeds.append(np.stack([keys, rank.astype(np.uint64)], axis=1))
-            assert set(rank.tolist()) in (set(), set(range(4))) and ranks == 4
+            assert set(rank.tolist()) in (set(), set(range(4)))
+            assert ranks == 4
         return np.ones((len(points), 3))
     monkeypatch.setattr(DirectLight, "irradiance", irradiance)
     wall = Material(name="wall", diffuse=(0.5, 0.5, 0.5))
