@@ -146,6 +146,11 @@ def test_the_image_is_copied_to_the_base(library, machine):
     assert machine.memory[:0x40 + 256] == bytes(0x40) + image
     assert library.radiosity_load_image(
         ctypes.byref(engine), ctypes.byref(job), bytes(END), ctypes.c_size_t(END - 0x40 + 1)) == ARGUMENT
+    # The whole window is not too much.
+    most = bytes([7]) * (END - 0x40)
+    assert library.radiosity_load_image(
+        ctypes.byref(engine), ctypes.byref(job), most, ctypes.c_size_t(len(most))) == 0
+    assert machine.memory == bytes(0x40) + most
 
 
 def test_records_that_were_written_before_the_queue_halted_come_first(library, machine):

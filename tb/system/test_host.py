@@ -193,6 +193,33 @@ def test_a_queue_that_halts_is_an_error_that_names_the_frustum(port):
     assert port.get("doorbell") == port.get("taken")
 
 
+def test_a_record_that_comes_just_before_the_halt_names_the_frustum(port):
+    """It is written after the host has looked for records, and before it reads the status."""
+    host, port.halts_at, port.speed = begun(port), 5, 0
+    read = port.read
+
+    async def meanwhile(address):
+        if address == ADDRESSES["status"] and not port.get("error"):
+            port.speed = 2
+            await port.wait(0)
+            port.speed = 0
+        return await read(address)
+
+    port.read = meanwhile
+    with pytest.raises(EngineError, match=rf"^frustum {job().sections[5].frustum} of phase 0, columns .*PATH_TIMEOUT"):
+        run(host.run(job()))
+    assert port.get("completed") == (BEFORE + 6) % (1 << 32)
+
+
+def test_records_of_the_same_error_without_a_section_are_not_named(port):
+    """A tag beyond the job's descriptors, as memory that was overwritten has, is no reason to fail."""
+    host, port.halts_at = begun(port), 1000
+    one = job().descriptors[3:4].copy()
+    one["tag"] = 1000
+    with pytest.raises(EngineError, match=r"^PATH_TIMEOUT: "):
+        run(host.run(job(), one.repeat(2)))
+
+
 def test_a_queue_that_halts_by_itself_is_an_error(port):
     host = begun(port)
     for name, value in ("error", ErrorCode.RING.value), ("error_address", 9):
