@@ -108,6 +108,14 @@ def test_begin_gives_the_machine_rings_and_windows(library, machine):
     assert machine.memory == bytes([255]) * COMPLETIONS + bytes(entries) + bytes([255]) * (END - COMPLETIONS - entries)
 
 
+@pytest.mark.parametrize("changes", [{"ring_bits": 32}, {"base": END + 1}])
+def test_a_job_out_of_range_is_refused_before_anything_is_written(changes, library, machine):
+    engine = opened(library, machine)
+    machine.log.clear()
+    assert library.radiosity_begin(ctypes.byref(engine), ctypes.byref(place(**changes))) == ARGUMENT
+    assert machine.log == []
+
+
 def test_addresses_have_two_words(library, machine):
     begun(library, machine, base=0, ring=0x12_3456_7000, end=0xFEDC_BA98_7654)
     assert machine.values["ring"] == 0x12_3456_7000

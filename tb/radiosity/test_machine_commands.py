@@ -25,6 +25,7 @@ from golden.jobs.result_formats import HitFormat
 from golden.scene import Camera
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
+from hw.ctu.ctu_formats import GRID_GROUP
 from hw.host import EngineError, EngineTimeoutError
 from hw.memsys.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
@@ -414,6 +415,22 @@ def test_a_cast_adds_up_its_clusters():
     # Clusters that have cast several sections have fewer counters.
     few = {name: one[name] for name in ("traversal_steps", "intersection_tested", "memory_found")}
     assert job_result([few]).bound(PRESETS["tiny"]) == {"traversal": 45, "intersection": 70, "patches": 80}
+
+
+@pytest.mark.parametrize(("changes", "unit", "bound"), [
+    ({"traversal_steps": 2 * 90 + 1}, "traversal", 91), ({"traversal_rays": 91}, "traversal", 91),
+    ({"traversal_cells": 91}, "traversal", 91), ({"traversal_requests": 90 * GRID_GROUP + 1}, "traversal", 91),
+    ({"intersection_tested": 91}, "intersection", 91), ({"memory_found": 91}, "patches", 364)])
+@pytest.mark.parametrize("busiest", [0, 1])
+def test_each_counter_of_the_busiest_cluster_bounds_its_unit(changes, unit, bound, busiest):
+    """Rounded up: a part of a cycle is one."""
+    one = dict.fromkeys(("traversal_steps", "traversal_requests", "traversal_rays", "traversal_cells",
+                         "intersection_tested", "memory_found"), 5)
+    clusters = [one, one]
+    clusters[busiest] = one | changes
+    assert PRESETS["tiny"].ctu.traversal_pipelines(PRESETS["tiny"].noc.nodes) == 2
+    assert job_result(clusters).bound(PRESETS["tiny"]) == {
+        "traversal": 5, "intersection": 5, "patches": 20} | {unit: bound}
 
 
 @TWO_CLUSTERS
