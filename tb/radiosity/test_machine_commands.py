@@ -29,6 +29,7 @@ from hw.ctu.ctu_formats import GRID_GROUP
 from hw.host import EngineError, EngineTimeoutError
 from hw.memsys.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
+from hw.simulator.cast_report import cast_report
 from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
@@ -431,6 +432,28 @@ def test_each_counter_of_the_busiest_cluster_bounds_its_unit(changes, unit, boun
     assert PRESETS["tiny"].ctu.traversal_pipelines(PRESETS["tiny"].noc.nodes) == 2
     assert job_result(clusters).bound(PRESETS["tiny"]) == {
         "traversal": 5, "intersection": 5, "patches": 20} | {unit: bound}
+
+
+def test_the_report_of_a_cast_has_the_figures_of_the_last_job():
+    """Of the first one its cycles and those of its load; each counter, rate and bound is one of its own."""
+    zeros = dict.fromkeys(("traversal_requests", "traversal_rays", "traversal_cells"), 0)
+    sources = {f"memory_{name}": count for name, count in zip(
+        ("own", "kept", "remote", "hits", "misses"), (3, 5, 7, 11, 13), strict=True)}
+    one = zeros | sources | {"traversal_steps": 90, "intersection_tested": 70, "memory_found": 20}
+    two = one | {"intersection_tested": 50, "memory_found": 0}
+    frustum = FrustumResult(hits=np.array([-1, 0, 4, -1, 0]), sums=None, records=np.zeros(3, COMPLETION.dtype))
+    first, last = (JobResult(
+        job=None, frusta=((frustum,),), records=None, counters=[one, two], shared={"flits": flits},
+        cycles=JobCycles(total=total, load=load, cast=100, results=results))
+        for total, load, results, flits in ((900, 80, 60, 0), (500, 8, 6, 224)))
+    report = cast_report(range(5), [first, first, last], PRESETS["tiny"])
+    assert report == {
+        "rays": 5, "hits": 3, "cycles": 500, "first_cycles": 900, "load_cycles": 80, "cast_cycles": 100,
+        "result_cycles": 6, "sections": 3, "bound": {"traversal": 45, "intersection": 70, "patches": 80},
+        "of_bound": 0.8, "efficiency": 0.6, "tests_per_ray": 24.0, "edrc": 6.0,
+        "links": last.links(PRESETS["tiny"]), "shared": {"flits": 224},
+        "sources": {name.partition("_")[2]: 2 * count for name, count in sources.items()},
+        "each": [one | {"efficiency": 0.7, "edrc": 3.5}, two | {"efficiency": 0.5, "edrc": 50.0}]}
 
 
 @TWO_CLUSTERS
