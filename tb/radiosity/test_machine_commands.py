@@ -34,7 +34,7 @@ from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, J
 from hw.simulator.machine_caster import MachineCaster
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
 from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
-from hw.simulator.utilization import utilization
+from hw.simulator.utilization import SAMPLED, utilization
 from radiosity.machine_cast import write_counters
 from tb.system.job_machine import SMALL, TWO_CLUSTERS
 
@@ -392,6 +392,14 @@ def test_utilization_of_a_timeline():
     assert busy["tests"].tolist() == [0, 0.5]
     assert busy["patches"].tolist() == [0, 1]
     assert busy["grid rays"].tolist() == [0, 0.125]
+    # Of two clusters one is idle; each unit has a rate of its own.
+    idle = dict.fromkeys(SAMPLED, 0)
+    samples = [(100, [idle, idle]), (164, [idle, dict.fromkeys(SAMPLED, 16)])]
+    at, busy = utilization(samples, PRESETS["tiny"])
+    assert at.tolist() == [132]
+    assert {unit: share.tolist() for unit, share in busy.items()} == {
+        "tests": [1 / 8], "patches": [1 / 2], "steps": [1 / 16], "grid rays": [1 / 8],
+        "requests": [1 / 8 / GRID_GROUP]}
 
 
 def test_tests_are_shared_out_to_the_last_one():
