@@ -259,5 +259,16 @@ def test_a_record_is_written_again_if_any_of_its_requests_fails(fails):
     assert [address for _, address in writer.failures] == [RING + SIZE]
 
 
+def test_a_reset_forgets_the_answers_of_the_requests_before_it():
+    """One of four requests was refused, the others had no answer yet: the record is written again after the reset."""
+    writer = Writer(**{"memory.length_bits": 1})
+    failures = []
+    for stop in range(12, 28):
+        writer.run((1,) * NODES, after=(4, 4), fails={0}, stops={stop}, cycles=400).check()
+        failures.append(len(writer.failures))
+    # It fails with the last answer, and not before; the refusal comes some cycles earlier.
+    assert failures == [0] * 10 + [1] * 6
+
+
 def test_one_cluster():
     Writer(nodes=1).run((5,), own=3).check()
