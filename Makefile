@@ -7,6 +7,7 @@ PIP     := $(BIN)/pip --quiet --disable-pip-version-check
 STAMP   := $(VENV)/installed
 OUT     := out
 LOCK    := requirements.lock
+LITEX   := build/litex
 
 # Whatever iterates over a set of strings does it in the same order in every run.
 export PYTHONHASHSEED := 0
@@ -17,7 +18,7 @@ BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock demo test sim formal bench report nightly pictures docs lint clean
+.PHONY: help setup lock litex demo test sim formal bench report nightly pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -45,6 +46,15 @@ lock: ## write requirements.lock anew: the newest versions within the ranges of 
 	{ sed -n '/^#/p' $(LOCK); build/lock/bin/pip freeze --all | grep -Ev '^(pip|radiosity-engine)[ =]'; } > build/$(LOCK)
 	mv build/$(LOCK) $(LOCK)
 	rm -rf build/lock
+
+litex: $(LITEX)/installed ## install LiteX into build/litex/, for a test of the nightly
+
+$(LITEX)/installed: pyproject.toml
+	$(PYTHON) -m venv --clear $(LITEX)
+	$(LITEX)/bin/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["litex"], sep="\n")' \
+	  > $(LITEX)/requirements.txt
+	$(LITEX)/bin/pip install --quiet --disable-pip-version-check -r $(LITEX)/requirements.txt
+	@touch $@
 
 demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"
@@ -87,7 +97,7 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
-nightly: $(STAMP) ## the long tests, the blocks in Verilator, and new examples of Hypothesis; SEED=N replays a run
+nightly: $(STAMP) $(LITEX)/installed ## the long tests, the blocks in Verilator, and new examples of Hypothesis; SEED=N replays a run
 	@seed=$${SEED:-$$(od -An -N4 -tu4 /dev/urandom | tr -d ' ')}; \
 	echo "== nightly tests; again: SEED=$$seed make nightly"; \
 	SEED=$$seed $(BIN)/pytest -n 2 --dist loadgroup -m "nightly or sim or hypothesis"

@@ -139,6 +139,8 @@ _SIMULATION = """\
       - driver/radiosity.h: {{file_type: cSource, is_include_file: true}}
       - driver/radiosity.c: {{file_type: cSource}}
       - job/job.h: {{file_type: cSource, is_include_file: true}}
+      - example/cast_job.h: {{file_type: cSource, is_include_file: true}}
+      - example/cast_job.c: {{file_type: cSource}}
       - example/main.cpp: {{file_type: cppSource}}
       - job/job.bin: {{file_type: user, copyto: job.bin}}
 """

