@@ -21,6 +21,7 @@ from tb.golden.commands.runner import run
 from tb.golden.jobs.manifests import write_manifest
 from tb.package.driver_library import complaints
 
+ROOT = Path(__file__).parents[2]
 NAME = "radiosity_engine"
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
 WIDE = CONFIG.replace({"memory.data_bits": 256, "memory.address_bits": 32, "memory.outstanding": 1})
@@ -89,6 +90,15 @@ def test_every_file_is_named_in_the_readme(without_verilog):
     for name in files:
         assert {name, os.path.splitext(name)[1], os.path.basename(name)} & named or name == "README.md", name
     assert not re.search(r"@\w+@", "".join(text for text in files.values() if isinstance(text, str)))
+
+
+def test_exported_python_has_the_style_of_the_project(without_verilog, tmp_path):
+    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
+    paths = sorted(tmp_path.rglob("*.py"))
+    assert [path.name for path in paths] == ["radiosity_soc.py", "simulation.py"]
+    done = subprocess.run([sys.executable, "-m", "ruff", "check", "--config", ROOT / "pyproject.toml", *paths],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def make(folder, *arguments):
