@@ -92,7 +92,8 @@ interrupts. `add_sdram` must have `l2_cache_size=0`: the engine does not see wha
 `make -C litex_soc check` casts `job` in LiteX's simulator: a SoC without a processor, 64 MB of SDRAM, and a bridge,
 UARTBone, through which the driver in `uartbone.c` reads and writes over TCP. It needs
 `pip install litex litedram migen pythondata-misc-tapcfg`, `verilator` on PATH, and the headers of libevent, json-c and
-zlib. `PYTHON=PATH` names the Python that has LiteX, `PORT=NUMBER` another TCP port, `JOB=FOLDER` another job.
+zlib. `PYTHON=PATH` names the Python that has LiteX, `JOB=FOLDER` another job, and `PORT=NUMBER`, from the first run on,
+another TCP port than 1234.
 """
 _STREAMS = """
 Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a
