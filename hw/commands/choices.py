@@ -7,7 +7,7 @@ __all__ = ["BLOCKS", "FAMILIES", "MHZ", "NEXTPNR", "POLICIES", "TOPS"]
 
 # `hw.report.UNITS`, `hw.package.tops.TOPS`, `hw.synthesis.family.FAMILIES`, `hw.memsys.cache_policy.CachePolicy`.
 BLOCKS = ("icu", "ctu", "memsys", "control", "cluster", "registers", "noc")
-TOPS = ("engine", "cluster", "icu", "ctu", "router")
+TOPS = ("engine", "async_engine", "cluster", "icu", "ctu", "router")
 FAMILIES = ("ecp5", "xc7", "gowin", "ice40")
 POLICIES = ("direct", "lru", "lfu")
 # `hw.synthesis.flow.OPTIONS` and ``MHZ``.

@@ -30,6 +30,10 @@ WAIVERS = {
     "WIDTHEXPAND": "operands are extended to the width of the result",
     "WIDTHTRUNC": "a vector is compared with 0",
 }
+# Further ones where clocks are crossed.
+CROSSING_WAIVERS = {
+    "SYNCASYNCNET": "a reset is synchronous in its own domain, and begins at once in the queues to another",
+}
 
 
 def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[Path]:
@@ -75,21 +79,29 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str | byte
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
         f"{name}.vlt": "".join(["`verilator_config\n", *(
             f"// {why[0].upper()}{why[1:]}.\nlint_off -rule {rule} -file \"*{name}.v\"\n"
-            for rule, why in WAIVERS.items())]),
+            for rule, why in (WAIVERS | (CROSSING_WAIVERS if TOPS[top].buses else {})).items())]),
         f"{name}.f": f"{name}.v\n",
-        f"{name}.sdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
-        f"{name}.xdc": f"create_clock -name clk -period {PERIOD_NS} [get_ports clk]\n",
-        f"{name}.lpf": f'FREQUENCY PORT "clk" {1000 / PERIOD_NS:g} MHZ;\n',
+        f"{name}.sdc": _constraints(TOPS[top].clocks),
+        f"{name}.xdc": _constraints(TOPS[top].clocks),
+        f"{name}.lpf": "".join(f'FREQUENCY PORT "{clock}" {1000 / PERIOD_NS:g} MHZ;\n' for clock in TOPS[top].clocks),
         f"{name}.vhd": vhdl_component(name, about, facts["ports"]),
     }
-    if top == "engine":
+    if TOPS[top].is_engine:
         files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
         files |= core_pages(COUNTERS)
-        files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"])
+        files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
     has_job = "job/job.bin" in files
     files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
     files["README.md"] = readme(top, name, facts, mhz=1000 / PERIOD_NS, has_job=has_job)
     return files
+
+
+def _constraints(clocks):
+    """In SDC: periods, and no timing between unrelated clocks, which Gray counters cross."""
+    lines = [f"create_clock -name {clock} -period {PERIOD_NS} [get_ports {clock}]\n" for clock in clocks]
+    if len(clocks) > 1:
+        lines.append(" ".join(["set_clock_groups -asynchronous", *(f"-group {{{clock}}}" for clock in clocks)]) + "\n")
+    return "".join(lines)
 
 
 def _fusesoc(name, about, *, has_job):

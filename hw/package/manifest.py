@@ -50,9 +50,13 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
         "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports,
         "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),
         "sha256": hashlib.sha256(text.encode()).hexdigest()}
-    if top == "engine":
+    if TOPS[top].buses:
+        facts["buses"] = [{"name": bus, "clock": {"port": f"{bus}_aclk", "edge": "rising"}, "reset": {
+            "port": f"{bus}_aresetn", "active": "low", "synchronous": False}} for bus in TOPS[top].buses]
+        facts["reset"]["synchronous"] = False
+    if TOPS[top].is_engine:
         facts |= _program_view()
-    if top in ("engine", "cluster"):
+    if TOPS[top].is_engine or top == "cluster":
         facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}
     return facts
 

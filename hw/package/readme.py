@@ -23,7 +23,7 @@ Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine
 | `{name}.vhd` | a VHDL package with the component `{name}`, by which a VHDL design instantiates it |
 | `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |{files}
 
-Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough.
+{clocking}
 {meaning}{host}
 ## The module
 
@@ -37,6 +37,16 @@ Everything happens at the rising edge of `clk`. `rst` is synchronous and active 
 |---|---|---|
 {ports}
 """
+_CLOCK = """\
+Everything happens at the rising edge of `clk`. `rst` is synchronous and active high, one cycle of it is enough."""
+_CLOCKS = """\
+Everything happens at the rising edges of three clocks without a relation: the engine's is `clk`, that of `m_axi_*` is
+`m_axi_aclk`, and that of `s_axil_*` and `irq` is `s_axil_aclk`. `rst` is active high, `m_axi_aresetn` and
+`s_axil_aresetn` are active low. Each of them resets all three sides: at once, and until each clock has had six edges
+after the last of them has ended. Meanwhile nothing is ready or valid, so reset what is on the other side of a bus
+that waits for an answer. Gray counters and flip-flops cross between the clocks: there is no timing to meet
+(`set_clock_groups`), but where a tool can, bound the skew of a counter's bits to a period (`set_max_delay
+-datapath_only`)."""
 _ENGINE = """
 * `s_axil_*` is an AXI4-Lite subordinate of 32 bits: [the registers](registers.md).
 * `m_axi_*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
@@ -113,14 +123,15 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
     has_job
         The core has a job for the example.
     """
-    config, ports, is_engine = facts["parameters"], facts["ports"], top == "engine"
+    config, ports, is_engine = facts["parameters"], facts["ports"], TOPS[top].is_engine
     meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"]) if is_engine \
         else _STREAMS.format(page=TOPS[top].page)
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
         top=top, name=name, about=facts["about"], preset=facts["preset"], version=facts["version"], more=more,
         simulation=", `sim` casts the sample job" * has_job,
-        files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz, meaning=meaning,
+        files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz,
+        clocking=_CLOCKS if TOPS[top].buses else _CLOCK, meaning=meaning,
         host=_HOST.format(name=name, job="" if has_job else _NO_JOB) if is_engine else "",
         connections=",\n".join(f"  .{port['name']}({port['name']})" for port in ports),
         ports="\n".join(f"| `{port['name']}` | {port['direction']} | {port['width']} |" for port in ports))

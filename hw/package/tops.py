@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from amaranth.lib import wiring
 
 from golden.config import Config
+from hw.async_engine import AsyncEngine
 from hw.cluster import Cluster
 from hw.ctu.traversal_unit import TraversalUnit
 from hw.engine import CLUSTER, Engine
@@ -34,6 +36,10 @@ class Top:
         The components that are black boxes in it, from a configuration.
     text
         Its Verilog, from a configuration and the module's name.
+    is_engine
+        It has registers, and software drives it.
+    buses
+        Those with a clock and a reset of their own, ``BUS_aclk`` and ``BUS_aresetn``.
     """
 
     about: str
@@ -41,15 +47,22 @@ class Top:
     make: Callable[[Config], wiring.Component]
     parts: tuple[Callable[[Config], wiring.Component], ...] = ()
     text: Callable[[Config, str], str] | None = None
+    is_engine: bool = False
+    buses: tuple[str, ...] = ()
+
+    @property
+    def clocks(self) -> tuple[str, ...]:
+        """Ports that are clocks."""
+        return "clk", *(f"{bus}_aclk" for bus in self.buses)
 
     def verilog(self, config: Config, name: str) -> str:
         """The module ``name``, its ports by `port_name`, and all below it."""
         return self.text(config, name) if self.text else verilog_of(self.make(config), name, port_name=port_name)
 
 
-def engine_verilog(config: Config, name: str = "top") -> str:
+def engine_verilog(config: Config, name: str = "top", engine: type[Engine | AsyncEngine] = Engine) -> str:
     """The engine, and the module of its clusters, which are all the same."""
-    return (verilog_of(Engine(config=config, black_boxes=True), name, port_name=port_name)
+    return (verilog_of(engine(config=config, black_boxes=True), name, port_name=port_name)
             + verilog_of(Cluster(config=config), CLUSTER))
 
 
@@ -68,7 +81,11 @@ def _router(config):
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
                   page="engine.md", make=lambda config: Engine(config=config, black_boxes=True), parts=(_cluster,),
-                  text=engine_verilog),
+                  text=engine_verilog, is_engine=True),
+    "async_engine": Top(about="Ray-casting accelerator whose registers and memory port have clocks of their own",
+                        page="engine.md", make=lambda config: AsyncEngine(config=config, black_boxes=True),
+                        parts=(_cluster,), text=partial(engine_verilog, engine=AsyncEngine), is_engine=True,
+                        buses=("m_axi", "s_axil")),
     "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
                    make=_cluster),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",

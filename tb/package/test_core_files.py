@@ -20,7 +20,7 @@ from golden.config import PRESETS
 from hw.cli import main
 from hw.cluster import COUNTERS
 from hw.host import Host
-from hw.package.core_files import WAIVERS, core_files
+from hw.package.core_files import CROSSING_WAIVERS, WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
 from hw.registers.register import WORD_BYTES
@@ -265,4 +265,30 @@ def test_every_waiver_is_needed(tmp_path):
 
 def test_the_page_names_every_waiver():
     page = (ROOT / "docs" / "verilog.md").read_text()
-    assert set(WAIVERS) <= set(re.findall(r"`([A-Z]+)`", page))
+    assert set(WAIVERS | CROSSING_WAIVERS) <= set(re.findall(r"`([A-Z]+)`", page))
+
+
+def test_each_bus_with_a_clock_of_its_own_has_it_in_all_files(monkeypatch):
+    monkeypatch.setitem(TOPS, "async_engine", dataclasses.replace(TOPS["async_engine"], text=lambda *_: ""))
+    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+    files = core_files("async_engine", config=PRESETS["tiny"], preset="tiny")
+    facts = json.loads(files["radiosity_async_engine.json"])
+    ports = {port["name"]: port["direction"] for port in facts["ports"]}
+    clocks = ["clk", "m_axi_aclk", "s_axil_aclk"]
+    assert [facts["clock"]["port"], *(bus["clock"]["port"] for bus in facts["buses"])] == clocks
+    assert [bus["reset"] for bus in facts["buses"]] == [
+        {"port": f"{bus}_aresetn", "active": "low", "synchronous": False} for bus in ("m_axi", "s_axil")]
+    assert not facts["reset"]["synchronous"]
+    for port in *clocks, "m_axi_aresetn", "s_axil_aresetn":
+        assert ports[port] == "input"
+    for suffix in "sdc", "xdc":
+        assert files[f"radiosity_async_engine.{suffix}"].splitlines() == [
+            *(f"create_clock -name {clock} -period 10 [get_ports {clock}]" for clock in clocks),
+            "set_clock_groups -asynchronous -group {clk} -group {m_axi_aclk} -group {s_axil_aclk}"]
+    assert files["radiosity_async_engine.lpf"].splitlines() == [f'FREQUENCY PORT "{clock}" 100 MHZ;'
+                                                               for clock in clocks]
+    assert all(f"lint_off -rule {rule} " in files["radiosity_async_engine.vlt"] for rule in CROSSING_WAIVERS)
+    example = files["example/main.cpp"]
+    assert "top.clk = top.m_axi_aclk = top.s_axil_aclk = 1;" in example
+    assert "top.m_axi_aresetn = 1;\n        top.s_axil_aresetn = 1;\n        top.rst = 1;" in example
+    assert "three clocks without a relation" in files["README.md"]

@@ -14,16 +14,21 @@ from tb.package.test_core_files import written
 CYCLES = 20_000_000
 
 
-def exported(top, preset, folder):
-    """Its Verilog in a module ``top`` whose ports have the names by which benches find them."""
+def exported(top, preset, folder, *, driven=None, more=""):
+    """Its Verilog in a module ``top`` whose ports have the names by which benches find them.
+
+    ``driven`` has expressions for ports of the core, and ``more`` is what these refer to.
+    """
+    driven = driven or {}
     text = written(folder, "--top", top, "--preset", preset)[f"radiosity_{top}.v"].decode()
     members = inspect(lambda: TOPS[top].make(PRESETS[preset]), lambda one: [
         (path, "input" if member.flow is In else "output", len(value)) for path, member, value in flatten(one)])
     ports = [("clk", "input", 1), ("rst", "input", 1), *members]
     # Benches wait for edges of scalars: one bit has no range.
-    declared = ", ".join(f"{direction} {f'[{width - 1}:0] ' * (width > 1)}{path}" for path, direction, width in ports)
-    connected = ", ".join(f".{port_name(path)}({path})" for path, *_ in ports)
-    return f"{text}\nmodule top({declared});\n  radiosity_{top} core({connected});\nendmodule\n"
+    declared = ", ".join(f"{direction} {f'[{width - 1}:0] ' * (width > 1)}{path}" for path, direction, width in ports
+                         if path in ("clk", "rst") or path not in driven)
+    connected = ", ".join(f".{port_name(path)}({driven.get(path, path)})" for path, *_ in ports)
+    return f"{text}\nmodule top({declared});\n{more}  radiosity_{top} core({connected});\nendmodule\n"
 
 
 @pytest.mark.nightly
@@ -42,3 +47,15 @@ def test_the_engine(preset, simulator, tmp_path):
     simulate(exported("engine", preset, tmp_path), "tb.system.test_engine_bus", ("whole_job",), simulator=simulator,
              name=f"exported-engine-{preset}-{simulator}", visible=("clk", "rst", "host__*", "axi__*"),
              changes=PRESETS[preset].parameters(), cycles=CYCLES)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("half_period", [3.7, 11.3])
+def test_the_engine_between_clocks(half_period, tmp_path):
+    """The bench's clock is the buses'; the engine has one that is faster or slower."""
+    text = exported("async_engine", "tiny", tmp_path, driven={
+        "clk": "engine_clk", "m_axi_aclk": "clk", "m_axi_aresetn": "~rst", "s_axil_aclk": "clk",
+        "s_axil_aresetn": "~rst"}, more=f"  reg engine_clk = 0;\n  always #{half_period} engine_clk = ~engine_clk;\n")
+    simulate(text, "tb.system.test_engine_bus", ("whole_job",), simulator="icarus",
+             name=f"exported-async-engine-{half_period}", visible=("clk", "rst", "host__*", "axi__*"),
+             changes=PRESETS["tiny"].parameters(), cycles=CYCLES)

@@ -18,7 +18,8 @@ _TEMPLATES = {
 }
 
 
-def software_files(name: str, *, config: Config, counters: Mapping[str, str], sha256: str) -> dict[str, str | bytes]:
+def software_files(name: str, *, config: Config, counters: Mapping[str, str], sha256: str,
+                   buses: tuple[str, ...] = ()) -> dict[str, str | bytes]:
     """The contents of the files by their paths in the folder of the core.
 
     Parameters
@@ -31,8 +32,17 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
         Names of the counters of a cluster in the order of their addresses, each with what it counts.
     sha256
         Of the engine's Verilog.
+    buses
+        Those with a clock and a reset of their own; the simulation drives all clocks together.
     """
+    words = {"@NAME@": name, "@CLOCKS@": " = top.".join(["clk", *(f"{bus}_aclk" for bus in buses)]),
+             "@RESETS@": "".join(f"        top.{bus}_aresetn = 1;\n" for bus in buses)}
+
+    def filled(template):
+        text = (_FOLDER / template).read_text()
+        for word, value in words.items():
+            text = text.replace(word, value)
+        return text
     return {**{f"driver/{file}": text for file, text in driver_files(counters).items()},
-            **{path: (_FOLDER / template).read_text().replace("@NAME@", name)
-               for path, template in _TEMPLATES.items()},
+            **{path: filled(template) for path, template in _TEMPLATES.items()},
             **{f"job/{file}": data for file, data in sample_job(config, sha256=sha256).items()}}
