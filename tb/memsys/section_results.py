@@ -58,7 +58,7 @@ class SectionResults:
         """`IcuFormats.section_sum`; without sums an item that has no meaning but ``last``."""
         items = [{"patch": patch, "sum": value, "is_sum": 1, "last": number == len(self.sums) - 1}
                  for number, (patch, value) in enumerate(zip(self.patches, self.sums, strict=True))]
-        return items or [{"patch": 5, "sum": 77, "overflow": 1, "is_sum": 0, "last": 1}]
+        return items or [{"patch": 5, "sum": 77, "overflow": len(self.hits.patch) & 1, "is_sum": 0, "last": 1}]
 
     @property
     def words(self) -> np.ndarray:
