@@ -39,7 +39,9 @@ class AsyncEngine(wiring.Component):
         Clock of ``axi``, and its reset, active low; it may begin at any time.
     s_axil_aclk, s_axil_aresetn : In(1) each
         The same of ``host`` and ``irq``.
-    host, axi, irq
+    host : In, `AxiLiteSignature`
+    axi : Out, `AxiSignature`
+    irq : Out(1)
         Those of `Engine`.
 
     Timing

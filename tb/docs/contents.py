@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from golden.config import PRESETS, Config
 from golden.tasks.config import about_parameters
+from hw.async_engine import AsyncEngine
 from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
@@ -38,7 +39,8 @@ def makers(config: Config) -> list[Callable]:
              for block, names in UNITS.items() for unit in names]
     alone = config.replace({"noc.columns": 1, "noc.rows": 1})
     program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
-    return [lambda: Engine(config=config, black_boxes=True), lambda: Cluster(config=config), *units,
+    return [lambda: Engine(config=config, black_boxes=True),
+            lambda: AsyncEngine(config=config, black_boxes=True), lambda: Cluster(config=config), *units,
             lambda: BoardShell(config=alone, program=program, divisor=16, black_boxes=True)]
 
 

@@ -40,11 +40,11 @@ class Reader(wiring.Component):
         m = Module()
         m.submodules.registers = registers = Registers(TABLE, address_bits=ADDRESS_BITS)
         wiring.connect(m, wiring.flipped(self.host), registers.host)
-        asked = Signal(32)
-        m.d.comb += [self.axi.arvalid.eq(registers.address != asked), self.axi.araddr.eq(registers.address),
+        requested = Signal(32)
+        m.d.comb += [self.axi.arvalid.eq(registers.address != requested), self.axi.araddr.eq(registers.address),
                      self.axi.rready.eq(1), self.irq.eq(registers.interrupt)]
         with m.If(self.axi.arvalid & self.axi.arready):
-            m.d.sync += asked.eq(registers.address)
+            m.d.sync += requested.eq(registers.address)
         with m.If(self.axi.rvalid):
             m.d.sync += registers.found.eq(self.axi.rdata)
         return m
