@@ -211,3 +211,15 @@ def test_all_sides_wait_for_the_last_reset(monkeypatch, which):
         machine.reset(ctx, which, False)
         await machine.until(ctx, "host", machine.dut.host.arready)
     machine.run(bench)
+
+
+def test_interrupts_do_not_wait_for_the_clock_of_main_memory(monkeypatch):
+    machine = Machine(monkeypatch, (10, 4000, 13))
+
+    async def bench(ctx):
+        machine.begin(ctx)
+        await ctx.delay(40e-6)
+        await machine.write(ctx, "interrupt", 1)
+        await machine.tick(ctx, "host", 20)
+        assert ctx.get(machine.dut.irq)
+    machine.run(bench)
