@@ -214,11 +214,11 @@ def test_all_sides_wait_for_the_last_reset(monkeypatch, which):
 
 
 def test_interrupts_do_not_wait_for_the_clock_of_main_memory(monkeypatch):
-    machine = Machine(monkeypatch, (10, 4000, 13))
+    machine = Machine(monkeypatch, (10, 1000, 13))
 
     async def bench(ctx):
         machine.begin(ctx)
-        await ctx.delay(40e-6)
+        await ctx.delay(10e-6)
         await machine.write(ctx, "interrupt", 1)
         await machine.tick(ctx, "host", 20)
         assert ctx.get(machine.dut.irq)
