@@ -23,8 +23,8 @@ class AsyncEngine(wiring.Component):
 
     A reset of any of them resets all three sides. It begins at once. After the last reset has ended, each clock has
     `HELD` edges more, so that the queues between them are reset in both domains; then it ends at each clock's second
-    edge. Meanwhile no port is ready or valid. A burst that main memory has begun before the reset
-    of another side meets an engine that discards its beats, as `Engine` does after its own reset.
+    edge. Meanwhile no port is ready or valid, and offers are withdrawn in the middle of a cycle of other clocks: reset
+    main memory and the host together with the engine, or while no access is in flight.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class AsyncEngine(wiring.Component):
     Timing
     ------
     ``sync`` is the engine's clock. Accesses of registers and of main memory are longer as `AxiCrossing` states; the
-    rate of beats is that of the slower clock. ``irq`` is late by 2 cycles of the host's clock.
+    rate of beats is that of the slower clock. ``irq`` is late by a cycle of ``sync`` and 2 of the host's clock.
 
     Golden counterpart: `golden.jobs.run_job.run_job`.
     """
@@ -73,7 +73,10 @@ class AsyncEngine(wiring.Component):
         m.submodules.registers = registers = AxiCrossing(self.host.signature.flip(), manager="host",
                                                          subordinate="core")
         m.submodules.memory = memory = AxiCrossing(self.axi.signature, manager="core", subordinate="memory")
-        m.submodules.irq = FFSynchronizer(engine.irq, self.irq, o_domain="host")
+        # A term of two bits that change together: a register keeps its glitches from the host.
+        irq = Signal()
+        m.d.core += irq.eq(engine.irq)
+        m.submodules.irq = FFSynchronizer(irq, self.irq, o_domain="host")
         wiring.connect(m, wiring.flipped(self.host), registers.i)
         wiring.connect(m, registers.o, engine.host)
         wiring.connect(m, engine.axi, memory.i)

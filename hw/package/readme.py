@@ -42,11 +42,11 @@ Everything happens at the rising edge of `clk`. `rst` is synchronous and active 
 _CLOCKS = """\
 Everything happens at the rising edges of three clocks without a relation: the engine's is `clk`, that of `m_axi_*` is
 `m_axi_aclk`, and that of `s_axil_*` and `irq` is `s_axil_aclk`. `rst` is active high, `m_axi_aresetn` and
-`s_axil_aresetn` are active low. Each of them resets all three sides: at once, and until each clock has had six edges
-after the last of them has ended. Meanwhile nothing is ready or valid, so reset what is on the other side of a bus
-that waits for an answer. Gray counters and flip-flops cross between the clocks: there is no timing to meet
-(`set_clock_groups`), but where a tool can, bound the skew of a counter's bits to a period (`set_max_delay
--datapath_only`)."""
+`s_axil_aresetn` are active low. Each of them resets all three sides: at once, and until all clocks have had four edges
+after the last of them has ended, and each its own two more. A clock that stands still holds all sides. Offers are
+withdrawn at once: reset main memory and the host together with the engine, or reset only while no access is in
+flight. Gray counters and flip-flops cross between the clocks: there is no timing to meet (`set_clock_groups`). To
+bound the skew of a counter's bits (`set_max_delay -datapath_only`), remove the clock groups first."""
 _ENGINE = """
 * `s_axil_*` is an AXI4-Lite subordinate of 32 bits: [the registers](registers.md).
 * `m_axi_*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that
