@@ -14,7 +14,7 @@ from hw.registers.engine_registers import ADDRESS_BITS
 
 __all__ = ["HELD", "AsyncEngine"]
 
-# Edges of each clock for which a reset is held; `ClockCrossing` needs three.
+# Edges of each clock for which a reset is held: one more than `ClockCrossing` needs.
 HELD = 4
 
 

@@ -51,7 +51,8 @@ class DirectLight:
         self._lights = np.flatnonzero(emission.max(axis=1) > 0)
         self._emission = emission[self._lights]
         self._vertices, self._is_triangle = scene.vertices[self._lights], scene.is_triangle[self._lights]
-        self._centre = scene.centres[self._lights]
+        self._centre, self._front = scene.centres[self._lights], scene.normals[self._lights]
+        self._two_sided = scene.two_sided[self._lights]
         self._radius2 = ((self._vertices - self._centre[:, None]) ** 2).sum(axis=2).max(axis=1)
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
         self._glass = Glass(scene)
@@ -92,9 +93,8 @@ class DirectLight:
             result += cast(points, light)
 
     def _from_areas(self, points, keys, rank, ranks):
-        scene, lights = self._scene, self._lights
-        weight = light_weights(points.position, points.normal, self._vertices, self._centre, scene.normals[lights],
-                               scene.two_sided[lights], self._power, self._radius2)
+        weight = light_weights(points.position, points.normal, self._vertices, self._centre, self._front,
+                               self._two_sided, self._power, self._radius2)
         cumulative = np.cumsum(weight, axis=1)
         total = cumulative[:, -1]
         lit = np.flatnonzero(total > 0)

@@ -246,7 +246,10 @@ def _vertex_colours(geometry, faces: np.ndarray) -> np.ndarray | None:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Surfaces:
-    """Materials of one mesh, F indices into them, whether it is one-sided; its texture and that's F x 3 colours."""
+    """The materials of one mesh, F indices into them, and whether it is one-sided.
+
+    With a texture of what reflects, ``colour`` has its F x 3 linear colours in these materials.
+    """
 
     materials: list[Material]
     index: np.ndarray
@@ -335,8 +338,8 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
 
     The nodes transform and instance the meshes. Textures reflect diffusely point by point
     (`golden.scene.textures.Textures`); in mirrors, transparent faces and emission they count with their mean over each
-    face. Faces are one-sided if
-    their material states ``"doubleSided": false``: many exporters omit it without regard to sides.
+    face. Faces are one-sided if their material states ``"doubleSided": false``: many exporters omit it without regard
+    to sides.
 
     Raises
     ------

@@ -166,10 +166,10 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
 
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
     has triangles only, those that are the halves of a quad, in their texture coordinates too, are merged
-    (`merge_triangles`). Faces with the corners
-    of an earlier one are dropped; if one faced the other way, the first becomes two-sided. Patches of one material
-    that are connected by edges are one surface if they are coplanar, and one smooth group if their angle is below
-    `CREASE`. Closed bodies that refract are oriented so that their fronts face outwards.
+    (`merge_triangles`). Faces with the corners of an earlier one are dropped; if one faced the other way, the first
+    becomes two-sided. Patches of one material that are connected by edges are one surface if they are coplanar, and one
+    smooth group if their angle is below `CREASE`. Closed bodies that refract are oriented so that their fronts face
+    outwards.
 
     Parameters
     ----------

@@ -102,7 +102,6 @@ class Scene:
         if self.material.min() < 0 or self.material.max() >= len(self.materials):
             raise InputError(f"scene {self.name!r}: Material must be a number below {len(self.materials)}, "
                              f"not {self.material.min()} to {self.material.max()}")
-
         if self.textures is not None and len(self.textures) != count:
             raise InputError(f"scene {self.name!r}: Textures must have one entry for each of {count} patches, not "
                              f"{len(self.textures)}")
@@ -120,8 +119,8 @@ class Scene:
         vertices
             K x 4 x 3 corners of parts of them. Default: the whole patches.
         """
-        return replace(self, vertices=self.vertices[parent] if vertices is None else vertices, material=self.material[
-            parent], surface=self.surface[parent], smooth=self.smooth[parent], two_sided=self.two_sided[parent],
+        columns = {name: getattr(self, name)[parent] for name in ("material", "surface", "smooth", "two_sided")}
+        return replace(self, vertices=self.vertices[parent] if vertices is None else vertices, **columns,
                        textures=None if self.textures is None else self.textures.of(parent))
 
     @property

@@ -90,7 +90,15 @@ class Textures:
 
 
 class FaceTextures:
-    """Collects the pictures of a mesh's faces."""
+    """Collects the pictures of a mesh's faces.
+
+    Members
+    -------
+    bent
+        Faces within which texture coordinates are no affine function of the position.
+    beyond
+        Faces with pictures that exceed `MOST_KEPT`.
+    """
 
     def __init__(self):
         self._pictures: dict[Texture, int] = {}
@@ -102,8 +110,7 @@ class FaceTextures:
             colour: np.ndarray) -> None:
         """Puts a picture on F faces.
 
-        Faces whose texture coordinates are no affine function of the position are counted in ``bent`` and have none;
-        those of pictures beyond `MOST_KEPT` in ``beyond``.
+        Those that are counted in ``bent`` or ``beyond`` get none.
 
         Parameters
         ----------

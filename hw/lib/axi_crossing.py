@@ -35,8 +35,7 @@ class AxiCrossing(wiring.Component):
 
     Timing
     ------
-    As of `ClockCrossing` in each channel. A read of one beat takes at least 2 cycles of the manager's clock and 4 of
-    the subordinate's longer.
+    As of `ClockCrossing` in each channel: an access crosses twice, once each way.
 
     Raises
     ------

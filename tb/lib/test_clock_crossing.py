@@ -169,3 +169,56 @@ def test_items_of_before_a_reset_of_both_sides_never_come(periods, seed):
 def test_init_wrong_depth(depth, error):
     with pytest.raises(error, match=f"^Depth must be a power of two, at least 4, not {depth!r}$"):
         ClockCrossing(SHAPE, source="source", sink="sink", depth=depth)
+
+
+@pytest.mark.parametrize("periods", PERIODS)
+def test_an_item_that_leaves_makes_room_within_the_stated_cycles(periods):
+    crossing = Crossing(periods, depth=4)
+    dut, (source, sink) = crossing.dut, periods
+
+    async def bench(ctx):
+        ctx.set(dut.i.valid, 1)
+        for _ in range(20 + 20 * math.ceil(sink / source)):
+            await ctx.tick("source")
+        assert not ctx.get(dut.i.ready)
+        ctx.set(dut.o.ready, 1)
+        await ctx.tick("sink")
+        ctx.set(dut.o.ready, 0)
+        begin, cycles = crossing.now(ctx)[0], 0
+        while not ctx.get(dut.i.ready):
+            await ctx.tick("source")
+            cycles += 1
+            assert cycles < WATCHDOG
+        assert crossing.now(ctx)[0] - begin <= 4 + math.ceil(sink / source)
+    crossing.simulator.add_testbench(bench)
+    crossing.simulator.run()
+
+
+@pytest.mark.parametrize("periods", [*PERIODS, (5, 17), (17, 5)])
+@pytest.mark.parametrize("seed", range(SEED, SEED + 6))
+def test_resets_that_overlap_for_three_edges_of_both_clocks_suffice(periods, seed):
+    crossing, draw = Crossing(periods, seed=seed), random.Random(seed)
+
+    async def bench(ctx):
+        ctx.set(crossing.dut.i.payload, {"number": 0x8000, "inverted": 0x7FFF})
+        ctx.set(crossing.dut.i.valid, 1)
+        for _ in range(draw.randint(1, 60)):
+            await ctx.tick("source")
+        await ctx.delay(draw.random() * 20e-9)
+        ctx.set(crossing.dut.i.valid, 0)
+        for domain in crossing.domains:
+            ctx.set(domain.rst, 1)
+        for _ in range(3):
+            await ctx.tick(("source", "sink")[int(periods[1] > periods[0])])
+        for domain in crossing.domains:
+            ctx.set(domain.rst, 0)
+        crossing.came.clear()
+        await crossing.source(ctx, range(20), STALLS["none"](seed))
+        await ctx.delay(30 * max(periods) * 1e-9)
+        assert [number for number, _ in crossing.came] == list(range(20))
+
+    async def take(ctx):
+        await crossing.sink(ctx, STALLS["none"](seed))
+    crossing.simulator.add_testbench(bench)
+    crossing.simulator.add_testbench(take, background=True)
+    crossing.simulator.run()

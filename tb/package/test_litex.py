@@ -15,7 +15,7 @@ import pytest
 
 from hw.package.core_files import write_core
 from tb.golden.commands.runner import run
-from tb.package.test_software_files import CONFIG, NAME, WIDE, make, without_verilog  # noqa: F401
+from tb.package.exported_engine import CONFIG, NAME, WIDE, make
 
 # In one process, which installs LiteX once.
 pytestmark = pytest.mark.xdist_group("litex")
@@ -58,7 +58,7 @@ def execute(python, folder, *arguments):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("config", [CONFIG, WIDE], ids=["64 bits", "256 bits"])
-def test_the_module_has_every_port_and_an_interrupt(config, litex, without_verilog, tmp_path):  # noqa: F811
+def test_the_module_has_every_port_and_an_interrupt(config, litex, without_verilog, tmp_path):
     """Of memories as wide as LiteDRAM's ports can be made, and of addresses of 32 and 40 bits."""
     write_core("engine", config=config, preset="tiny", folder=tmp_path)
     execute(litex, tmp_path, "simulation.py", "build")

@@ -1,6 +1,5 @@
 """The simulation beside an exported engine: it compiles, and prints the results of the golden model."""
 
-import dataclasses
 import os
 import re
 import shlex
@@ -10,28 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from golden.config import PRESETS
 from golden.errors import InputError
 from hw.package.core_files import core_files, write_core
 from hw.package.manifest import manifest
 from hw.package.software.sample_job import SAMPLE
-from hw.package.tops import TOPS
 from hw.simulator.verilator import verilator_package
 from tb.golden.commands.runner import run
 from tb.golden.jobs.manifests import write_manifest
 from tb.package.driver_library import complaints
+from tb.package.exported_engine import CONFIG, NAME, WIDE, make
 
 ROOT = Path(__file__).parents[2]
-NAME = "radiosity_engine"
-CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
-WIDE = CONFIG.replace({"memory.data_bits": 256, "memory.address_bits": 32, "memory.outstanding": 1})
-
-
-@pytest.fixture
-def without_verilog(monkeypatch):
-    """Exports of engines whose Verilog is empty."""
-    monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
-    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
 
 
 def pin(port):
@@ -99,15 +87,6 @@ def test_exported_python_has_the_style_of_the_project(without_verilog, tmp_path)
     done = subprocess.run([sys.executable, "-m", "ruff", "check", "--config", ROOT / "pyproject.toml", *paths],
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-def make(folder, *arguments):
-    """Run the Makefile of a folder with the packaged Verilator."""
-    path = f"{verilator_package() / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(["make", "-j", "2", "-C", folder, *arguments], capture_output=True, text=True,
-                          check=False, env=os.environ | {"PATH": path})
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout + done.stderr
 
 
 def run_fusesoc(folder):

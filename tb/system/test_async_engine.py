@@ -122,6 +122,13 @@ class Machine:
                 return data
         raise AssertionError("no answer to a read")
 
+    async def found(self, ctx, address):
+        """The engine has read the word at an address."""
+        for _ in range(WATCHDOG):
+            if await self.read(ctx, "found") == 3 * address:
+                return
+        raise AssertionError(f"the word at {address:#x} does not come")
+
     async def memory(self, ctx):
         axi = self.dut.axi
         while True:
@@ -150,11 +157,7 @@ def test_registers_memory_and_interrupts_cross_the_clocks(monkeypatch, periods):
         for address in 0x1234, 0x88, 0xABCDE:
             await machine.write(ctx, "address", address)
             assert await machine.read(ctx, "address") == address
-            for _ in range(WATCHDOG):
-                if await machine.read(ctx, "found") == 3 * address:
-                    break
-            else:
-                raise AssertionError(f"the word at {address:#x} does not come")
+            await machine.found(ctx, address)
         assert machine.taken == [0x1234, 0x88, 0xABCDE]
         assert not ctx.get(machine.dut.irq)
         await machine.write(ctx, "interrupt", 1)
@@ -172,8 +175,7 @@ def test_each_reset_resets_all_sides_however_short_it_is(monkeypatch, which, per
         machine.begin(ctx)
         await machine.write(ctx, "interrupt", 1)
         await machine.write(ctx, "address", 0x44)
-        while await machine.read(ctx, "found") != 3 * 0x44:
-            pass
+        await machine.found(ctx, 0x44)
         await machine.until(ctx, "host", machine.dut.irq)
         machine.is_slow = True
         await machine.tick(ctx, "memory", 4)
@@ -191,8 +193,7 @@ def test_each_reset_resets_all_sides_however_short_it_is(monkeypatch, which, per
         await machine.tick(ctx, "host", 4)
         assert not ctx.get(machine.dut.irq)
         await machine.write(ctx, "address", 0x55)
-        while await machine.read(ctx, "found") != 3 * 0x55:
-            pass
+        await machine.found(ctx, 0x55)
         assert machine.taken == [0x44, 0x55]
     machine.run(bench)
 
