@@ -39,7 +39,7 @@ class Plan:
     events
         By cycle what happens: ``stop``, ``clear``, ``resume``, ``none``, ``interrupt``; ``far``: a doorbell too far;
         ``unwritten``: the completion writer fails; ``timeout``, ``network``, ``local``: faults of a drawn cluster;
-        ``timeout network``: both at once.
+        ``timeout network``, ``stop far``: both at once.
     slowest
         The longest time of a cast or of results.
     bad_loads
@@ -94,7 +94,7 @@ class Environment:
     def give(self, cycle: int, values: Outputs | None) -> Inputs:
         """Inputs of a cycle, given the outputs of the one before."""
         draw, plan, event = self._draw, self._plan, self._plan.events.get(cycle)
-        commands = {"stop": 1, "clear": 2, "resume": 4, "none": 0}
+        commands = {"stop": 1, "clear": 2, "resume": 4, "none": 0, "stop far": 1}
         command, interrupt = commands.get(event), None
         self._is_busy = values is not None and values.status["busy"]
         if event == "interrupt":
@@ -146,7 +146,7 @@ class Environment:
             self._faults[k] = self._faults[k] or Fault("PATH_CELL", 0, draw.randrange(1 << 24))
         if event in ("network", "timeout network"):
             self._networks[k] = self._networks[k] or Fault("NETWORK_ORDER")
-        elif event == "far":
+        elif event in ("far", "stop far"):
             self._extra = (1 << self._plan.ring_bits) + len(self._plan.kinds)
         elif event in ("port reads", "port writes"):
             writes = WRITE_FAULTS[self._plan.seed % len(WRITE_FAULTS)]

@@ -123,6 +123,13 @@ def test_of_faults_at_once_that_of_the_cluster_comes_first(benches, nodes):
     assert set(blamed) == {"PATH_TIMEOUT"}
 
 
+def test_a_doorbell_too_far_is_no_error_of_a_queue_that_stops(benches):
+    """In the cycle of the stop: it is noticed a cycle later, when the queue does not run any more."""
+    found, _ = check(benches, Plan(cycles=90, events={60: "stop far"}, resumes=False))
+    assert found[61][1].stops
+    assert not any(said.error for _, said in found)
+
+
 def test_the_culprit_after_a_stop(benches):
     """Sections that had not begun when they were aborted change nothing of who is blamed later."""
     codes, both = Counter(), False

@@ -149,7 +149,7 @@ class ScheduleBench:
         responders
             Answer what comes out.
         ports
-            Values of inputs that are no streams.
+            Values of inputs that are no streams; or functions that give them after each cycle, of `cycles` so far.
 
         Raises
         ------
@@ -168,8 +168,11 @@ class ScheduleBench:
 
     async def _follow(self, ctx):
         """One process for all streams."""
-        for port, value in self._ports.items():
-            ctx.set(getattr(self._component, port), value)
+        ports = [(getattr(self._component, port), value) for port, value in self._ports.items()]
+        later = [(port, value) for port, value in ports if callable(value)]
+        for port, value in ports:
+            if not callable(value):
+                ctx.set(port, value)
         items, stalls, first = self._schedule.items, self._schedule.stalls, self._schedule.first
         sources = {name: _SourceState(items.get(name, ()), first.get(name, ()), one)
                    for name, one in self._inputs.items()}
@@ -203,6 +206,8 @@ class ScheduleBench:
                 sink.answered = len(sink.came)
             if still >= self._idle_limit:
                 break
+            for port, value in later:
+                ctx.set(port, value(self.cycles))
             ctx.set(self._given, self._offers(leading, ends))
         left = {name: source.left for name, source in sources.items() if source.left}
         assert not left, f"items were never accepted: {left}"

@@ -135,8 +135,11 @@ def drawn_section(seed: int, config: Config, *, base: int = 0, side: int = 12, *
     draw, rays = np.random.default_rng(seed), len(section_rays(section, columns))
     patch = np.where(draw.random(rays) < 0.3, -1, draw.integers(0, 1 << config.icu.patch_bits, rays))
     highest = {"inverse": 1 << config.numbers.inverse.width, "u": 1 << config.icu.uv_bits, "v": 1 << config.icu.uv_bits}
-    hits = FixedHits(patch=patch, **{
-        name: np.where(patch >= 0, draw.integers(1, high, rays), 0) for name, high in highest.items()})
+    given = {name: draw.integers(1, high, rays) for name, high in highest.items()}
+    # Any bit alone makes a hit of an inverse distance.
+    single = 1 << draw.integers(0, config.numbers.inverse.width, rays)
+    given["inverse"] = np.where(draw.random(rays) < 0.2, single, given["inverse"])
+    hits = FixedHits(patch=patch, **{name: np.where(patch >= 0, values, 0) for name, values in given.items()})
     count = random.randint(0, 9)
     patches = random.sample(range(1 << config.icu.patch_bits), count)
     return SectionResults(command=command, hits=hits, patches=patches,
