@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.ctu.cell_traversal import NEVER, POSITION_FRACTION
+from golden.ctu.cell_traversal import INDEX_BITS, NEVER, POSITION_FRACTION
 from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
@@ -50,6 +50,14 @@ def long_rays(config, *, side=18, along=0):
                          "begin": np.array(0), "end": np.array(NEVER), "direction": direction})
 
 
+def far_rays(config):
+    """Shells that begin outside the range of a cell's index, where its bits are those of a cell of the grid."""
+    side, step = 18, 1 << FRACTION
+    direction = np.concatenate([np.eye(3, dtype=np.int64), -np.eye(3, dtype=np.int64)]) * step
+    return rays(config, {"place": np.full(3, side // 2 * ONE + 1234), "shape": np.full(3, side), "direction": direction,
+                         "begin": np.array(ONE << INDEX_BITS), "end": np.array((ONE << INDEX_BITS) + 100 * ONE)})
+
+
 def check(came, given):
     """``came``: what came out, in its order."""
     items, expected = given.inputs["i"], given.about
@@ -72,6 +80,7 @@ class TestCellTraversal(Bench):
              # Borders that are far away are met, once and again, and not early.
              **{f"along {along}": Case(partial(long_rays, side=64, along=along), [], timed=False)
                 for along in (4, 8, FRACTION)},
+             "far": Case(far_rays, [{}], simulated=False, timed=False),
              **{f"drawn {seed}": Case(partial(drawn_rays, seed=seed), [{}], simulated=False, timed=False)
                 for seed in (10, 11)}}
     # Until what came under other values of ports is through.

@@ -21,7 +21,9 @@ class UpdateMemoryBench(Bench):
         """Rows that are hit again after every number of cycles."""
         generator, rows, items, expected = random.Random(5), [0] * self._depth, [], []
         for number in range(400):
-            address, operand = generator.randrange(self._depth), generator.randrange(1 << 16)
+            # Of a deep memory a few rows, far from each other.
+            address = generator.randrange(min(self._depth, 64)) * max(1, self._depth // 64)
+            operand = generator.randrange(1 << 16)
             old, new = rows[address], (rows[address] + operand) % (1 << 16)
             items.append({"tag": number, "address": address, "operand": operand})
             expected.append({"tag": number, "address": address, "old": old, "new": new, "written": operand & 1})
@@ -30,6 +32,6 @@ class UpdateMemoryBench(Bench):
         return Vectors(inputs={"i": items}, expected={"o": expected})
 
 
-@pytest.mark.parametrize("depth", [2, 4, 7, 64])
+@pytest.mark.parametrize("depth", [2, 4, 7, 64, 4096])
 def test_each_item_sees_all_before_it(depth):
     UpdateMemoryBench(depth).test_in_amaranth({})
