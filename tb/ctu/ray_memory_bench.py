@@ -1,10 +1,14 @@
 """The environment of a ray memory of cell traversal, and coroutines for one memory and for several banks."""
 
 import importlib
+from collections import deque
 from itertools import pairwise
+from random import Random
 
 import cocotb
 import numpy as np
+from amaranth.hdl import Value
+from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.config import PRESETS
@@ -18,7 +22,7 @@ from tb.lib.runner import options
 from tb.lib.signature import payload_shape
 from tb.lib.stall_patterns import STALL_PAIRS
 
-__all__ = ["Rays", "check_rate", "request"]
+__all__ = ["Rays", "check_rate", "play", "request"]
 
 CASES = ("a ray leaves", "a request is dropped", "a request waits", "several wait for a slot",
          "a ray leaves again", "as many wait as can", "a request comes while the slot's chain is tried")
@@ -94,16 +98,78 @@ class Rays:
                  for slot in self._random.integers(self._slots, size=2 * self._slots)]
         await self.ports.send("i", [request(*one, tag) for tag, one in enumerate(requested)])
         await self.settled()
-        left = self.left[before:]
-        assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
-        assert {ray[:2] for ray in left} == set(requested), "no request may be lost"
-        assert all(requested[tag] == (slot, shell) for slot, shell, tag in left)
-        for slot in {ray[0] for ray in left}:
-            served = [tag for other, _, tag in left if other == slot]
-            assert served == sorted(served), "requests for a slot must be served in their order"
-        tags = sorted([tag for *_, tag in left] + [
+        check_frustum(requested, self.left[before:], [
             tag for monitor, seen in zip(self._passed, passed, strict=True) for tag in monitor.items[seen:]])
-        assert tags == list(range(len(requested))), "each request must leave or be dropped, once"
+
+
+def check_frustum(requested, left, passed):
+    """Requests of slots and shells, whose tags are their numbers; slots, shells and tags of rays; tags that passed."""
+    assert len({ray[:2] for ray in left}) == len(left), "a ray must leave once per shell"
+    assert {ray[:2] for ray in left} == set(requested), "no request may be lost"
+    assert all(requested[tag] == (slot, shell) for slot, shell, tag in left)
+    for slot in {ray[0] for ray in left}:
+        served = [tag for other, _, tag in left if other == slot]
+        assert served == sorted(served), "requests for a slot must be served in their order"
+    tags = sorted([*(tag for *_, tag in left), *passed])
+    assert tags == list(range(len(requested))), "each request must leave or be dropped, once"
+
+
+def play(dut, passed, *, slots, frusta, seed):
+    """Frusta in Amaranth's simulator, most of whose requests are for a few slots.
+
+    Parameters
+    ----------
+    dut, passed
+        The memory, and its streams of requests that are dropped.
+    slots, frusta, seed
+        Its slots; how many frusta; of all that is drawn.
+    """
+    random, made = Random(seed), dut.o.payload.shape()
+    outputs = [Value.cast(one) for one in (
+        dut.i_start.ready, dut.i.ready, dut.o.valid, dut.o.payload,
+        *(part for one in passed for part in (one.valid, one.payload)))]
+
+    async def frustum(ctx):
+        hot = random.sample(range(slots), 2)
+        requested = [(random.choice((*hot, hot[0], random.randrange(slots))), shell)
+                     for shell in sorted(random.sample(range(1, 16), 9)) for _ in range(random.randint(1, slots))]
+        waiting, away, left, dropped, begun, returns = deque(enumerate(requested)), [], [], [], False, 0
+        for _ in range(60 * len(requested)):
+            if len(left) + len(dropped) == len(requested) and not away:
+                break
+            offers, takes = begun and bool(waiting), random.random() < 0.8
+            ctx.set(dut.i_start.valid, int(not begun))
+            ctx.set(dut.i.valid, int(offers))
+            if offers:
+                ctx.set(dut.i.payload, request(*waiting[0][1], waiting[0][0]))
+            ctx.set(dut.o.ready, int(takes))
+            # Rays come back one behind the other now and then.
+            returns = returns - 1 if returns else random.choice((1, 9, 20)) if random.random() < 0.04 else 0
+            back = random.choice(away) if away and returns else None
+            ctx.set(dut.i_return.valid, int(back is not None))
+            if back is not None:
+                away.remove(back)
+                ctx.set(dut.i_return.payload, back)
+            _, _, starts, accepts, comes, ray, *drops = await ctx.tick().sample(*outputs)
+            begun |= bool(starts)
+            if offers and accepts:
+                waiting.popleft()
+            if takes and comes:
+                ray = unpack(made, ray)
+                assert ray["slot"] not in away, "two copies of a ray must never be in flight"
+                away.append(ray["slot"])
+                left.append((ray["slot"], ray["version"], ray["tag"]))
+            dropped += [tag for valid, tag in zip(drops[::2], drops[1::2], strict=True) if valid]
+        check_frustum(requested, left, dropped)
+
+    async def bench(ctx):
+        for _ in range(frusta):
+            await frustum(ctx)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
 
 
 class Watch:

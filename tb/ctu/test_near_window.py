@@ -77,6 +77,23 @@ def far_neighbours(frustum, config):
         one for one in choose(random, rays, RAYS) if columns_near(record, *one)[0] < record.columns])
 
 
+def borders(frustum, config):
+    """Of a ray in each shell the window ends at the frustum's last column, one before it, or one behind it."""
+    random = np.random.default_rng(7)
+    record = frustum(random, config)
+    rays_of, rays, chosen = shells(record), [], []
+    for shell in range(2, 11):
+        one = rays_of(shell)
+        row, column = int(random.integers(one.rows)), int(random.integers(one.columns))
+        end = (record.columns - 1 + shell % 3 << INDEX_FRACTION) - int(random.integers(1 << INDEX_FRACTION))
+        away = end + (1 << INDEX_FRACTION - 1) - int(one.column_reach[row] + one.column_position[column])
+        rays.append(replace(one, column_position=one.column_position + away))
+        chosen.append((rays[-1], row, column, column))
+    assert {(int(one.column_position[column] + one.column_reach[row]) + (1 << INDEX_FRACTION - 1) >> INDEX_FRACTION)
+            - record.columns for one, row, column, _ in chosen} == {-1, 0, 1}
+    return of_neighbours(config, record, rays, chosen)
+
+
 def choose(random, rays, count):
     """A shell's rays, a row of them, and the first and the last of neighbours in it."""
     for _ in range(count):
@@ -118,4 +135,5 @@ class TestNearWindow(Bench):
     component, arguments = NearWindow, {"tag": 9}
     variants = CONFIGURATIONS.values()
     cases = {f"{of.__name__}, {frustum.__name__}": partial(of, frustum)
-             for of in (of_record, neighbours, far_neighbours) for frustum in (random_hemisphere, random_screen)}
+             for of in (of_record, neighbours, far_neighbours, borders)
+             for frustum in (random_hemisphere, random_screen)}

@@ -8,9 +8,11 @@ from cocotb.triggers import ClockCycles
 from golden.config import PRESETS
 from golden.stimulus.ctu.ray_memory import SLOTS
 from hw.ctu.ray_banks import RayBanks
-from tb.ctu.ray_memory_bench import Rays, request
+from tb.ctu.ray_memory_bench import Rays, play, request
 from tb.lib.clocking import start
+from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 VERSION_BITS, DEFERRED, BANKS, MANY = 10, 16, 2, 64
@@ -70,6 +72,26 @@ def test_in_the_simulator(simulator):
 @pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
 def test_rate(simulator):
     simulate(make(MANY), __name__, ("a_ray_per_cycle",), simulator=simulator, memory=__name__, slots=MANY)
+
+
+def test_each_slot_leaves_once_for_each_shell():
+    """In the order of requests, frustum after frustum, also when tags of generations run out."""
+    dut = make(SLOTS)
+    play(dut, dut.o_passed, slots=SLOTS, frusta=2, seed=0)
+
+
+def test_a_request_before_the_begin_of_a_frustum_belongs_to_the_one_before():
+    """The ray has left, and is back: it leaves again in the next frustum alone."""
+    bench, both = ScheduleBench(make(SLOTS), idle_limit=60), set()
+    for gap in range(34, 46):
+        came = bench.run(
+            Schedule(items={"i_start": [(0, 0), (gap, 0)], "i": [(20, request(2, 1)), (20, request(2, 1, 9))]}),
+            Responder("o", "i_return", lambda ray: [ray["slot"]], after=3))
+        before = bench.cycles["i"][1] < bench.cycles["i_start"][1]
+        both.add(before)
+        assert [ray["tag"] for ray in came["o"]] == ([0] if before else [0, 9])
+        assert came["o_passed__0"] + came["o_passed__1"] == ([9] if before else [])
+    assert both == {False, True}
 
 
 @pytest.mark.parametrize(("name", "value", "error", "message"), [

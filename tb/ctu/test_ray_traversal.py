@@ -14,6 +14,7 @@ from golden.ctu.sector import Sector
 from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
+from hw.ctu.stage_count import NEAR_STAGE
 from tb.ctu.traversal_bench import FINAL, STAGES, ClusterPart, Intersection, SettlePort, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
@@ -66,13 +67,15 @@ def parts(name, config):
 async def play(around, played):
     """The stages one after the other, each with golden's settle map when it begins."""
     around.port.words = around.part.words(played[0].codes)
+    begins, requests = around.ports.taken("i_frustum"), 0
     await around.begin()
-    assert [cell for cell, _ in around.cells] == played[0].stage.cells.tolist()
+    assert around.cells == [(cell, NEAR_STAGE) for cell in played[0].stage.cells.tolist()]
     for number, one in enumerate(played[1:]):
         around.port.words = around.part.words(one.codes)
         await around.swept()
-        before = len(around.cells)
-        await around.ports.send("i", around.part.requests(number, one.stage.shell, one.stage.window))
+        before, groups = len(around.cells), around.part.requests(number, one.stage.shell, one.stage.window)
+        requests += sum(group.get("count", 0) for group in groups)
+        await around.ports.send("i", groups)
         await around.ports.until(lambda number=number: around.over == number + 1)
         came = around.cells[before:]
         assert {stage for _, stage in came} <= {number % STAGES}
@@ -82,6 +85,13 @@ async def play(around, played):
     assert not around.final
     await around.ports.send("i", [FINAL])
     await around.ports.until(lambda: around.final)
+    await ClockCycles(around.ports.dut.clk, 3)
+    assert not around.ports["closed"]
+    counters = around.ports["counters"]
+    expected = {"cells": len(around.cells), "requests": requests, "rays": sum(one.stage.grid_rays for one in played),
+                "steps": sum(one.stage.passes for one in played), "deferrals": 0, "overlaps": 0,
+                "cycles": around.ports.sinks["o"].cycles[-1] - begins.cycles[-1]}
+    assert {name: counters[name] for name in expected} == expected
 
 
 @cocotb.test()
