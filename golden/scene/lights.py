@@ -6,7 +6,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.scene.luminaires.photometric_web import PhotometricWeb
-from golden.scene.material import Rgb
+from golden.scene.material import BRIGHTEST, Rgb
 
 __all__ = ["Cone", "DirectionalLight", "PointLight"]
 
@@ -23,6 +23,12 @@ def _check_direction(kind, value):
     _check_triple(kind, "Direction", value)
     if not np.linalg.norm(value) > 0:
         raise InputError(f"{kind}: Direction must not be zero, not {value!r}")
+
+
+def _check_bright(kind, name, value):
+    _check_triple(kind, name, value)
+    if not 0 <= min(value) <= max(value) <= BRIGHTEST:
+        raise InputError(f"{kind}: {name} must be at least 0 and at most {BRIGHTEST:g}, not {value!r}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,10 +82,8 @@ class PointLight:
     web: PhotometricWeb | None = None
 
     def __post_init__(self):
-        for name in ("position", "intensity"):
-            _check_triple("point light", name.capitalize(), getattr(self, name))
-        if min(self.intensity) < 0:
-            raise InputError(f"point light: Intensity must be at least 0, not {self.intensity!r}")
+        _check_triple("point light", "Position", self.position)
+        _check_bright("point light", "Intensity", self.intensity)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +95,4 @@ class DirectionalLight:
 
     def __post_init__(self):
         _check_direction("directional light", self.direction)
-        _check_triple("directional light", "Irradiance", self.irradiance)
-        if min(self.irradiance) < 0:
-            raise InputError(f"directional light: Irradiance must be at least 0, not {self.irradiance!r}")
+        _check_bright("directional light", "Irradiance", self.irradiance)

@@ -6,7 +6,10 @@ import numpy as np
 
 from golden.errors import InputError
 
-__all__ = ["Material", "Rgb"]
+__all__ = ["BRIGHTEST", "Material", "Rgb"]
+
+BRIGHTEST = 1e30
+"""Largest radiance, intensity or irradiance: sums and squares of lights stay within float64, images within float32."""
 
 Rgb = tuple[float, float, float]
 
@@ -57,6 +60,9 @@ class Material:
             if len(value) != 3 or not np.all(np.isfinite(value)) or min(value) < 0:
                 raise InputError(f"material {self.name!r}: {field.name.capitalize()} must be "
                                  f"three finite values of at least 0, not {tuple(value)!r}")
+            if max(value) > BRIGHTEST:
+                raise InputError(f"material {self.name!r}: {field.name.capitalize()} must be at most {BRIGHTEST:g}, "
+                                 f"not {tuple(value)!r}")
             object.__setattr__(self, field.name, tuple(float(channel) for channel in value))
         shares = np.add(np.add(self.diffuse, self.specular), self.transparent)
         if shares.max() > 1 + 1e-9:

@@ -9,7 +9,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
-from golden.scene.material import Material, Rgb
+from golden.scene.material import BRIGHTEST, Material, Rgb
 from golden.scene.sky.sky import Sky
 from golden.scene.textures import Textures
 
@@ -59,7 +59,8 @@ class Scene:
     Raises
     ------
     InputError
-        Arrays of the wrong shape, no patches, vertices that are not finite, or material numbers out of range.
+        Arrays of the wrong shape, no patches, vertices that are not finite, or material numbers or a background out of
+        range.
     """
 
     name: str
@@ -102,6 +103,9 @@ class Scene:
         if self.material.min() < 0 or self.material.max() >= len(self.materials):
             raise InputError(f"scene {self.name!r}: Material must be a number below {len(self.materials)}, "
                              f"not {self.material.min()} to {self.material.max()}")
+        if not isinstance(self.background, Sky) and not 0 <= min(self.background) <= max(self.background) <= BRIGHTEST:
+            raise InputError(f"scene {self.name!r}: Background must be at least 0 and at most {BRIGHTEST:g}, not "
+                             f"{self.background!r}")
         if self.textures is not None and len(self.textures) != count:
             raise InputError(f"scene {self.name!r}: Textures must have one entry for each of {count} patches, not "
                              f"{len(self.textures)}")

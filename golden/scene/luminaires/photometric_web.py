@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.errors import InputError
+from golden.scene.material import BRIGHTEST
 
 __all__ = ["PhotometricWeb"]
 
@@ -28,7 +29,7 @@ class PhotometricWeb:
     Raises
     ------
     InputError
-        Angles do not ascend or are out of range, or intensities are negative, not finite or of another shape.
+        Angles do not ascend or are out of range, or intensities are negative, above `BRIGHTEST` or of another shape.
 
     Source: CIE 121, the system of C planes.
     """
@@ -54,8 +55,8 @@ class PhotometricWeb:
                              f"{planes[-1]:g}")
         if self.candela.shape != (len(planes), len(gamma)):
             raise InputError(f"Intensities must be {len(planes)} x {len(gamma)}, not {self.candela.shape!r}")
-        if not (np.isfinite(self.candela).all() and (self.candela >= 0).all()):
-            raise InputError("Intensities must be finite and at least 0")
+        if not ((self.candela >= 0) & (self.candela <= BRIGHTEST)).all():
+            raise InputError(f"Intensities must be at least 0 and at most {BRIGHTEST:g}")
 
     def factor(self, toward: np.ndarray) -> np.ndarray:
         """What multiplies a light's intensity in K directions towards the luminaire, K x 3 of any length: candela."""

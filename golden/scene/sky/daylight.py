@@ -7,6 +7,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.scene.lights import DirectionalLight
+from golden.scene.material import BRIGHTEST
 from golden.scene.scene import Scene
 from golden.scene.sky.distributions import cie_clear, cie_overcast, perez, uniform
 from golden.scene.sky.sky import Sky
@@ -73,9 +74,9 @@ class Daylight:
             raise InputError(f"daylight: Sun must be above the horizon with sky {self.sky}, not {found}")
         for name in ("sky_illuminance", "sun_illuminance"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value >= 0):
-                raise InputError(f"daylight: {name.capitalize().replace('_', ' ')} must be finite and at least 0, not "
-                                 f"{value!r}")
+            if value is not None and not 0 <= value <= BRIGHTEST:
+                raise InputError(f"daylight: {name.capitalize().replace('_', ' ')} must be at least 0 and at most "
+                                 f"{BRIGHTEST:g}, not {value!r}")
         if self.sun_illuminance and self.sun is None:
             raise InputError("daylight: Sun illuminance must have a sun, not be alone")
         if not 0 <= self.ground <= 1:

@@ -1,9 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from golden.errors import InputError
+from golden.scene.builtin import builtin_scene
 from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.load import load_scene
+from golden.scene.material import Material
+from golden.scene.sky.daylight import Daylight
 from tb.golden.scene.test_load import gltf
 
 HALF = 0.5**0.5
@@ -48,6 +53,10 @@ def test_a_cone_falls_off_as_the_extension_says():
     (lambda: DirectionalLight(direction=(0, 0, float("nan")), irradiance=(1, 1, 1)), "Direction must be three finite"),
     (lambda: DirectionalLight(direction=(0, 0, 1), irradiance=(1, -1, 1)), "Irradiance must be at least 0"),
     (lambda: PointLight(position=(0, 0, 1), intensity=(1, -1, 1)), "Intensity must be at least 0"),
+    (lambda: PointLight(position=(0, 0, 1), intensity=(1, 1e300, 1)), "Intensity must be at least 0 and at most"),
+    (lambda: Material(name="lamp", emission=(1, 1e300, 1)), "material 'lamp': Emission must be at most 1e.30"),
+    (lambda: replace(builtin_scene("furnace:1"), background=(0, 0, 1e300)), "Background must be at least 0"),
+    (lambda: Daylight(sky_illuminance=1e300), "Sky illuminance must be at least 0 and at most 1e.30"),
     (lambda: PointLight(position=(0, 1), intensity=(1, 1, 1)), "Position must be three finite"),
 ])
 def test_a_light_that_is_none_is_refused(make, says):
