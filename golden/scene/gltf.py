@@ -21,7 +21,7 @@ from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.mesh import Mesh
 from golden.scene.parser import check_regular, load_with_trimesh, unreadable
-from golden.scene.texture import Texture, join_halves
+from golden.scene.texture import MOST_PIXELS, Texture, join_halves
 from golden.scene.textures import FaceTextures
 from golden.scene.unused import Unused
 
@@ -211,7 +211,7 @@ def _texture(geometry, name: str, info: dict | None, tree: dict, read: dict[int,
         return None
     picture = getattr(geometry.visual.material, name, None)
     if picture is None:
-        raise InputError(f"{name} {info['index']} cannot be read as a picture")
+        raise InputError(f"{name} {info['index']} cannot be read as a picture of at most {MOST_PIXELS} pixels")
     if info["index"] not in read:
         texture = tree["textures"][info["index"]]
         sampler = tree["samplers"][texture["sampler"]] if "sampler" in texture else {}
@@ -318,6 +318,8 @@ def _mesh(scene: trimesh.Scene, sources: list[dict], tree: dict, unused: Unused)
             textures.add(found.texture, count + np.arange(len(faces)), points=vertices[corner],
                          uv=np.asarray(geometry.visual.uv, dtype=np.float64)[corner], counts=np.full(len(faces), 3),
                          colour=found.colour)
+        elif found.texture is not None:
+            unused.add("texture of a face without coordinates", len(faces))
         points.append(vertices)
         corners.append(faces + offset)
         indices.append(rows[found.index])
@@ -371,6 +373,8 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     files = tuple(path.parent / unquote(part["uri"]) for part in (*tree.get("buffers", ()), *tree.get("images", ()))
                   if "uri" in part and not part["uri"].startswith("data:"))
     for file in files:
+        if not file.resolve().is_relative_to(path.parent.resolve()):
+            raise InputError(f"{file} is not read: it is outside of the file's folder")
         check_regular(file)
     unused = unused_of(tree)
     if "accessors" in tree:  # trimesh expects buffer views, even if all accessors are zeros

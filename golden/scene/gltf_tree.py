@@ -34,7 +34,7 @@ def check_tree(tree: dict) -> None:
         file claims more than `MOST_FACES`, `MOST_PRIMITIVES` or `MOST_ZEROS`.
     """
     _TREE(tree, "")
-    nodes, cameras = (len(tree.get(name, ())) for name in ("nodes", "cameras"))
+    nodes, cameras, meshes = (len(tree.get(name, ())) for name in ("nodes", "cameras", "meshes"))
     lights = len(tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", ()))
     scenes = tree.get("scenes", [])
     if scenes:
@@ -46,12 +46,16 @@ def check_tree(tree: dict) -> None:
         _check_indices(node.get("children", ()), f"{path}.children", nodes)
         if "camera" in node:
             _check_index(node["camera"], f"{path}.camera", cameras)
+        if "mesh" in node:
+            _check_index(node["mesh"], f"{path}.mesh", meshes)
+        if "matrix" in node and node["matrix"][3::4] != [0, 0, 0, 1]:
+            _refuse(f"{path}.matrix", "a matrix with the last row 0, 0, 0, 1", node["matrix"][3::4])
         light = node.get("extensions", {}).get("KHR_lights_punctual", {})
         if "light" in light:
             _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
     _check_textures(tree)
     _check_parents(tree.get("nodes", ()), scenes)
-    _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()))
+    _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()), len(tree.get("materials", ())))
 
 
 def _check_textures(tree):
@@ -80,7 +84,7 @@ def _check_parents(nodes, scenes):
             raise InputError(f"nodes[{number}].children names a node twice")
 
 
-def _check_sizes(accessors, meshes):
+def _check_sizes(accessors, meshes, materials):
     counts = [accessor["count"] for accessor in accessors]
     zeros = sum(accessor["count"] for accessor in accessors if "bufferView" not in accessor)
     if zeros > MOST_ZEROS:
@@ -93,6 +97,8 @@ def _check_sizes(accessors, meshes):
         for rank, primitive in enumerate(mesh["primitives"]):
             path = f"meshes[{number}].primitives[{rank}]"
             attributes = primitive.get("attributes", {})
+            if "material" in primitive:
+                _check_index(primitive["material"], f"{path}.material", materials)
             named = {name: primitive[name] for name in ("indices",) if name in primitive}
             for name, index in (named | attributes).items():
                 _check_index(index, f"{path}.{name}", len(counts))
@@ -194,7 +200,7 @@ _MATERIAL = _object(
 _LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number, spot=_object(
     innerConeAngle=_number, outerConeAngle=_number))))
 _NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_list(_number, 3),
-                translation=_list(_number, 3), children=_list(_whole), camera=_whole,
+                translation=_list(_number, 3), children=_list(_whole), camera=_whole, mesh=_whole,
                 extensions=_object(KHR_lights_punctual=_object(light=_whole)))
 _MESH = _object(("primitives",), primitives=_list(_object(attributes=_indices, indices=_whole, material=_whole)))
 _TREE = _object(

@@ -38,9 +38,14 @@ def unused_of(tree: dict) -> Unused:
     for member in "animations", "skins":
         unused.add(member, len(tree.get(member, ())))
     unused.add("scenes beside the first", max(0, len(tree.get("scenes", ())) - 1))
-    unused.add("cameras beside the first", max(0, len(tree.get("cameras", ())) - 1))
-    for name in tree.get("extensionsUsed", ()):
+    lenses = sum("perspective" in camera for camera in tree.get("cameras", ()))
+    unused.add("cameras beside the first", max(0, lenses - 1))
+    unused.add("orthographic camera", len(tree.get("cameras", ())) - lenses)
+    # Some files do not declare the extensions of their materials.
+    extensions = (tree, *({"extensionsUsed": material.get("extensions", ())} for material in tree.get("materials", ())))
+    for name in dict.fromkeys(name for part in extensions for name in part.get("extensionsUsed", ())):
         unused.add(f"extension {name}", name not in USED)
+    unused.add("sparse values of an accessor", sum("sparse" in accessor for accessor in tree.get("accessors", ())))
     for mesh in tree.get("meshes", ()):
         for primitive in mesh["primitives"]:
             unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
@@ -55,6 +60,10 @@ def unused_of(tree: dict) -> Unused:
 
 def _add_material(unused: Unused, material: dict) -> None:
     pbr = material.get("pbrMetallicRoughness", {})
+    strength = material.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
+    unused.add("negative emissiveStrength", strength < 0)
+    colour = pbr.get("baseColorFactor", (0,))
+    unused.add("baseColorFactor beyond 0 to 1", min(colour) < 0 or max(colour) > 1)
     for name in TEXTURES:
         unused.add(name, name in material)
     for info in (pbr.get("baseColorTexture", {}), material.get("emissiveTexture", {})):

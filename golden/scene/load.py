@@ -54,7 +54,7 @@ def _read(path: Path, up, facets: bool) -> Scene:
     """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)
     if suffix == ".nff":
-        return read_nff(path.read_text(encoding="utf-8", errors="replace"), where)
+        return read_nff(path.read_text(encoding="utf-8-sig", errors="replace"), where)
     if suffix == ".vs3":
         return read_vs3(path)
     make = facet_scene if facets else mesh_scene

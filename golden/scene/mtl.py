@@ -12,7 +12,7 @@ from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, bounded_material
 from golden.scene.material import Material
 from golden.scene.parser import check_regular
-from golden.scene.texture import Texture
+from golden.scene.texture import MOST_PIXELS, Texture
 from golden.scene.unused import Unused
 
 __all__ = ["MtlMaterial", "read_mtl"]
@@ -77,6 +77,10 @@ class MtlMaterial:
     def add_unused(self, unused: Unused) -> None:
         """Counts the values that have no effect."""
         stated = self.stated
+        for key, values in stated.items():
+            unused.add(f"negative {key!r}", bool((values < 0).any()))
+        for key in "d", "Tr":
+            unused.add(f"{key!r} above 1", key in stated and stated[key][0] > 1)
         unused.add("'Ks' of a highlight", not self._shines and bool(stated.get("Ks", np.zeros(3)).any()))
         unused.add("'Tf' of an opaque material",
                    self._opacity == 1 and not (stated.get("Tf", np.ones(3)) == 1).all())
@@ -141,8 +145,9 @@ def read_mtl(text: str, *, where: str, folder=None) -> dict[str, MtlMaterial]:
             continue
         elif key in COUNTS and rest and rest[0] not in ("spectral", "xyz"):
             stated[key] = _values(rest, COUNTS[key], here)
+            unused.add(f"'-halo' of {key!r}", "-halo" in rest)
         elif key == "map_Kd" and folder is not None and rest:
-            textures[name] = _picture(folder, line.split(None, 1)[1].strip(), here)
+            textures[name] = _picture(folder, line.split(None, 1)[1].strip(), here, unused)
         elif key not in SKIPPED:
             unused.add(f"{key!r}")
     materials = {name: MtlMaterial(name, stated, *textures.get(name, ())) for name, stated in found.items()}
@@ -152,8 +157,8 @@ def read_mtl(text: str, *, where: str, folder=None) -> dict[str, MtlMaterial]:
     return materials
 
 
-def _picture(folder, name: str, where: str) -> tuple[Texture, Path]:
-    """The picture that a ``map_Kd`` names and its path; InputError if it cannot be read."""
+def _picture(folder, name: str, where: str, unused: Unused) -> tuple[Texture, Path]:
+    """The picture that a ``map_Kd`` names and its path; InputError if it cannot be read. Counts further options."""
     # Options such as "-s 1 1 1" precede the name, which may itself hold blanks.
     path = folder / name.replace("\\", "/")
     kind = "repeat"
@@ -161,9 +166,13 @@ def _picture(folder, name: str, where: str) -> tuple[Texture, Path]:
         words = name.split()
         path = folder / words[-1]
         kind = "clamp" if ("-clamp", "on") in pairwise(words) else "repeat"
+        for option in words[:-1]:
+            unused.add(f"{option!r} of 'map_Kd'", option[0] == "-" and option[1:].isalpha() and option != "-clamp")
     try:
         check_regular(path)
         with Image.open(path) as image:
             return Texture(image, wrap=(kind, kind)), path
-    except (OSError, ValueError, Image.DecompressionBombError, InputError) as error:
+    except Image.DecompressionBombError as error:
+        raise InputError(f"{where}: picture {name!r} has more than {MOST_PIXELS} pixels") from error
+    except (OSError, ValueError, InputError) as error:
         raise InputError(f"{where}: picture {name!r} cannot be read ({' '.join(str(error).split())})") from error

@@ -117,7 +117,7 @@ class _Obj:
             path = self.path.parent / name.replace("\\", "/")
             try:
                 check_regular(path)
-                text = path.read_text(encoding="utf-8", errors="replace")
+                text = path.read_text(encoding="utf-8-sig", errors="replace")
             except FileNotFoundError:
                 self.lost = True
                 warnings.warn(f"there is no material library {name!r}: its materials become grey", InputWarning,
@@ -157,7 +157,7 @@ def read_obj(path: Path) -> Mesh:
         Names what is skipped, but for normals and groups; a library that does not exist.
     """
     obj = _Obj(path)
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
     pending = ""
     for number, line in enumerate(text.splitlines(), start=1):
         if line.endswith("\\"):

@@ -127,5 +127,5 @@ def read_vs3(path: Path) -> Scene:
         Controls are not used, and surfaces to be combined stay separate.
     """
     reader = _Vs3(str(path))
-    reader.read(path.read_text(encoding="utf-8", errors="replace"))
+    reader.read(path.read_text(encoding="utf-8-sig", errors="replace"))
     return reader.scene(path.stem)

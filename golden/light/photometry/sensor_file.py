@@ -29,7 +29,7 @@ def read_sensors(path: Path) -> Sensors:
     """
     check_regular(path)
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
     position, normal, plane, planes, count = [], [], [], 0, 0

@@ -110,7 +110,7 @@ def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says
     assert says in refusal(textured(tmp_path, f"f {face}\n"))
 
 
-def picture_file(folder, image, *, emits=False, shift=(0, 0), **sampler):
+def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, **sampler):
     """A square with a texture, of which it shows the upper left quarter: red. Its coordinates may be shifted."""
     data = io.BytesIO()
     image.save(data, format="PNG")
@@ -129,14 +129,30 @@ def picture_file(folder, image, *, emits=False, shift=(0, 0), **sampler):
     return gltf(folder, materials=[material], textures=[{"source": 0, "sampler": 0}], images=[{"uri": "picture.png"}],
                 samplers=[sampler], accessors=accessors, bufferViews=views,
                 buffers=[{"byteLength": 60}, {"byteLength": 32, "uri": "uv.bin"}],
-                meshes=[{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1,
-                                         "material": 0}]}])
+                meshes=[{"primitives": [{"attributes": {"POSITION": 0} | ({"TEXCOORD_0": 2} if has_uv else {}),
+                                         "indices": 1, "material": 0}]}])
 
 
 @pytest.mark.parametrize("emits", [False, True])
 def test_a_face_of_gltf_has_the_colour_of_its_part(tmp_path, emits):
     scene = load_scene(picture_file(tmp_path, ATLAS, emits=emits))
     assert scene.channels("emission" if emits else "diffuse") == pytest.approx(np.array([RED]) / 255, abs=1e-9)
+
+
+def test_a_face_of_gltf_without_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path):
+    path = picture_file(tmp_path, ATLAS, has_uv=False)
+    with pytest.warns(InputWarning) as caught:
+        scene = load_scene(path)
+    assert [str(warning.message) for warning in caught] == [
+        f"{path}: not used: texture of a face without coordinates (2)"]
+    assert scene.channels("diffuse") == pytest.approx(np.array([Texture(ATLAS).mean()]), abs=0.01)
+
+
+def test_a_file_outside_of_the_folder_of_a_gltf_is_refused(tmp_path):
+    write(tmp_path, "a.bin", b"0")
+    (tmp_path / "b").mkdir()
+    path = gltf(tmp_path / "b", buffers=[{"byteLength": 1, "uri": "../a.bin"}])
+    assert refusal(path) == f"{path}: {tmp_path / 'b' / '..' / 'a.bin'} is not read: it is outside of the file's folder"
 
 
 @pytest.mark.parametrize(("sampler", "colour"), [
@@ -150,7 +166,7 @@ def test_each_side_of_a_texture_of_gltf_has_its_wrap(tmp_path, sampler, colour):
 def test_a_texture_of_gltf_that_cannot_be_read_is_refused(tmp_path):
     path = picture_file(tmp_path, ATLAS)
     (tmp_path / "picture.png").write_bytes(b"no picture")
-    assert refusal(path) == f"{path}: baseColorTexture 0 cannot be read as a picture"
+    assert refusal(path) == f"{path}: baseColorTexture 0 cannot be read as a picture of at most {MOST_PIXELS} pixels"
 
 
 def test_a_large_texture_is_refused_and_not_dropped(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ import struct
 import warnings
 
 import pytest
+from PIL import Image
 
 from golden.errors import InputWarning
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
@@ -33,6 +34,17 @@ TREES = {
     "scenes": ({"scenes": [{"nodes": [0]}] * 3}, "not used: scenes beside the first (2)"),
     "extensions": ({"extensionsUsed": ["KHR_materials_ior", "KHR_materials_sheen"]},
                    "not used: extension KHR_materials_sheen"),
+    "undeclared": ({"materials": [{"extensions": {"KHR_materials_clearcoat": {}}}]},
+                   "not used: extension KHR_materials_clearcoat"),
+    "orthographic": ({"cameras": [{"type": "orthographic"}, *[{"perspective": {"yfov": 1}}] * 2]},
+                     "not used: cameras beside the first, orthographic camera"),
+    "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1]},
+                                 "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -1}}}]},
+                 "not used: negative emissiveStrength, baseColorFactor beyond 0 to 1"),
+    "sparse": ({"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                               "sparse": {"count": 1}},
+                              {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}]},
+               "not used: sparse values of an accessor"),
     "materials": ({"materials": [{"alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
                   "not used: normalTexture, alphaMode MASK, KHR_materials_volume.attenuationDistance"),
 }
@@ -63,6 +75,25 @@ def test_values_of_a_library_that_are_not_used_are_named(tmp_path):
         load_scene(path)
     assert [str(warning.message) for warning in caught] == [
         f"{path}: a.mtl: not used: 'map_Bump', 'bump', 'Ks' of a highlight, 'Tf' of an opaque material"]
+
+
+@pytest.mark.parametrize(("line", "says"), [
+    ("Kd -1 0.5 0.5", "negative 'Kd'"), ("Ke 1 1 -1", "negative 'Ke'"), ("d 7", "'d' above 1"),
+    ("d -1", "negative 'd'"), ("Tr 2", "'Tr' above 1"), ("d -halo 0.3", "'-halo' of 'd'"),
+    ("map_Kd -s 2 2 1 -clamp on -o 0.5 -0.5 a.png", "'-s' of 'map_Kd', '-o' of 'map_Kd'")])
+def test_values_and_options_of_a_library_without_effect_are_named(tmp_path, line, says):
+    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
+    write(tmp_path, "a.mtl", f"newmtl a\n{line}\n")
+    path = write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + SQUARE + "vt 0 0\nf 1/1 2/1 3/1\n")
+    with pytest.warns(InputWarning) as caught:
+        load_scene(path)
+    assert [str(warning.message) for warning in caught] == [f"{path}: a.mtl: not used: {says}"]
+
+
+def test_a_byte_order_mark_hides_no_first_line(tmp_path):
+    write(tmp_path, "a.mtl", "\ufeffnewmtl a\nKe 1 2 3\n")
+    scene = load_scene(write(tmp_path, "a.obj", "\ufeffmtllib a.mtl\nusemtl a\n" + SQUARE + "f 1 2 3 4\n"))
+    assert scene.materials[0].emission == (1, 2, 3)
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -145,6 +176,9 @@ def test_a_text_that_claims_much_takes_no_memory(tmp_path, name):
     ({"extensionsRequired": ["EXT_a"]}, "it requires the extension EXT_a, which is not read"),
     ({"meshes": [{"primitives": [{"attributes": {"POSITION": 5}}]}]},
      "meshes[0].primitives[0].POSITION must be the index of one of 2 entries, not 5"),
+    ({"nodes": [{"mesh": 3}]}, "nodes[0].mesh must be the index of one of 1 entries, not 3"),
+    ({"nodes": [{"mesh": 0, "matrix": [1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]},
+     "nodes[0].matrix must be a matrix with the last row 0, 0, 0, 1, not [0.5, 0, 0, 1]"),
 ])
 def test_a_gltf_file_that_claims_much_is_refused(tmp_path, changes, says):
     path = gltf(tmp_path, **changes)

@@ -27,6 +27,10 @@ def test_a_plane_has_a_sensor_at_the_centre_of_each_field(tmp_path):
     assert (sensors.normal == (0, 0, 1)).all()
 
 
+def test_a_byte_order_mark_is_no_part_of_the_first_line(tmp_path):
+    assert read(tmp_path, "\ufeff1 2 3 0 0 1\n").position.tolist() == [[1, 2, 3]]
+
+
 def test_planes_are_numbered_and_points_between_them_are_not(tmp_path):
     sensors = read(tmp_path, f"{PLANE}0 0 0 0 0 1\nplane 0 0 0  0 1 0  1 0 0  1 1\n")
     assert sensors.plane.tolist() == [0] * 6 + [-1, 1]
