@@ -1,5 +1,6 @@
 """Pieces of rows: when they come, and what of them is kept. What they are is tested with the ray generator."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +18,8 @@ from tb.lib.timing import documented_latency
 CONFIG = config_of({})
 BENCH = ScheduleBench(RowPieces(config=CONFIG), idle_limit=60)
 LOWEST, HIGHEST = -(1 << 27), (1 << 27) - 1
+# Of a quarter of a hemisphere.
+SHELL = 8
 
 
 def test_pieces_of_whole_rows_and_of_a_window():
@@ -51,22 +54,32 @@ def test_pieces_of_whole_rows_and_of_a_window():
 class Quarter(WindowStages):
     """A quarter of a hemisphere."""
 
-    def __init__(self):
+    def __init__(self, change=lambda rays: rays):
         record = random_hemisphere(np.random.default_rng(1), CONFIG, size=(256, 64))
-        self._prepare(record, Sector(64, 128, 0, 64), shells(record), 8, CONFIG)
+        of = shells(record)
+        self._prepare(record, Sector(64, 128, 0, 64), lambda shell: change(of(shell)), SHELL, CONFIG)
+
+    @property
+    def mask(self):
+        """The grid rays of the last shell in the sector, whose arcs are others in each row."""
+        rays = self.rays[SHELL]
+        assert len(np.unique(rays.column_border)) > rays.rows // 4
+        return sector_rays(rays, self.sector, self.record)
+
+    @property
+    def rows(self):
+        """Rows of one piece; near the pole there are two, or all columns."""
+        mask = self.mask
+        pieces = (np.diff(np.pad(mask, ((0, 0), (1, 0))).astype(int), axis=1) == 1).sum(axis=1)
+        rows = np.flatnonzero((pieces == 1) & ~mask.all(axis=1))
+        rows = max(np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1), key=len)
+        assert len(rows) > 12
+        return rows
 
 
-def test_rows_between_the_same_columns_are_searched_for_once():
-    """The sector's arcs are others in each row."""
-    stages, shell = Quarter(), 8
-    rays = stages.rays[shell]
-    assert len(np.unique(rays.column_border)) > rays.rows // 4
-    mask = sector_rays(rays, stages.sector, stages.record)
-    # Those of one piece; near the pole there are two, or all columns.
-    pieces = (np.diff(np.pad(mask, ((0, 0), (1, 0))).astype(int), axis=1) == 1).sum(axis=1)
-    rows = np.flatnonzero((pieces == 1) & ~mask.all(axis=1))
-    rows = max(np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1), key=len)
-    assert len(rows) > 12
+def check_pieces(stages, rows):
+    """Those that come are golden's, which are returned."""
+    rays, mask, shell = stages.rays[SHELL], stages.mask, SHELL
     whole = {"low": LOWEST, "end": HIGHEST, "wraps": 0}
     base = {"row": sum(stages.rays[one].rows for one in range(2, shell)),
              "column": sum(stages.rays[one].columns for one in range(2, shell))}
@@ -78,8 +91,45 @@ def test_rows_between_the_same_columns_are_searched_for_once():
     pieces = [(item["row"] - base["row"], item["column"] - base["column"], item["count"]) for item in came[:-2]]
     spans = [np.flatnonzero(mask[row]) for row in rows]
     assert pieces == [(row, span[0], len(span)) for row, span in zip(rows, spans, strict=True)]
-    search = documented_latency(PositionSearch, CONFIG, count=rays.columns)
+    return pieces
+
+
+def test_rows_between_the_same_columns_are_searched_for_once():
+    """The sector's arcs are others in each row."""
+    stages = Quarter()
+    rows = stages.rows
+    pieces = check_pieces(stages, rows)
+    search = documented_latency(PositionSearch, CONFIG, count=stages.rays[SHELL].columns)
     same = [one[1:] == other[1:] for one, other in pairwise(pieces)]
     assert [b - a for a, b in pairwise(BENCH.cycles["o"][:len(rows)])] == [5 if is_same else 5 + search
                                                                           for is_same in same]
     assert sum(same) > len(same) // 2
+
+
+def test_a_search_serves_bounds_up_to_the_position_that_it_has_found():
+    """The arc of a row begins one behind a ray with which that of the row before begins."""
+    stages = Quarter()
+    position = stages.rays[SHELL].column_position
+    # They end with the same ray.
+    row = next(row for row, later in pairwise(stages.rows) if _low(stages, later) > _low(stages, row) + 1
+               and len({int((position <= _end(stages, one)).sum()) for one in (row, later)}) == 1)
+
+    def change(rays):
+        if rays.shell != SHELL:
+            return rays
+        changed, at = rays.column_position.copy(), _low(stages, row + 1) - 1
+        changed[np.searchsorted(changed, at)] = at
+        return replace(rays, column_position=changed)
+
+    pieces = check_pieces(Quarter(change), np.array([row, row + 1]))
+    assert pieces[0][1:] != pieces[1][1:]
+
+
+def _low(stages, row):
+    """The least position in a row."""
+    return (stages.sector.first_column << 8) - int(stages.rays[SHELL].column_border[row])
+
+
+def _end(stages, row):
+    """The greatest one."""
+    return (stages.sector.end_column << 8) + int(stages.rays[SHELL].column_border[row])

@@ -191,6 +191,16 @@ def test_faults_are_reported_and_block_nothing(changes, how, fault):
     assert bench.answered[-4:] == answers([second])
 
 
+@pytest.mark.parametrize(("how", "fault"), [("bit", NetworkFault.CHECK), ("address", NetworkFault.ADDRESS)])
+def test_faults_of_requests_are_reported_and_block_nothing(how, fault):
+    bench = Bench(VARIANTS[0], requests=64)
+    destination = NODE + 1 if how == "address" else NODE
+    wrong = broken(request_flits(bench.config, source=2, destination=destination, patch=5), how, bench.config)
+    bench.run(60, flits=([*wrong, *request_flits(bench.config, source=3, destination=NODE, patch=77)], ()))
+    assert bench.fault == fault
+    assert bench.received[-1] == (3, 77)
+
+
 @pytest.mark.parametrize("method", ["parity", "crc"])
 def test_check_bits_detect_every_single_bit_error(method):
     generator = random.Random(3)
