@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.ctu.cell_traversal import NEVER
 from hw.ctu.ctu_formats import CtuFormats
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["CellSteps"]
 
@@ -42,8 +43,8 @@ class CellSteps(wiring.Component):
 
     Timing
     ------
-    Latency: ``5`` cycles to a ray's first cell, its next ones as many apart. One cell of any ray per cycle, with 5
-    rays in flight or more waiting; stalls while a cell waits.
+    Latency: ``6`` cycles to a ray's first cell, its next ones 5 apart. One cell of any ray per cycle, with 5 rays in
+    flight or more waiting; stalls while a cell waits, and a register enables all others of the ring.
 
     Golden counterpart: `golden.ctu.cell_traversal.Traversal.advance`. Source: Shen 1993, section 5.3.4.5.
     """
@@ -56,12 +57,14 @@ class CellSteps(wiring.Component):
             "o": Out(stream.Signature(StructLayout({"tag": tag, "index": ArrayLayout(formats.grid_index, 3),
                                                     "is_cell": 1, "last": 1}))),
             "shape": In(ArrayLayout(formats.grid_count, 3))})
-        self.latency = STAGES
+        self._skid = SkidBuffer(self.o.payload.shape())
+        self.latency = STAGES + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
         formats, axes = self._formats, range(3)
-        moves = Signal()
+        # What all registers of the ring depend on, and whether the ray at its end stays, are known before.
+        moves, stays = Signal(init=1), Signal()
         valid = [Signal(name=f"valid_{stage}") for stage in range(STAGES)]
         rays = [Signal(self._item, name=f"ray_{stage}", reset_less=True) for stage in range(STAGES)]
         entered, compared, chosen, moved, judged = (ray.walk for ray in rays)
@@ -82,15 +85,18 @@ class CellSteps(wiring.Component):
         cell = Signal(chosen.index.shape(), reset_less=True)
         is_cell, goes_on = Signal(reset_less=True), Signal(reset_less=True)
 
+        m.submodules.skid = skid = self._skid
+        wiring.connect(m, skid.o, wiring.flipped(self.o))
+        out, continues = skid.i.payload, ~ends & ~away & ~moved.away
+        m.d.sync += moves.eq(skid.ready_next | ~Mux(moves, valid[-2], valid[-1]))
         m.d.comb += [
-            moves.eq(self.o.ready | ~self.o.valid), self.i.ready.eq(moves & ~(valid[-1] & goes_on)),
-            self.o.valid.eq(valid[-1]), self.o.payload.tag.eq(rays[-1].tag), self.o.payload.index.eq(cell),
-            self.o.payload.is_cell.eq(is_cell), self.o.payload.last.eq(~goes_on)]
+            self.i.ready.eq(moves & ~stays), skid.i.valid.eq(valid[-1]), out.tag.eq(rays[-1].tag), out.index.eq(cell),
+            out.is_cell.eq(is_cell), out.last.eq(~goes_on)]
         with m.If(moves):
             for source, target in pairwise(range(STAGES)):
                 m.d.sync += [valid[target].eq(valid[source]), rays[target].eq(rays[source])]
-            m.d.sync += [valid[0].eq(self.i.valid | (valid[-1] & goes_on)),
-                         rays[0].eq(Mux(valid[-1] & goes_on, rays[-1], self.i.payload))]
+            m.d.sync += [valid[0].eq(self.i.valid | stays), rays[0].eq(Mux(stays, rays[-1], self.i.payload)),
+                         stays.eq(valid[-2] & continues)]
             m.d.sync += [not_after[a, b].eq(entered.next[a] <= entered.next[b]) for a, b in pairs]
             m.d.sync += [
                 crossed.eq(crosses),
@@ -105,5 +111,5 @@ class CellSteps(wiring.Component):
             m.d.sync += [
                 judged.index.eq(index), judged.inside.eq(~(below | above).any()), judged.away.eq(away),
                 cell.eq(moved.index), is_cell.eq(moved.inside & ~moved.away),
-                goes_on.eq(~ends & ~away & ~moved.away)]
+                goes_on.eq(continues)]
         return m

@@ -12,7 +12,6 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.traversal_start import TraversalStart
 from hw.lib.arbiter import Arbiter
 from hw.lib.round_robin import RoundRobin
-from hw.lib.skid_buffer import SkidBuffer
 from hw.lib.validate import check_integer
 
 __all__ = ["CellTraversal"]
@@ -21,8 +20,7 @@ __all__ = ["CellTraversal"]
 class CellTraversal(wiring.Component):
     """`TraversalStart`, then `CellSteps` and `CellNumber`, or several of both.
 
-    A ray enters a pipeline with a free position, one ray after the other. Registers separate the three, also in
-    ``ready``: otherwise one net would stall all registers while a cell waits.
+    A ray enters a pipeline with a free position, one ray after the other.
 
     Parameters
     ----------
@@ -70,11 +68,9 @@ class CellTraversal(wiring.Component):
             "o": Out(stream.Signature(StructLayout({"tag": tag, "cell": formats.cell, "is_cell": 1, "last": 1}))),
             "origin": In(ArrayLayout(formats.grid_coordinate, 3)), "shape": In(ArrayLayout(formats.grid_count, 3)),
             "steps": Out(pipelines)})
-        self._begins = SkidBuffer(self._start.o.payload.shape())
-        self._met = [SkidBuffer(steps.o.payload.shape()) for steps in self._steps]
         self._merge = Arbiter(self._numbers[0].o.payload.shape(), count=pipelines) if pipelines > 1 else None
         self.latency = (pipelines > 1) + sum(block.latency for block in (
-            self._start, self._begins, self._steps[0], self._met[0], self._numbers[0]))
+            self._start, self._steps[0], self._numbers[0]))
 
     def elaborate(self, platform):
         m = Module()
@@ -82,15 +78,12 @@ class CellTraversal(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), self._start.i)
         m.d.comb += [self._start.origin.eq(self.origin), self._start.shape.eq(self.shape)]
         m.submodules.arbiter = arbiter = RoundRobin(count=count)
-        m.submodules.begins = self._begins
-        wiring.connect(m, self._start.o, self._begins.i)
-        free, begins = arbiter.eligible, self._begins.o
+        free, begins = arbiter.eligible, self._start.o
         m.d.comb += [arbiter.request.eq(free), begins.ready.eq(free.any()),
                      arbiter.accept.eq(begins.valid & free.any())]
-        for k, (steps, skid, number) in enumerate(zip(self._steps, self._met, self._numbers, strict=True)):
-            m.submodules[f"steps_{k}"], m.submodules[f"met_{k}"], m.submodules[f"number_{k}"] = steps, skid, number
-            wiring.connect(m, steps.o, skid.i)
-            met, given = skid.o, number.i
+        for k, (steps, number) in enumerate(zip(self._steps, self._numbers, strict=True)):
+            m.submodules[f"steps_{k}"], m.submodules[f"number_{k}"] = steps, number
+            met, given = steps.o, number.i
             m.d.comb += [
                 steps.shape.eq(self.shape), number.shape.eq(self.shape), free[k].eq(steps.i.ready),
                 steps.i.valid.eq(begins.valid & arbiter.grant[k]), steps.i.payload.eq(begins.payload),

@@ -10,6 +10,7 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.ray_direction import direction
 from hw.lib.fixed import round_shift, total
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["GridDirection"]
 
@@ -36,7 +37,8 @@ class GridDirection(wiring.Component):
 
     Timing
     ------
-    Latency: ``2 * product_registers + 5`` cycles. One ray per cycle; stalls while the ray at the end waits.
+    Latency: ``2 * product_registers + 6`` cycles. One ray per cycle; stalls while the ray at the end waits, and a
+    register enables all others.
 
     Golden counterpart: `golden.ctu.unit.global_directions` of a ray of `golden.ctu.grid_rays.GridRays`.
     Source: Shen 1993, section 5.3.4.4.
@@ -50,19 +52,22 @@ class GridDirection(wiring.Component):
             "o": Out(stream.Signature(StructLayout({
                 "tag": tag, "direction": ArrayLayout(formats.grid_direction, 3)}))),
             "is_screen": In(1), "to_global": In(ArrayLayout(formats.direction_vector, 3))})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._skid = SkidBuffer(self.o.payload.shape())
+        self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
         given = self.i.payload
         local = direction(pipeline, pipeline.input(given.column), pipeline.input(given.row), self.is_screen, config)
         for axis in range(3):
             turned = total(pipeline, [
                 pipeline.product(local[k], pipeline.constant(self.to_global[axis][k]),
                                  registers=config.icu.product_registers) for k in range(3)])
-            pipeline.output(self.o.payload.direction[axis], pipeline.register(
+            pipeline.output(self._skid.i.payload.direction[axis], pipeline.register(
                 lambda value: round_shift(value, numbers.direction_fraction), turned))
-        pipeline.output(self.o.payload.tag, pipeline.input(given.tag))
-        self.latency = pipeline.latency
+        pipeline.output(self._skid.i.payload.tag, pipeline.input(given.tag))
+        self.latency = pipeline.latency + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
         self._pipeline.add_to(m)
+        m.submodules.skid = self._skid
+        wiring.connect(m, self._skid.o, wiring.flipped(self.o))
         return m

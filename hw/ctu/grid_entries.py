@@ -10,6 +10,7 @@ from golden.config import Config
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.near_window import add_tables
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["GridEntries"]
 
@@ -35,7 +36,7 @@ class GridEntries(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles. One ray per cycle; stalls while the ray at the end waits.
+    Latency: ``3`` cycles. One ray per cycle; stalls while the ray at the end waits, and a register enables all others.
 
     Golden counterpart: `golden.memory_map`, ``shells``, ``grid_rows`` and ``grid_columns``.
     """
@@ -51,8 +52,9 @@ class GridEntries(wiring.Component):
                 "column": formats.grid_column_address}))),
             "o": Out(stream.Signature(StructLayout({
                 "tag": tag, **segment.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
-        given, made, self._tables = self.i.payload, self.o.payload, []
+        self._skid = SkidBuffer(self.o.payload.shape())
+        self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
+        given, made, self._tables = self.i.payload, self._skid.i.payload, []
         for kind, record, kept, address, outputs in (
                 (GridTableKind.SHELL, formats.grid_shell, segment, given.shell,
                  {"begin": made.begin, "length": made.length}),
@@ -64,10 +66,12 @@ class GridEntries(wiring.Component):
             for name, target in outputs.items():
                 pipeline.output(target, pipeline.combine(lambda entry, name=name: entry[name], entry))
         pipeline.output(made.tag, pipeline.input(given.tag))
-        self.latency = pipeline.latency
+        self.latency = pipeline.latency + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
         add_tables(m, self.i_table, self._tables)
         self._pipeline.add_to(m)
+        m.submodules.skid = self._skid
+        wiring.connect(m, self._skid.o, wiring.flipped(self.o))
         return m

@@ -104,8 +104,6 @@ class RayTraversal(wiring.Component):
         segment = StructLayout({"sent": sent, "begin": formats.begin, "length": formats.parameter})
         self._entries, self._direction = GridEntries(config=config, tag=sent), GridDirection(config=config, tag=segment)
         self._traversal = CellTraversal(config=config, tag=sent, pipelines=pipelines)
-        # A stall of one of the three blocks reaches the block before it a cycle later.
-        self._found, self._turned = (SkidBuffer(block.o.payload.shape()) for block in (self._entries, self._direction))
         super().__init__({
             "i_frustum": In(stream.Signature(formats.traversal_frustum)),
             "i_table": In(self._survival.i_table.signature.flip()),
@@ -115,14 +113,13 @@ class RayTraversal(wiring.Component):
             "i_word": In(stream.Signature(formats.settle_word)),
             "counters": Out(StructLayout(dict.fromkeys(COUNTERS, COUNTER_BITS)))})
         self.latency = sum(block.latency for block in (
-            self._survival, *((self._memory, self._sent) if self._memory else ()), self._entries, self._found,
-            self._direction, self._turned, self._traversal))
+            self._survival, *((self._memory, self._sent) if self._memory else ()), self._entries, self._direction,
+            self._traversal))
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.survival, m.submodules.entries = self._survival, self._entries
         m.submodules.direction, m.submodules.traversal = self._direction, self._traversal
-        m.submodules.found, m.submodules.turned = self._found, self._turned
         if self._memory:
             m.submodules.memory, m.submodules.sent = self._memory, self._sent
         passed = len(self._memory.o_passed) if self._memory else 0
@@ -212,9 +209,7 @@ class RayTraversal(wiring.Component):
         m.d.comb += [
             entries.valid.eq(sent.valid), sent.ready.eq(entries.ready), entries.payload.tag.stage.eq(ray.stage),
             *(entries.payload[name].eq(ray[name]) for name in ("shell", "row", "column"))]
-        found, turned, direction, traversal = self._found.o, self._turned.o, self._direction.i, self._traversal.i
-        wiring.connect(m, self._entries.o, self._found.i)
-        wiring.connect(m, self._direction.o, self._turned.i)
+        found, turned, direction, traversal = self._entries.o, self._direction.o, self._direction.i, self._traversal.i
         m.d.comb += [
             direction.valid.eq(found.valid), found.ready.eq(direction.ready),
             *(direction.payload[name].eq(found.payload[name]) for name in ("row", "column")),

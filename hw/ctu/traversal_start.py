@@ -20,6 +20,7 @@ from golden.ctu.grid_rays import FRACTION
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.fixed import magnitude, normalise, shift_right, small_product
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["TraversalStart"]
 
@@ -51,7 +52,8 @@ class TraversalStart(wiring.Component):
 
     Timing
     ------
-    Latency: ``product_registers + 20`` cycles. One ray per cycle; stalls while the ray at the end waits.
+    Latency: ``product_registers + 21`` cycles. One ray per cycle; stalls while the ray at the end waits, and a
+    register enables all others.
 
     Golden counterpart: `golden.ctu.cell_traversal.traversal_start`. Source: Shen 1993, section 5.3.4.5.
     """
@@ -69,8 +71,9 @@ class TraversalStart(wiring.Component):
         self._rows = [{"lacks": (1 << RECIPROCAL_BITS + GUARD) - int(v), "slope": int(s)}
                       for v, s in zip(value, slope, strict=True)]
         self._memories = []
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
-        given, walk = self.i.payload, self.o.payload.walk
+        self._skid = SkidBuffer(self.o.payload.shape())
+        self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
+        given, walk = self.i.payload, self._skid.i.payload.walk
         begin = pipeline.input(given.begin)
         lost = []
         for axis in range(3):
@@ -104,14 +107,16 @@ class TraversalStart(wiring.Component):
         pipeline.output(walk.away, pipeline.combine(lambda *each: Cat(each).any(), *lost[::2]))
         pipeline.output(walk.inside, pipeline.combine(lambda *each: ~Cat(each).any(), *lost[1::2]))
         pipeline.output(walk.length, pipeline.input(given.length))
-        pipeline.output(self.o.payload.tag, pipeline.input(given.tag))
-        self.latency = pipeline.latency
+        pipeline.output(self._skid.i.payload.tag, pipeline.input(given.tag))
+        self.latency = pipeline.latency + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
         for axis, memory in enumerate(self._memories):
             m.submodules[f"table_{axis}"] = memory
         self._pipeline.add_to(m)
+        m.submodules.skid = self._skid
+        wiring.connect(m, self._skid.o, wiring.flipped(self.o))
         return m
 
     def _product(self, a, b):

@@ -67,6 +67,9 @@ class Pipeline:
     interval
         Cycles from an item to the next one, at least. Where they are several a register holds its value for all of
         them, and products share multipliers: one that is busy puts a product off, and with it what follows.
+    ready_next
+        Value: whether ``o`` is ready in the next cycle. With it the enable of all registers comes from a register, not
+        from ``o`` through logic.
 
     Members
     -------
@@ -82,10 +85,11 @@ class Pipeline:
     TypeError
         ``interval`` is no integer.
     ValueError
-        ``i`` is always ready but ``o`` is not; ``interval`` is out of range, or more than 1 where ``o`` can wait.
+        ``i`` is always ready but ``o`` is not; ``interval`` is out of range, or more than 1 where ``o`` can wait;
+        there is a ``ready_next`` and ``o`` is always ready.
     """
 
-    def __init__(self, i, o, *, interval: int = 1):
+    def __init__(self, i, o, *, interval: int = 1, ready_next=None):
         check_integer("Interval", interval, minimum=1)
         self._i, self._o, self._interval = i, o, interval
         self._stalls = not o.signature.always_ready
@@ -93,7 +97,10 @@ class Pipeline:
             raise ValueError("Input must be a stream that can wait where the output can, not one that is always ready")
         if self._stalls and interval > 1:
             raise ValueError(f"Interval must be 1 where the output can wait, not {interval!r}")
-        self._advance = Signal(name="advance") if self._stalls else None
+        if ready_next is not None and not self._stalls:
+            raise ValueError("Next cycle's ready is of an output that can wait, not of one that is always ready")
+        self._ready_next = ready_next
+        self._advance = Signal(name="advance", init=ready_next is not None) if self._stalls else None
         self._delayed, self._ports, self._outputs = [], [], []
         self._held, self._multipliers, self._rounds = [], [], []
         self._kept = None
@@ -235,7 +242,10 @@ class Pipeline:
             with m.If(self.valid(age)):
                 m.d.sync += register.eq(source)
         m.d.comb += self._o.valid.eq(valid)
-        if self._stalls:
+        if self._ready_next is not None:
+            m.d.sync += self._advance.eq(
+                self._ready_next | ~Mux(self._advance, self.valid(latency - 1), self.valid(latency)))
+        elif self._stalls:
             m.d.comb += self._advance.eq(self._o.ready | ~self._o.valid)
         if not self._i.signature.always_ready:
             m.d.comb += self._i.ready.eq(self._advance if self._stalls else 1)

@@ -23,6 +23,8 @@ class SkidBuffer(wiring.Component):
         Items.
     o : Out, stream of the item's shape
         The same items.
+    ready_next : Out(1)
+        ``i.ready`` in the next cycle; combinational from ``i.valid`` and ``o.ready``. For registers of the sender.
 
     Timing
     ------
@@ -30,7 +32,7 @@ class SkidBuffer(wiring.Component):
     """
 
     def __init__(self, shape):
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)), "ready_next": Out(1)})
         self.latency = 1
 
     def elaborate(self, platform):
@@ -38,12 +40,12 @@ class SkidBuffer(wiring.Component):
         is_full = Signal()
         skid = Signal.like(self.i.payload, reset_less=True)
         output = Signal.like(self.i.payload, reset_less=True)
-        m.d.comb += [self.i.ready.eq(~is_full), self.o.payload.eq(output)]
+        leaves = self.o.ready | ~self.o.valid
+        m.d.comb += [self.i.ready.eq(~is_full), self.o.payload.eq(output),
+                     self.ready_next.eq(leaves | ~(is_full | self.i.valid))]
+        m.d.sync += is_full.eq(~self.ready_next)
         with m.If(self.i.ready):
             m.d.sync += skid.eq(self.i.payload)
-        with m.If(self.o.ready | ~self.o.valid):
-            m.d.sync += [output.eq(Mux(is_full, skid, self.i.payload)), self.o.valid.eq(is_full | self.i.valid),
-                         is_full.eq(0)]
-        with m.Else():
-            m.d.sync += is_full.eq(is_full | self.i.valid)
+        with m.If(leaves):
+            m.d.sync += [output.eq(Mux(is_full, skid, self.i.payload)), self.o.valid.eq(is_full | self.i.valid)]
         return m

@@ -8,11 +8,16 @@ from tb.formal.fifo_order import add_fifo_order
 
 
 def order_and_count(m, bench, dut):
-    """Order and count; it is ready unless two items are inside, and both directions are registered."""
+    """Order and count; it is ready unless two items are inside, and both directions are registered; when it is ready is
+    known a cycle before."""
     mark = bench.free(1, "mark")
     inside = add_fifo_order(m, push=transfers(dut.i), pushed=dut.i.payload, pop=transfers(dut.o), popped=dut.o.payload,
                             capacity=2, mark=mark)
     m.d.comb += [Assert(dut.o.valid == (inside != 0), "valid"), Assert(dut.i.ready == (inside != 2), "ready")]
+    # What it says of the next cycle holds there.
+    promised = Signal(init=1)
+    m.d.sync += promised.eq(dut.ready_next)
+    m.d.comb += Assert(dut.i.ready == promised, "next")
     # Without stalls there are none.
     flows = Signal(range(4))
     with m.If(dut.o.ready & dut.i.valid):
@@ -30,6 +35,7 @@ test_skid_buffer = declare(
         "is ready when full": Control("ready", {"i__ready": lambda dut: 1}),
         "is ready only when its sink is": Control(
             "ready", {"i__ready": lambda dut: dut.i.ready & dut.o.ready}, nightly=True),
+        "promises too much": Control("next", {"ready_next": lambda dut: dut.ready_next | ~dut.o.ready}),
         "stalls every other cycle": Control("flow", {"o__valid": lambda dut: dut.o.valid & ~dut.o.payload.a}),
         "delivers an item twice": Control(
             "order", {"o__valid": lambda dut: dut.o.valid | ~dut.i.ready | dut.i.valid}),

@@ -8,6 +8,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 from tb.lib.bench import Bench, Vectors
 from tb.lib.schedules import Schedule, ScheduleBench
 
@@ -40,6 +41,30 @@ class Mixed(wiring.Component):
         m = Module()
         m.submodules.memory = self._memory
         self._pipeline.add_to(m)
+        return m
+
+
+class Buffered(wiring.Component):
+    """`Mixed` in front of a skid buffer, so that a register enables its registers."""
+
+    def __init__(self):
+        super().__init__({"i": In(stream.Signature(PAIR)), "o": Out(stream.Signature(RESULT))})
+        self._skid = skid = SkidBuffer(RESULT)
+        self._pipeline = p = Pipeline(self.i, skid.i, ready_next=skid.ready_next)
+        x, y = (p.input(self.i.payload[name]) for name in "xy")
+        table = Memory(shape=8, depth=256, init=TABLE)
+        self._memory = table
+        p.output(skid.i.payload.total, p.register(lambda x, y: 2 * x + y, p.delay(x, 2), y))
+        p.output(skid.i.payload.y, y)
+        p.output(skid.i.payload.found, p.read(table.read_port(), x))
+        p.output(skid.i.payload.constant, p.constant(77))
+        self.latency = p.latency + skid.latency
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.memory, m.submodules.skid = self._memory, self._skid
+        self._pipeline.add_to(m)
+        wiring.connect(m, self._skid.o, wiring.flipped(self.o))
         return m
 
 
@@ -80,6 +105,13 @@ class TestMixed(Bench):
 
 class TestMixedWithoutStalls(TestMixed):
     stalls = False
+
+
+class TestBuffered(TestMixed):
+    """The register that enables all others is what logic in its place would be: no item is lost and none waits."""
+
+    def make(self, config):
+        return Buffered()
 
 
 def test_keep_and_before():
@@ -138,6 +170,8 @@ def test_init_wrong_streams():
     waits, flows = stream.Signature(4).create(), stream.Signature(4, always_ready=True).create()
     with pytest.raises(ValueError, match=r"^Input must be a stream that can wait where the output can"):
         Pipeline(flows, waits)
+    with pytest.raises(ValueError, match=r"^Next cycle's ready is of an output that can wait, not of one that is"):
+        Pipeline(waits, flows, ready_next=Const(1))
 
 
 def test_wrong_before():
