@@ -43,7 +43,7 @@ class Dispatch:
         last_shell
             The last shell that has been loaded.
         errors
-            Of words: number of the descriptor and index.
+            Of words: number of the descriptor, and of the word in it and its near cells.
         slow
             How often loads and refusals are not accepted.
         """
@@ -54,7 +54,7 @@ class Dispatch:
             self._simulator.reset()
         else:
             self._simulator.add_testbench(self._drive)
-        self.found = []
+        self.found, self.waits = [], []
         self._simulator.run()
         return self.found
 
@@ -66,7 +66,7 @@ class Dispatch:
             for k, word in enumerate(data):
                 index = min(k, NEAR_INDEX)
                 yield {"index": index, "data": word, "last": int(k == len(data) - 1),
-                       "error": int((number, index) in given["errors"])}
+                       "error": int((number, k) in given["errors"])}
 
     async def _drive(self, ctx):
         dut, given, found = self._dut, self._given, self.found
@@ -76,7 +76,7 @@ class Dispatch:
         ctx.set(dut.loaded, int(given["loaded"]))
         ctx.set(dut.last_shell, given["last_shell"])
         offered = False
-        outputs = [dut.i.ready, dut.failed]
+        outputs = [dut.i.ready, dut.failed, dut.busy]
         for one in dut.o, dut.o_sent, dut.o_load, dut.o_refused:
             outputs += [one.valid, Value.cast(one.payload)]
         for cycle in range(given["cycles"]):
@@ -94,7 +94,9 @@ class Dispatch:
             ctx.set(dut.o_load.ready, int(ready))
             ctx.set(dut.o_refused.ready, int(ready))
             seen = (await ctx.tick().sample(*outputs))[2:]
-            taken, failed, valid, word, sent, section, load, job, refused, record = seen
+            taken, failed, busy, valid, word, sent, section, load, job, refused, record = seen
+            self.waits += [(event, busy) for event, is_so in (("load", load), ("refused", refused), ("failed", failed))
+                           if is_so and not (event != "failed" and ready)]
             if offered and taken:
                 words.pop(0)
                 offered = False
@@ -278,6 +280,16 @@ def test_a_pinned_section_waits_for_its_cluster(dispatch):
     assert sent[0][0] > 200
 
 
+def test_it_is_busy_while_a_refusal_waits_but_not_while_a_load_waits_or_after_a_failure(dispatch):
+    """A load waits for the sections before it; the queue may end meanwhile."""
+    draw = random.Random(4)
+    ones = [descriptor(CONFIG, draw, kind=1), descriptor(CONFIG, draw), descriptor(CONFIG, draw, version=3),
+            descriptor(CONFIG, draw)] * 3
+    dispatch.run(ones, slow=0.8, errors=[(11, 3)], seed=6)
+    assert {event for event, _ in dispatch.waits} == {"load", "refused", "failed"}
+    assert set(dispatch.waits) == {("load", 0), ("refused", 1), ("failed", 0)}
+
+
 @pytest.mark.parametrize("index", [0, 3, 23])
 def test_a_descriptor_that_could_not_be_read_ends_the_dispatch(dispatch, index):
     draw = random.Random(index)
@@ -288,10 +300,11 @@ def test_a_descriptor_that_could_not_be_read_ends_the_dispatch(dispatch, index):
     assert bool(reported[1][2]) == (index > 0)
 
 
-def test_near_cells_that_could_not_be_read(dispatch):
+@pytest.mark.parametrize("which", [(0,), (1,), (2,), (0, 1, 2)])
+def test_near_cells_that_could_not_be_read(dispatch, which):
     draw = random.Random(9)
     ones = [descriptor(CONFIG, draw, near_count=5) for _ in range(3)]
-    reported = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX)]))
+    reported = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX + cell) for cell in which]))
     assert [event for event, *_ in reported] == ["sent", "refused", "sent"]
     assert (reported[1][1]["code"], reported[1][1]["number"]) == (ErrorCode.READ_REPLY.value, ones[1]["near_cells"])
     assert reported[1][2][-1]["void"]

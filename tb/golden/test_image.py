@@ -57,5 +57,10 @@ def test_false_colour_may_end_below_the_largest_value():
     assert (cut[1:] != whole[1:]).any(), "the legend has the same numbers"
 
 
+def test_false_colour_never_ends_above_the_largest_value():
+    values = np.array([[0.0, 1, 2, 9]])
+    assert (false_colour(values, "lux", top=100.0) == false_colour(values, "lux")).all()
+
+
 def test_false_colour_of_nothing_is_black():
     assert false_colour(np.zeros((4, 4)), "tests")[:4, :4].max() < 10

@@ -83,6 +83,8 @@ class Queue(Port):
             self.set("error_cluster", 1)
             self.set("error_address", 99)
             self.set("status", register("status").pack(halted=1, failed=1))
+        elif self.get("error"):
+            record["error"] = ErrorCode.ABORTED.value
         at = self.get("completions") + done % (1 << bits) * COMPLETION.dtype.itemsize
         self.memory[at:at + COMPLETION.dtype.itemsize] = record.tobytes()
         self.set("completed", (done + 1) % (1 << 32))

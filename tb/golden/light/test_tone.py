@@ -52,6 +52,11 @@ def test_gamma_is_the_power_law():
     assert tone_map(grey(0.25), exposure=1.0, curve="linear", gamma=2.0)[0, 0, 0] == 128
 
 
+def test_reinhard_leaves_a_dark_picture_dark():
+    """White is at least 1: with it the curve is the identity below."""
+    assert tone_map(grey(0.1, 0.2, 0.4), exposure=1.0, gamma=1.0)[0, :, 0].tolist() == [26, 51, 102]
+
+
 def test_reinhard_halves_unit_luminance_below_a_far_white_and_keeps_hue():
     image = np.array([[[2.0, 0.8, 0.2], [1e8, 1e8, 1e8]]])
     image[0, 0] /= luminance(image[0, 0])

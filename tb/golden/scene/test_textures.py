@@ -92,6 +92,16 @@ def test_pictures_beyond_the_limit_are_counted(monkeypatch):
     assert len(textures.build(3).pictures) == 1
 
 
+def test_faces_keep_their_pictures_whichever_was_added_last():
+    textures, one, other = FaceTextures(), picture(), picture(wrap=("clamp", "clamp"))
+    for number, texture in enumerate((one, other, one)):
+        textures.add(texture, np.array([number]), points=CORNERS[:3], uv=CORNERS[:3, :2], counts=np.array([3]),
+                     colour=np.ones((1, 3)))
+    built = textures.build(4)
+    assert built.picture.tolist() == [0, 1, 0, -1]
+    assert built.pictures == (one, other)
+
+
 SQUARE = "v 0 0 0\nv 3 0 0\nv 3 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 
 
@@ -225,3 +235,16 @@ def test_pictures_of_gltf_have_factors_and_colours_of_vertices_and_move_with_nod
         ratio = scene.textures.ratio(np.full(2, patch), first[patch] + spread)
         expected = LINEAR[rows, columns] * [0.5, 0.5, 0.2]
         assert scene.channels("diffuse")[patch] * ratio == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_picture_is_seen_on_a_material_that_is_black_without_it(tmp_path):
+    """As some programs write it; other colours multiply the picture's."""
+    found = []
+    for kd in ("1 1 1", "0 0 0", "0.5 0 0.5"):
+        Image.fromarray(RANDOM).save(tmp_path / "p.png")
+        write(tmp_path, "a.mtl", f"newmtl a\nKd {kd}\nmap_Kd p.png\n")
+        scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\n" + SQUARE + "usemtl a\nf 1/1 2/2 3/3 4/4\n"))
+        found.append(scene.channels("diffuse")[0])
+    assert found[0].min() > 0.1
+    assert found[1] == pytest.approx(found[0])
+    assert found[2] == pytest.approx(found[0] * (0.5, 0, 0.5))
