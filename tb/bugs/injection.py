@@ -82,12 +82,12 @@ def _commit_marks(root):
     return re.search(r'^test:.*\n(?:\t.*\n)*?\t.*pytest.* -m "([^"]*)"', (root / "Makefile").read_text(), re.M)[1]
 
 
-def _run(tree, tests, options, limit):
+def _run(tree, tests, options, limit, **environment):
     """Run tests until the first failure: what failed, empty if nothing did, and the seconds."""
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", *options, *tests]
     # Python recognises stale bytecode by the file's size and second, which a bug may leave as they are.
     environment = {**os.environ, "PYTHONPATH": str(tree.resolve()), "PYTHONHASHSEED": "0",
-                   "PYTHONDONTWRITEBYTECODE": "1"}
+                   "PYTHONDONTWRITEBYTECODE": "1", **environment}
     begin = time.monotonic()
     with subprocess.Popen(command, cwd=tree, env=environment, text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, start_new_session=True) as process:
@@ -160,8 +160,11 @@ def main(listed, ids, tests, whole, options, limit):
         by, seconds = "", known["seconds"] if done else 0
         for group in ran[len(done):]:
             apply(bugs[number], tree)
+            # The compiler's cache of a function does not see changes of functions in other files that it calls.
+            is_compiled = "@compiled" in (tree / bugs[number]["file"]).read_text()
+            kernels = {"NUMBA_CACHE_DIR": str((BUILD / "kernels" / number).resolve())} if is_compiled else {}
             try:
-                by, spent = _run(tree, [group, *(f"--ignore={one}" for one in done)], options, limit)
+                by, spent = _run(tree, [group, *(f"--ignore={one}" for one in done)], options, limit, **kernels)
             finally:
                 _reset(tree, commit)
             seconds, done = round(seconds + spent, 1), [*done, group]

@@ -63,6 +63,19 @@ def test_the_tests_of_whole_machines_follow_those_near_a_bug(project):
     assert tests == ["tb/golden/test_sums.py", "tb/golden", "tb/system"]
 
 
+@pytest.mark.parametrize("is_compiled", [False, True])
+def test_a_bug_of_compiled_code_has_a_cache_of_its_own(project, is_compiled):
+    """The one of callers in other files would hide it."""
+    if is_compiled:
+        (project / "golden/sums.py").write_text("# @compiled\ndef total(a, b):\n    return a + b\n")
+    (project / "tb/golden/test_sums.py").write_text(
+        "import os\n\n\ndef test_cache():\n    assert not os.environ.get('NUMBA_CACHE_DIR', '').endswith('order')\n")
+    subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qam", "Cache"], cwd=project,
+                   check=True)
+    order = BUG.format(id="order", old="a + b", new="b + a")
+    assert ("order: killed" if is_compiled else "order: SURVIVED") in run(project, order).output
+
+
 @pytest.mark.parametrize("old", ["a * b", "a"])
 def test_a_text_that_is_not_in_the_file_once_is_reported_and_the_others_run(project, old):
     result = run(project, BUG.format(id="x", old=old, new="b") + GOOD)
