@@ -103,8 +103,12 @@ class DirectLight:
         first, second = np.moveaxis(lattice(keys[lit], self._samples, rank[lit], ranks), 2, 0)
         target = first * total[lit, None]
         choice = np.empty(target.shape, dtype=np.intp)
-        for sample in range(self._samples):
-            choice[:, sample] = (cumulative[lit] <= target[:, sample, None]).sum(axis=1)
+        if self._samples > len(lit):  # many samples of few points
+            for row, ends in enumerate(cumulative[lit]):
+                choice[row] = np.searchsorted(ends, target[row], side="right")
+        else:
+            for sample in range(self._samples):
+                choice[:, sample] = (cumulative[lit] <= target[:, sample, None]).sum(axis=1)
         # A target that rounds up to the total belongs to the last light of nonzero weight.
         last = weight.shape[1] - 1 - np.argmax(weight[lit, ::-1] > 0, axis=1)
         choice = np.minimum(choice, last[:, None])

@@ -39,8 +39,8 @@ FAINT = 1 / 512
 # The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
 ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
 # Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
-# with, for one of a point in the image.
-ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 128
+# with, for one of a point in the image. A sensor casts at most as many as its hemisphere has rays.
+ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 1024
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,9 +204,10 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
+            around = Hemisphere(*_hemisphere_rays(len(sensors), (1024, 256)))
             measured = sensor_light(
-                scene, sensors, indirect, caster, tally, light_samples=SENSOR_SAMPLES * settings.light_samples,
-                hemisphere=Hemisphere(*_hemisphere_rays(len(sensors), (1024, 256))), seed=settings.seed)
+                scene, sensors, indirect, caster, tally, hemisphere=around, seed=settings.seed,
+                light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)))
     primary = tally.counting("primary", frusta)
     shader = _Shader(scene, caster, tally, indirect, settings, with_received)
     screen = Screen(camera=camera, width=settings.width, height=settings.height)

@@ -59,11 +59,32 @@ def test_a_sensor_in_a_furnace_receives_what_its_walls_send(place):
     np.testing.assert_allclose(found, 2, rtol=0.01)
 
 
-def test_a_sensor_casts_128_times_as_many_shadow_rays_as_a_point_of_the_image():
+def test_a_lamp_of_many_facets_that_hide_each_other_has_its_form_factor():
+    """A sensor is lit by the facets of a convex body that face it: each adds its own factor."""
+    around, down = np.arange(48) / 48 * 2 * np.pi, np.arange(25) / 24 * np.pi
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    points = np.concatenate([np.sin(down)[:, None, None] * ring, np.tile(np.cos(down)[:, None, None], (1, 48, 1))], 2)
+    points = 0.5 * points + (0, 0, 2)
+    points[0], points[-1] = points[0, 0], points[-1, 0]
+    facets = np.stack([points[:-1], points[1:], np.roll(points, -1, axis=1)[1:], np.roll(points, -1, axis=1)[:-1]],
+                      axis=2).reshape(-1, 4, 3)
+    facets[-48:] = facets[-48:][:, [0, 1, 3, 3]]
+    facets[:48] = facets[:48][:, [0, 1, 2, 2]]
+    lamp = Material(name="lamp", emission=tuple(COLOUR))
+    scene = scene_of((FLOOR, BLACK), (facets, lamp, {"two_sided": True}))
+    places, up = np.array([(0, 0, 0), (1, 0, 0), (2, 2, 0)]), np.tile((0, 0, 1), (3, 1))
+    truth = np.maximum(point_to_polygon(places, up, facets), 0).sum(axis=1)
+    # A sphere has almost the same: its radius over the distance, squared, times the cosine.
+    np.testing.assert_allclose(truth, 0.25 * 2 / (4 + (places**2).sum(axis=1)) ** 1.5, rtol=0.01)
+    found = measured(scene, places, up, light_samples=2)
+    np.testing.assert_allclose(found, truth[:, None] * COLOUR, rtol=0.01)
+
+
+def test_a_sensor_casts_1024_times_as_many_shadow_rays_as_a_point_of_the_image():
     lamp = rectangle((-0.5, -0.5, 2), (0, 1, 0), (1, 0, 0))
     scene = scene_of((FLOOR, BLACK), (lamp, Material(name="lamp", emission=tuple(COLOUR))))
     few = RenderSettings(width=2, height=2, samples=1, light_samples=3, rays=(16, 4), max_edge=100.0)
     without, with_sensor = (
         render(scene, camera=CAMERA, settings=few, sensors=sensors).stats["rays"]["shadow"]["rays"] for sensors in
         (None, Sensors(position=np.zeros((1, 3)), normal=np.array([(0.0, 0, 1)]))))
-    assert with_sensor - without == 128 * 3
+    assert with_sensor - without == 1024 * 3
