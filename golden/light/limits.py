@@ -7,10 +7,13 @@ import numpy as np
 from golden.errors import InputWarning
 from golden.light.glass import Glass
 from golden.light.near_lights import RESOLVED, NearPairs
+from golden.plural import counted
+from golden.scene.overlaps import overlaps
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
 
-__all__ = ["not_computed", "warn_of_near_lights"]
+__all__ = ["not_computed", "warn_of_flush_lights", "warn_of_near_lights"]
+
 
 def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
     """What is missing in an image of the scene, one line each; ``has_buried``: parts of surfaces are inside bodies."""
@@ -22,6 +25,8 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
     missing = []
     if mirrors.any():
         missing.append("light that mirrors throw onto surfaces (it counts as diffuse)")
+    if (glass.clear & ~glass.throws & (scene.channels("refraction_index") > 1)).any():
+        missing.append("light that glass mirrors onto surfaces (it counts as diffuse)")
     if (bodies & scene.is_curved).any():
         missing.append("light that curved glass bends onto surfaces (it goes straight)")
     if scene.is_curved.any():
@@ -29,6 +34,19 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
     if has_buried:
         missing.append("light along the lines where bodies interpenetrate (it is too dark)")
     return missing
+
+
+def warn_of_flush_lights(scene: Scene) -> None:
+    """Name the first light that lies in the plane of a surface which it covers; one `InputWarning` at most."""
+    emits = scene.channels("emission").any(axis=1)
+    pairs = overlaps(scene, emits)
+    if len(pairs):
+        first = pairs[0][np.argsort(~emits[pairs[0]])]
+        light, surface = (scene.materials[number].name for number in scene.material[first])
+        more = f", and {counted(len(pairs) - 1, 'more pair')}" if len(pairs) > 1 else ""
+        warnings.warn(f"scene {scene.name!r}: a light of material {light!r} lies in a surface of material "
+                      f"{surface!r}{more}: rays meet either of them; a small distance helps", InputWarning,
+                      stacklevel=2)
 
 
 def warn_of_near_lights(scene: Scene, refinement: Refinement, pairs: NearPairs) -> None:

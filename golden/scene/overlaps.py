@@ -17,13 +17,30 @@ _TOUCH, _PARALLEL = 2.0**-32, 2.0**-24
 _BLOCK = 1 << 18
 
 
-def overlaps(scene: Scene) -> np.ndarray:
+def overlaps(scene: Scene, which: np.ndarray | None = None) -> np.ndarray:
     """Pairs of patches of one plane that cover a common part of it, P x 2 int64, the lower number first, in order.
 
     One-sided patches with opposite fronts are a thin wall and no such pair.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    which
+        N bool: only pairs of one of these and one of the others. Default: all pairs.
     """
     touch = _TOUCH * scene.size
     plane, sign = _planes(scene, touch)
+    if which is None:
+        return _pairs(scene, plane, sign, touch)
+    rows = np.flatnonzero(np.isin(plane, np.intersect1d(plane[which], plane[~which])))
+    if not len(rows):
+        return np.empty((0, 2), dtype=np.int64)
+    pairs = rows[_pairs(scene.with_parts(rows), np.unique(plane[rows], return_inverse=True)[1], sign[rows], touch)]
+    return pairs[which[pairs[:, 0]] != which[pairs[:, 1]]]
+
+
+def _pairs(scene, plane, sign, touch):
     drop = np.abs(scene.normals).argmax(axis=1)
     # Patches of one plane share its axes, also where two components of the normal are equal.
     first = np.unique(plane, return_index=True)[1]

@@ -1,10 +1,12 @@
 """An image of a scene, written in the requested format."""
 
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from golden.errors import InputWarning
 from golden.image import false_colour, write_exr, write_png
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
@@ -18,6 +20,9 @@ from golden.summary import summary
 from golden.tasks.photometry import Photometry
 
 __all__ = ["RenderFiles", "View", "render_scene"]
+
+# A scene longer than this, in metres, may have another unit.
+LONGEST = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +56,9 @@ class View:
             opened = replace(opened, background=self.sky)
         for light in (self.daylight, *self.luminaires):
             opened = opened if light is None else light.scene(opened, efficacy)
+        if self.luminaires and opened.size > LONGEST:
+            warnings.warn(f"scene {opened.name!r}: it is {opened.size:g} long, and a length counts as a metre for "
+                          "luminaires; in another unit they are too dark", InputWarning, stacklevel=2)
         return opened
 
     @property

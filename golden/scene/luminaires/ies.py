@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 
 from golden.errors import InputError, InputWarning
+from golden.plural import counted
 from golden.scene.luminaires.photometry_file import PhotometryFile, Words, mirrored
 
 __all__ = ["read_ies"]
@@ -28,7 +29,7 @@ def read_ies(text: str) -> PhotometryFile:
     Warns
     -----
     InputWarning
-        The light depends on the lamp's tilt, which is not used.
+        The light depends on the lamp's tilt, which is not used, or more numbers follow.
 
     Source: ANSI/IES LM-63-19; I. Ashdown, Parsing the IESNA LM-63 photometric data file (1998).
     """
@@ -56,6 +57,9 @@ def read_ies(text: str) -> PhotometryFile:
     gamma = words.numbers(vertical, "vertical angles")
     planes = words.numbers(horizontal, "horizontal angles")
     values = words.numbers(vertical * horizontal, "candela values").reshape(horizontal, vertical)
+    if words.left:
+        warnings.warn(f"{counted(words.left, 'number')} after the candela values not used (does it have decimal "
+                      "commas?)", InputWarning, stacklevel=2)
     planes, candela = _whole_turn(planes, values * (multiplier * ballast * lamp))
     # Negative sizes are diameters.
     metres = _FOOT if unit == 1 else 1.0

@@ -67,6 +67,8 @@ class Luminaire:
             web = PhotometricWeb(gamma=found.gamma, planes=found.planes, candela=found.candela, axes=axes)
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from error
+        if not found.candela.any():
+            warnings.warn(f"{self.path}: it emits no light", InputWarning, stacklevel=2)
         steps = np.zeros(1) if max(found.opening) == 0 else (np.arange(POINTS) + 0.5) / POINTS - 0.5
         places = [np.array(self.place) + x * found.opening[0] * axes[0] + y * found.opening[1] * axes[1]
                   for x in steps for y in steps]

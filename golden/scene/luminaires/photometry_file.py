@@ -47,6 +47,11 @@ class Words:
         self._next = 0
         self._last = first + max(0, len(lines) - 1)
 
+    @property
+    def left(self) -> int:
+        """How many numbers follow."""
+        return len(self._words) - self._next
+
     def number(self, what: str) -> float:
         """The next number.
 

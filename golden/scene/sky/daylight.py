@@ -1,11 +1,12 @@
 """Sun and sky of a scene, by their illuminances or by the weather."""
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import BRIGHTEST
 from golden.scene.scene import Scene
@@ -88,11 +89,20 @@ class Daylight:
             self._weather.check()
 
     def scene(self, scene: Scene, efficacy: float) -> Scene:
-        """The scene with this background and with the sun among its lights, for ``efficacy`` in lm/W."""
+        """The scene with this background and with the sun among its lights, for ``efficacy`` in lm/W.
+
+        Warns
+        -----
+        InputWarning
+            A uniform sky has a sun without an illuminance: it changes nothing.
+        """
         up, north = self._axes(scene)
         toward = up if self.sun is None else self._toward(up, north)
         sine = float(up @ toward)
         diffuse, direct = self._illuminances(sine)
+        if self.sky == "uniform" and self.sun is not None and self.sun_illuminance is None:
+            warnings.warn("daylight: the sun is not used: with sky uniform it shines only if its illuminance is given",
+                          InputWarning, stacklevel=2)
         if sine <= 0:
             direct = 0.0
         horizontal = diffuse + direct * sine

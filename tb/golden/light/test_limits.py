@@ -5,7 +5,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputWarning
-from golden.light.limits import not_computed, warn_of_near_lights
+from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights
 from golden.light.near_lights import RESOLVED, NearPairs, near_knots
 from golden.scene.builtin.shapes import box
 from golden.scene.lights import PointLight
@@ -45,6 +45,23 @@ def test_a_light_that_elements_resolve_is_not_named(more):
     assert warned(**more) == []
 
 
+def test_a_light_in_the_plane_of_a_surface_that_it_covers_is_named_once():
+    panels = [rectangle((x, 1, 0), (0, 1, 0), (1, 0, 0)) for x in (0, 1)]
+    scene = scene_of((CEILING, GREY, {"two_sided": True}), (panels, LAMP), (panels, GREY))
+    with pytest.warns(InputWarning) as caught:
+        warn_of_flush_lights(scene)
+    assert [str(warning.message) for warning in caught] == [
+        "scene 'test': a light of material 'panel' lies in a surface of material 'grey', and 3 more pairs: rays meet "
+        "either of them; a small distance helps"]
+
+
+@pytest.mark.parametrize("place", [(1, 1, 1e-3), (4, 0, 0)])
+def test_a_light_before_or_beside_a_surface_is_not_in_it(place):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_flush_lights(scene_of((CEILING, GREY), (rectangle(place, (1, 0, 0), (0, 1, 0)), LAMP)))
+
+
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
 def test_an_image_names_what_is_missing_in_it():
     mirror, glass = Material(name="mirror", specular=(1, 1, 1)), Material(name="glass", transparent=(1, 1, 1))
@@ -56,11 +73,15 @@ def test_an_image_names_what_is_missing_in_it():
     assert not_computed(scene_of((CEILING, mirror), background=SKY), has_buried=False) == []
     assert len(not_computed(scene_of((CEILING, sheen), background=SKY), has_buried=False)) == 1
     assert len(not_computed(scene_of((CEILING, mirror), lights=(lamp,)), has_buried=False)) == 1
-    assert len(not_computed(scene_of((box((0, 0, 0), (1, 1, 1)), glass), background=SKY), has_buried=False)) == 0
+    assert len(not_computed(scene_of((box((0, 0, 0), (1, 1, 1)), glass), background=SKY), has_buried=False)) == 1
+    sheet = Material(name="sheet", transparent=(1, 1, 1), thin=True)
+    assert not_computed(scene_of((CEILING, sheet), background=SKY), has_buried=False) == []
+    assert len(not_computed(scene_of((CEILING, sheet), lights=(lamp,)), has_buried=False)) == 1
     scene = scene_of((CEILING, sheen), (ball, glass, {"smooth": True}), background=SKY)
     missing = not_computed(scene, has_buried=True)
     assert [line.split()[:3] for line in missing] == [
-        ["light", "that", "mirrors"], ["light", "that", "curved"], ["edges", "of", "light"], ["light", "along", "the"]]
+        ["light", "that", "mirrors"], ["light", "that", "glass"], ["light", "that", "curved"], ["edges", "of", "light"],
+        ["light", "along", "the"]]
 
 
 def test_the_summary_names_bodies_that_interpenetrate():

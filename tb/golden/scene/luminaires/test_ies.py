@@ -41,6 +41,11 @@ def test_a_tilt_is_read_over_with_a_warning():
         assert candela(text) == {0: [100, 100, 100]}
 
 
+def test_numbers_that_follow_the_candela_values_are_counted():
+    with pytest.warns(InputWarning, match="3 numbers after the candela values not used"):
+        read_ies(ies().replace("100.0", "100,5"))
+
+
 def test_the_text_may_have_other_ends_of_lines_and_breaks():
     text = ies(candela=[(5, 6, 7)]).replace("\n", "\r\n").replace("5.0 6.0 7.0", "5.0\r\n6.0,\r\n7.0")
     assert candela(text) == {0: [5, 6, 7]}

@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,10 @@ from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.luminaires.luminaire import Luminaire
+from golden.tasks.render import View
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.golden.scene.luminaires.texts import eulumdat, ies
+from tb.golden.scene.test_load import write
 
 FLOOR = rectangle((-9, -9, 0), (18, 0, 0), (0, 18, 0))
 GAMMA = np.arange(0, 91, 1.0)
@@ -59,6 +63,24 @@ def test_c0_is_along_x_and_turns_counter_clockwise(tmp_path, turn, bright):
 def test_a_luminaire_aims_against_the_scenes_up(tmp_path):
     scene = hung(tmp_path, ies(), up=(0, 1, 0))
     np.testing.assert_allclose(scene.lights[0].web.axes, [(1, 0, 0), (0, 0, -1), (0, -1, 0)], atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1, 1000])
+def test_a_scene_that_seems_to_be_in_millimetres_is_named(tmp_path, scale):
+    write(tmp_path, "room.obj", f"v 0 0 0\nv {4 * scale} 0 0\nv 0 0 {4 * scale}\nf 1 2 3\n")
+    write(tmp_path, "a.ies", ies())
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        View(luminaires=(Luminaire(path=tmp_path / "a.ies", place=(1, 1, 1)),) * 2).scene(tmp_path / "room.obj", 1.0)
+    assert [str(warning.message) for warning in caught] == ([] if scale == 1 else [
+        "scene 'room': it is 4000 long, and a length counts as a metre for luminaires; in another unit they are too "
+        "dark"])
+
+
+def test_a_luminaire_without_light_is_named(tmp_path):
+    with pytest.warns(InputWarning) as caught:
+        hung(tmp_path, ies(multiplier=0))
+    assert [str(warning.message) for warning in caught] == [f"{tmp_path / 'a.ies'}: it emits no light"]
 
 
 @pytest.mark.parametrize(("name", "text", "message"), [

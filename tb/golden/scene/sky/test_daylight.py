@@ -1,14 +1,16 @@
+import warnings
+
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.frustum import Hemisphere
 from golden.scene.sky.daylight import Daylight
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 SCENE = scene_of((rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), BLACK))
 WEATHER = (500.0, 100.0)
-SKIES = {"uniform": {}, "cie-overcast": {}, "cie-clear": {}, "perez": {"weather": WEATHER}}
+SKIES = {"uniform": {"sun_illuminance": 0.0}, "cie-overcast": {}, "cie-clear": {}, "perez": {"weather": WEATHER}}
 
 
 def horizontal(sky, up=(0, 0, 1)):
@@ -50,6 +52,15 @@ def test_the_ground_reflects_sky_and_sun():
     lit = Daylight(sky="uniform", sun=(0, 30), sky_illuminance=100.0, sun_illuminance=200.0,
                    ground=0.5).scene(SCENE, 1.0)
     np.testing.assert_allclose(lit.background.radiance(np.array([(0.0, 0.3, -2)])), 0.5 * 200 / np.pi)
+
+
+def test_a_sun_that_changes_nothing_is_named():
+    with pytest.warns(InputWarning, match="the sun is not used: with sky uniform it shines only if"):
+        lit = Daylight(sun=(0, 30)).scene(SCENE, 1.0)
+    assert lit.lights == ()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(Daylight(sun=(0, 30), sun_illuminance=1.0).scene(SCENE, 1.0).lights) == 1
 
 
 def test_a_sun_below_the_horizon_does_not_shine():
