@@ -10,7 +10,7 @@ from amaranth.sim import Simulator
 
 import hw.async_engine
 from golden.config import PRESETS
-from hw.async_engine import AsyncEngine
+from hw.async_engine import HELD, AsyncEngine
 from hw.memsys.axi_signature import AxiSignature
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.engine_registers import ADDRESS_BITS
@@ -210,6 +210,25 @@ def test_all_sides_wait_for_the_last_reset(monkeypatch, which):
             await machine.tick(ctx, "host")
             assert not ctx.get(machine.dut.host.arready)
         machine.reset(ctx, which, False)
+        await machine.until(ctx, "host", machine.dut.host.arready)
+    machine.run(bench)
+
+
+@pytest.mark.parametrize("slow", RESETS)
+def test_all_sides_stay_in_reset_until_each_clock_has_had_its_edges(monkeypatch, slow):
+    """The queues between two clocks need resets that overlap."""
+    machine = Machine(monkeypatch, [500 if name == slow else 10 for name in RESETS])
+
+    async def bench(ctx):
+        machine.begin(ctx)
+        await machine.until(ctx, "host", machine.dut.host.arready)
+        machine.reset(ctx, "host", True)
+        await machine.tick(ctx, "host")
+        machine.reset(ctx, "host", False)
+        ctx.set(machine.dut.host.arvalid, 1)
+        for _ in range(HELD - 1):
+            await machine.tick(ctx, slow)
+            assert not ctx.get(machine.dut.host.arready)
         await machine.until(ctx, "host", machine.dut.host.arready)
     machine.run(bench)
 
