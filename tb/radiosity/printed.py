@@ -104,7 +104,8 @@ def listed(text):
     text = re.sub(r"\d+\.\d+ s\b", "# s", text)
     text = re.sub(r"\b[0-9a-f]{64}\b", "#", text)
     # What `render` lists at the end.
-    text = re.sub(r"^((?:seconds|  [a-z ]+[a-z]) +)\d+\.\d\d$", r"\1#", text, flags=re.MULTILINE)
+    text = re.sub(r"^((?:seconds|  [a-z ]+[a-z]) +)(\d+\.\d\d)$",
+                  lambda found: f"{found[1]}{' ' * (len(found[2]) - len('0.00'))}#", text, flags=re.MULTILINE)
     text = re.sub(r"-?\d+\.(\d{5,}(e[+-]\d+)?|\d+e-(1[4-9]|[2-9]\d))", lambda found: _number(float(found[0])), text)
     lines = text.splitlines()
     if len(lines) > _WHOLE:
