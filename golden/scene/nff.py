@@ -29,6 +29,9 @@ NEAREST_LIGHT = 0.1
 LARGEST = 1e30
 """Largest magnitude of a value: areas and intensities of such coordinates are finite."""
 
+MOST_ROUND = 1 << 22
+"""Most patches of spheres, cones and cylinders, which take few bytes of a file each."""
+
 VIEW = {"from": 3, "at": 3, "up": 3, "angle": 1, "hither": 1, "resolution": 2}
 REQUIRED_VIEW = ("from", "at", "up", "angle")
 COUNTS = {"v": (0,), "b": (3,), "l": (3, 6), "f": (8,), "s": (4,), "c": (8,)}
@@ -109,6 +112,7 @@ class _Reader:
         self._view: dict[str, list[float]] = {}
         self._view_start: _Statement | None = None
         self._curved: list[np.ndarray] = []
+        self._round = 0
 
     def take(self, statement: _Statement) -> None:
         """Reads one statement."""
@@ -173,12 +177,17 @@ class _Reader:
 
     def _take_s(self, statement: _Statement) -> None:
         *center, radius = statement.values
-        self.builder.add(sphere(center, radius, segments=self._segments), self._material, smooth=True)
+        self._add_round(sphere(center, radius, segments=self._segments))
 
     def _take_c(self, statement: _Statement) -> None:
         *base, base_radius = statement.values[:4]
         *apex, apex_radius = statement.values[4:]
-        patches = frustum(base, apex, base_radius, apex_radius, segments=self._segments)
+        self._add_round(frustum(base, apex, base_radius, apex_radius, segments=self._segments))
+
+    def _add_round(self, patches: np.ndarray) -> None:
+        self._round += len(patches)
+        if self._round > MOST_ROUND:
+            raise InputError(f"its spheres, cones and cylinders have more than {MOST_ROUND} patches")
         self.builder.add(patches, self._material, smooth=True)
 
     def _take_p(self, statement: _Statement) -> None:

@@ -130,6 +130,13 @@ def test_segments_set_the_density():
     assert len(read_nff("s 0 0 0 1", "x.nff", segments=32)) == 512
 
 
+def test_many_spheres_are_refused_before_they_fill_the_memory(monkeypatch):
+    monkeypatch.setattr("golden.scene.nff.MOST_ROUND", 300)
+    assert len(read_nff("s 0 0 0 1\ns 3 0 0 1\n", "a")) == 256
+    with pytest.raises(InputError, match=r"^a:3: its spheres, cones and cylinders have more than 300 patches$"):
+        read_nff("s 0 0 0 1\n" * 4, "a")
+
+
 def test_camera_is_optional():
     scene = read_nff("s 0 0 0 1", "x.nff")
     assert scene.camera is None
