@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.compiled import compiled, is_compiler_active
 from golden.errors import InputError
 
 __all__ = ["Hits", "Rays"]
 
-# Least and greatest length of a direction, as its largest component.
+# Least and greatest length of a direction, as its largest component: its square must neither overflow nor vanish.
 SHORTEST, LONGEST = 2.0**-300, 2.0**300
 
 
@@ -46,13 +47,29 @@ class Rays:
             object.__setattr__(self, name, value)
             if value.ndim != 2 or value.shape[1] != 3:
                 raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}")
-            if not np.isfinite(value).all():
-                bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
-                raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}")
         count = len(self.origin)
         if len(self.direction) != count:
             raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}")
-        # Squares of components must neither overflow nor vanish.
+        if not (is_compiler_active() and _all_castable(self.origin, self.direction)):
+            self._refuse_others()
+        endless = self.tmax is None
+        for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf), ("target", np.int32, -1)):
+            value = getattr(self, name)
+            value = np.full(count, default, dtype) if value is None else np.ascontiguousarray(value, dtype=dtype)
+            if value.shape != (count,):
+                raise InputError(f"rays: {name.capitalize()} must have one entry for each of {count} rays, "
+                                 f"not shape {value.shape!r}")
+            object.__setattr__(self, name, value)
+        if not (endless or (self.tmax >= 0).all()):
+            raise InputError("rays: Tmax must be at least 0 and not NaN")
+
+    def _refuse_others(self):
+        """Name the first ray that is not castable."""
+        for name in ("origin", "direction"):
+            value = getattr(self, name)
+            bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
+            if len(bad):
+                raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}")
         longest = _longest_component(self.direction)
         bad = np.flatnonzero(longest == 0)
         if len(bad):
@@ -61,15 +78,6 @@ class Rays:
         if len(bad):
             raise InputError(f"rays: Direction of ray {bad[0]} must be {SHORTEST:.0e} to {LONGEST:.0e} long, not "
                              f"{longest[bad[0]]!r}")
-        for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf), ("target", np.int32, -1)):
-            value = getattr(self, name)
-            value = np.full(count, default, dtype) if value is None else np.ascontiguousarray(value, dtype=dtype)
-            if value.shape != (count,):
-                raise InputError(f"rays: {name.capitalize()} must have one entry for each of {count} rays, "
-                                 f"not shape {value.shape!r}")
-            object.__setattr__(self, name, value)
-        if np.isnan(self.tmax).any() or (self.tmax < 0).any():
-            raise InputError("rays: Tmax must be at least 0 and not NaN")
 
     def __len__(self) -> int:
         return len(self.origin)
@@ -100,6 +108,21 @@ class Hits:
     v: np.ndarray
     tests: np.ndarray
     steps: np.ndarray
+
+
+@compiled
+def _all_castable(origin, direction):
+    """Whether all origins are finite and all directions neither too short nor too long."""
+    for ray in range(len(origin)):
+        longest = 0.0
+        for axis in range(3):
+            component = abs(direction[ray, axis])
+            if not (np.isfinite(origin[ray, axis]) and component <= LONGEST):
+                return False
+            longest = max(longest, component)
+        if longest < SHORTEST:
+            return False
+    return True
 
 
 def _longest_component(vectors):

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy import sparse
 
+from golden.cast.rays import Hits
+from golden.compiled import compiled, is_compiler_active
 from golden.light.lattice import Lattice, LatticePosition
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
@@ -72,6 +74,17 @@ class Elements:
         element = self._refinement.locate(patch, u, v)
         return np.where(front, element, self._back[element])
 
+    def seen(self, direction: np.ndarray, hits: Hits) -> np.ndarray:
+        """The elements that rays with the directions K x 3 hit, or -1: nothing, or the back of a one-sided patch."""
+        met = hits.patch >= 0
+        patch = np.where(met, hits.patch, 0)
+        if not is_compiler_active():
+            front = np.einsum("rj,rj->r", direction, self._scene.normals[patch]) < 0
+            return np.where(met, self.number(patch, hits.u, hits.v, front), -1)
+        element = self._refinement.locate(patch, hits.u, hits.v)
+        _choose_sides(direction, hits.patch, self._scene.normals, self._back, element)
+        return element
+
     def refined(self, elements: np.ndarray, cuts: int) -> Lattice:
         """A lattice whose sheets are the given elements (of quadrilaterals), cut ``cuts`` times along each side."""
         patch = self.patch[elements]
@@ -87,6 +100,18 @@ class Elements:
                 places[some, axis] = knots.places(patch[some], axis, cell[some] + float(end))
         return Lattice(self._scene, patch=patch, side=np.where(self.front[elements], 1.0, -1.0),
                        cuts=np.full((len(elements), 2), cuts), lower=lower, upper=upper)
+
+
+@compiled
+def _choose_sides(direction, patch, normals, back, element):
+    """Replaces elements by those of their backs where a ray hits the back."""
+    for k in range(len(patch)):
+        if patch[k] < 0:
+            element[k] = -1
+            continue
+        x, y, z = normals[patch[k]]
+        if not direction[k, 0] * x + direction[k, 1] * y + direction[k, 2] * z < 0:
+            element[k] = back[element[k]]
 
 
 def _matrix(position, nodes):

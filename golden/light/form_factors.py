@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from scipy import sparse
-from scipy.special import roots_jacobi, roots_legendre
 
 from golden.cast.rays import Hits, Rays
 from golden.compiled import compiled, is_compiler_active
@@ -48,10 +48,11 @@ class HemisphereSums:
 
 
 def patch_columns(scene: Scene) -> Callable[[np.ndarray, Hits], np.ndarray]:
-    """Columns of rays: the patch that a ray hit, or none where it hit the back of a one-sided patch."""
+    """Columns of rays: the patch that a ray hit, or -1 where it hit nothing or the back of a one-sided patch."""
 
     def column_of(direction: np.ndarray, hits: Hits) -> np.ndarray:
         cosine = np.einsum("ri,ri->r", direction, scene.normals[hits.patch])
+        # Patch -1, where nothing was hit, is its own column.
         return np.where((cosine < 0) | scene.two_sided[hits.patch], hits.patch, -1)
 
     return column_of
@@ -76,8 +77,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     columns
         Number of columns C.
     column_of
-        Function from K x 3 directions of rays that hit something and their hits to columns below C, or -1.
-        `patch_columns` uses the patch; another may distinguish sides or elements of a patch.
+        Function from K x 3 directions of rays and their hits to columns below C, or -1 for rays without a column, such
+        as those that hit nothing. `patch_columns` uses the patch; another may distinguish sides or elements of a patch.
     clear
         Follows rays through clear patches and from mirrors: the weight that goes on belongs to what is behind. Default:
         all patches end rays.
@@ -154,12 +155,9 @@ class _Hemispheres:
             ends = _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
             for owner, weight, direction, met in ends:
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
-                row_sums[low - begin:high - begin] += np.bincount(owner - low, weight, high - low).astype(np.int64)
-                column = self._column_of(direction, met)
-                seen = np.flatnonzero(column >= 0)
-                part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
-                                        shape=(high - low, self._columns)).tocsr().tocoo()
-                parts.append((part.data, part.row + low, part.col))
+                row_sums[low - begin:high - begin] += np.bincount(
+                    owner - low, weight * (met.patch >= 0), high - low).astype(np.int64)
+                parts.append(_entries(owner, weight, self._column_of(direction, met), self._columns))
         return row_sums, light, parts
 
 
@@ -185,7 +183,9 @@ def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
     """
     if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or not 1 <= order <= 16:
         raise InputError(f"form factors: Samples must be 1 to 16 along a side, not {order!r}")
-    knots, gauss = roots_legendre(order)
+    from scipy.special import roots_jacobi  # slow
+
+    knots, gauss = leggauss(order)
     falling, jacobi = roots_jacobi(order, 1, 0)
     points, shares = np.empty((len(scene), order**2, 3)), np.empty((len(scene), order**2))
     for which, v_knots, v_gauss in ((~scene.is_triangle, knots, gauss), (scene.is_triangle, falling, jacobi)):
@@ -260,8 +260,41 @@ def _rotate(local, frames, ray, sample, direction):
             direction[row, axis] = x * axes[0, axis] + y * axes[1, axis] + z * axes[2, axis]
 
 
+def _entries(owner, weight, column, columns):
+    """Sums of integers by owner, ascending, and column, of those that have one: the sums, their owners and columns."""
+    if not is_compiler_active():
+        seen = np.flatnonzero((column >= 0) & (weight > 0))
+        low = owner.min(initial=0)
+        part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
+                                shape=(owner.max(initial=low) - low + 1, columns)).tocsr().tocoo()
+        return part.data, part.row + low, part.col
+    total, row, met = np.empty((3, len(owner)), dtype=np.int64)
+    count = _sum_by_column(owner, weight, column, np.zeros(columns, dtype=np.int64), total, row, met)
+    return total[:count].copy(), row[:count].copy(), met[:count].copy()
+
+
+@compiled
+def _sum_by_column(owner, weight, column, sums, total, row, met):
+    """Writes the sums, by owner and then by column, and returns their number; ``sums`` is 0, before and after."""
+    first = end = 0
+    for k in range(len(owner)):
+        if column[k] >= 0 and weight[k] > 0:
+            if sums[column[k]] == 0:
+                met[end] = column[k]
+                end += 1
+            sums[column[k]] += weight[k]
+        if k + 1 == len(owner) or owner[k + 1] != owner[k]:
+            met[first:end].sort()
+            for place in range(first, end):
+                total[place], row[place] = sums[met[place]], owner[k]
+                sums[met[place]] = 0
+            first = end
+    return end
+
+
 def _ends(sample, weight, rays, hits, clear, see_sky, see):
-    """Yields samples, weights that end there, directions and hits of rays; then of those that went on, and so on.
+    """Yields samples in ascending order, weights that end there, directions and hits of rays; then of those that went
+    on, and so on. The last ones include those that hit nothing.
 
     ``see_sky`` takes the samples, weights and directions of those that hit nothing; ``see`` samples, weights and
     radiances of those that show a lamp in a mirror, which shadow rays do not find.
@@ -277,7 +310,7 @@ def _ends(sample, weight, rays, hits, clear, see_sky, see):
             if len(shown):
                 see(sample[shown], weight[shown], clear.emission(rays[shown], _at(hits, shown)))
             if not left:
-                yield sample[met], weight[met], rays.direction[met], _at(hits, met)
+                yield sample, weight, rays.direction, hits
                 continue
             sample, weight, rays, hits, mirrored = sample[met], weight[met], rays[met], _at(hits, met), mirrored[met]
             passed = clear.passed(rays, hits, weight, mirrored)

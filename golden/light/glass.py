@@ -3,7 +3,7 @@
 from functools import cached_property
 
 import numpy as np
-from scipy.special import roots_legendre
+from numpy.polynomial.legendre import leggauss
 
 from golden.cast.rays import Hits, Rays
 from golden.scene.scene import Scene
@@ -102,7 +102,7 @@ class Glass:
 
     @cached_property
     def _mean_mirrored(self):
-        knots, weights = roots_legendre(64)
+        knots, weights = leggauss(64)
         cosine = knots / 2 + 0.5
         patches = np.arange(len(self.clear))
         return sum(weight * at * self.mirrored(patches, np.full(len(patches), at))

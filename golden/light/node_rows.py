@@ -79,7 +79,7 @@ class NodeRows:
         sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
         for clear in self._clear:
             sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
-                                   column_of=self._column_of, clear=clear, sky=sky, spread=spread,
+                                   column_of=self._elements.seen, clear=clear, sky=sky, spread=spread,
                                    progress=self._progress)
             unit = 2.0**-sums.weight_bits
             factors.append(sums.weights.astype(np.float64) * unit)
@@ -90,10 +90,6 @@ class NodeRows:
             buried.append(hit - factors[-1].sum(axis=1) > BURIED)
         return Rows(factors=factors, groups=self.groups, sky=joined(self.groups, skies),
                     buried=np.logical_and.reduce(buried))
-
-    def _column_of(self, direction, hits):
-        front = np.einsum("rj,rj->r", direction, self._scene.normals[hits.patch]) < 0
-        return self._elements.number(hits.patch, hits.u, hits.v, front)
 
 
 def joined(groups: list[list[int]], values: list[np.ndarray]) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from golden.compiled import compiled, is_compiler_active
+
 __all__ = ["Cuts"]
 
 
@@ -39,6 +41,10 @@ class Cuts:
 
     def cells(self, patch: np.ndarray, axis: int, place: np.ndarray) -> np.ndarray:
         """Places from 0 to 1 along u (``axis`` 0) or v (1) of K patches, in cells."""
+        if is_compiler_active():
+            result = np.empty(len(place))
+            _cells(patch, place, self.counts[:, axis], self._place, self._knots[axis], self._start[axis], result)
+            return result
         result = place * self.counts[patch, axis]
         some = np.flatnonzero(self.has_knots(patch))
         if len(some):
@@ -59,3 +65,16 @@ class Cuts:
             share = cells[some] - (low - start)
             result[some] = (1 - share) * knots[low] + share * knots[low + 1] - self._place[patch[some]]
         return result
+
+
+@compiled
+def _cells(patch, place, counts, number, knots, start, result):
+    for k in range(len(patch)):
+        own = patch[k]
+        if number[own] < 0:
+            result[k] = place[k] * counts[own]
+            continue
+        moved = min(max(place[k], 0.0), 1.0) + number[own]
+        low = np.searchsorted(knots, moved, side="right") - 1
+        low = min(max(low, start[own]), start[own] + counts[own] - 1)
+        result[k] = low - start[own] + (moved - knots[low]) / (knots[low + 1] - knots[low])

@@ -9,7 +9,6 @@ import numpy as np
 from golden.errors import InputError, InputWarning
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.facets import facet_scene
-from golden.scene.gltf import read_gltf
 from golden.scene.mesh import Mesh, mesh_scene
 from golden.scene.nff import read_nff
 from golden.scene.obj import read_obj
@@ -64,6 +63,8 @@ def _read(path: Path, up, facets: bool) -> Scene:
         return make(read_ply(path), name=name, where=where, up=up or Z_UP)
     if suffix == ".stl":
         return make(_read_stl(path), name=name, where=where, up=up or Z_UP)
+    from golden.scene.gltf import read_gltf  # slow
+
     mesh, view = read_gltf(path)
     return make(mesh, name=name, where=where, up=up or Y_UP, camera=view.camera, lights=tuple(view.lights))
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.compiled import compiled, is_compiler_active
 from golden.errors import InputError
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
@@ -51,17 +52,36 @@ class Refinement:
         In a quad element ``first + iv nu + iu``; in a triangle rows along v, in each row upright and inverted elements
         alternate (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
         """
-        patch = np.asarray(patch)
-        cuts = self.cuts.counts[patch]
+        patch, u, v = (np.asarray(values) for values in (patch, u, v))
         in_triangle = self.is_triangle[patch]
-        along = self.cuts.cells(patch, 0, np.where(in_triangle, u * (1 - np.asarray(v)), u))
-        up = self.cuts.cells(patch, 1, np.asarray(v))
+        along = self.cuts.cells(patch, 0, np.where(in_triangle, u * (1 - v), u))
+        up = self.cuts.cells(patch, 1, v)
+        if is_compiler_active():
+            element = np.empty(len(patch), dtype=np.int64)
+            _locate(patch, along, up, self.cuts.counts, self.is_triangle, self.first, element)
+            return element
+        cuts = self.cuts.counts[patch]
         row = np.clip(np.floor(up), 0, cuts[:, 1] - 1).astype(np.int64)
         last = np.where(in_triangle, cuts[:, 0] - 1 - row, cuts[:, 0] - 1)
         column = np.clip(np.floor(along), 0, last).astype(np.int64)
         turned = (along - column + up - row > 1) & (column < last)
         return self.first[patch] + np.where(in_triangle, row * (2 * cuts[:, 0] - row) + 2 * column + turned,
                                             row * cuts[:, 0] + column)
+
+
+@compiled
+def _locate(patch, along, up, cuts, is_triangle, first, element):
+    for k in range(len(patch)):
+        own = patch[k]
+        columns, rows = cuts[own]
+        row = min(max(int(np.floor(up[k])), 0), rows - 1)
+        if is_triangle[own]:
+            last = columns - 1 - row
+            column = min(max(int(np.floor(along[k])), 0), last)
+            turned = along[k] - column + up[k] - row > 1 and column < last
+            element[k] = first[own] + row * (2 * columns - row) + 2 * column + (1 if turned else 0)
+        else:
+            element[k] = first[own] + row * columns + min(max(int(np.floor(along[k])), 0), columns - 1)
 
 
 def _pieces(length: np.ndarray, side: np.ndarray) -> np.ndarray:

@@ -12,7 +12,6 @@ from golden.light.photometry.quantities import EFFICACY, candela_per_m2, lux
 from golden.light.photometry.sensor_file import read_sensors
 from golden.light.photometry.sensor_table import plane_figures, sensor_rows
 from golden.light.photometry.sensors import Sensors
-from golden.light.photometry.surface_file import write_surfaces
 from golden.light.two_pass import RenderResult
 from golden.output import check_outputs
 from golden.plural import counted
@@ -84,6 +83,8 @@ class Photometry:
         if self.illuminance:
             write_table(self.illuminance, patch_rows(scene, result.indirect, self.efficacy))
         if self.surfaces:
+            from golden.light.photometry.surface_file import write_surfaces  # slow
+
             write_surfaces(self.surfaces, scene, result.indirect, efficacy=self.efficacy, exposure=exposure)
         if self.false_colour:
             values = (candela_per_m2(result.image, self.efficacy), np.pi * self.efficacy * result.received)

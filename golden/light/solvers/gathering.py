@@ -72,14 +72,15 @@ def relaxed_sweeps(system: RadiositySystem, omega: float, radiosity: np.ndarray)
     A block of patches gathers from outside it in one product; the inverse of its lower triangle gives the same values
     as relaxing its patches one by one.
     """
+    yield State(radiosity, system.residual(radiosity))
     blocks = [_block(system, omega, slice(first, first + _BLOCK)) for first in range(0, len(system), _BLOCK)]
     while True:
-        yield State(radiosity, system.residual(radiosity))
         for rows, factors, below, inverse in blocks:
             old, rho = radiosity[rows], system.reflectance[rows]
             outside = system.emission[rows] + rho * (factors @ radiosity - below @ old)
             target = (1 - omega) * old + omega * outside
             radiosity[rows] = (inverse @ target.T[:, :, None])[:, :, 0].T
+        yield State(radiosity, system.residual(radiosity))
 
 
 def _block(system, omega, rows):

@@ -1,10 +1,13 @@
 import numpy as np
 import pytest
 
+from golden.cast.rays import Hits
+from golden.light import elements as elements_module
 from golden.light import lattice
 from golden.light.elements import Elements
 from golden.scene.builtin import builtin_scene
 from golden.scene.refine import refine
+from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 FLOOR = rectangle((0, 0, 0), (2, 0, 0), (0, 1, 0))
@@ -78,6 +81,20 @@ def test_the_back_of_a_one_sided_patch_is_no_element(refinement, elements):
     number = elements.number(np.arange(4), np.full(4, 0.3), np.full(4, 0.3), np.zeros(4, dtype=bool))
     assert (number >= 0).tolist() == [False, True, True, False]
     assert (number[1:3] >= len(refinement.parent)).all()
+
+
+@pytest.mark.parametrize("is_compiled", [False, True])
+def test_rays_see_the_elements_of_the_sides_that_they_hit(elements, monkeypatch, is_compiled):
+    if not is_compiled:
+        on_arrays(monkeypatch, elements_module)
+    random = np.random.default_rng(7)
+    patch, (u, v) = random.integers(-1, len(MIXED), size=500).astype(np.int32), random.random((2, 500))
+    direction = random.normal(size=(500, 3))
+    hits = Hits(patch=patch, t=np.ones(500), u=u, v=v, tests=np.ones(500, dtype=int), steps=np.ones(500, dtype=int))
+    front = np.einsum("kj,kj->k", direction, MIXED.normals[patch]) < 0
+    seen, number = elements.seen(direction, hits), elements.number(np.maximum(patch, 0), u, v, front)
+    assert (seen == np.where(patch < 0, -1, number)).all()
+    assert {(0, True), (0, False), (1, False)} <= set(zip(patch.tolist(), front.tolist(), strict=True))
 
 
 def test_every_element_of_a_quad_has_a_cell_of_its_own(elements):

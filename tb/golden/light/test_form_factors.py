@@ -242,3 +242,19 @@ def test_arrays_turn_directions_as_compiled_loops_do(monkeypatch):
     assert (compiled.origin[70].tolist(), compiled.source[70]) == ([6, 7, 8], 2)
     on_arrays(monkeypatch, form_factors)
     assert form_factors._hemisphere_rays(*arguments).direction == pytest.approx(compiled.direction, rel=1e-14)
+
+
+def test_arrays_and_compiled_loops_sum_the_same_entries(monkeypatch):
+    random = np.random.default_rng(8)
+    owner = np.sort(random.choice([3, 4, 7, 9], 600))
+    weight, column = random.integers(0, 50, 600), random.integers(-1, 40, 600)
+    column[owner == 7] = -1
+    compiled = form_factors._entries(owner, weight, column, 40)
+    sums = np.zeros((10, 40), dtype=int)
+    np.add.at(sums, (owner[column >= 0], column[column >= 0]), weight[column >= 0])
+    rows, columns = np.nonzero(sums)
+    for found, truth in zip(compiled, (sums[rows, columns], rows, columns), strict=True):
+        assert found.tolist() == truth.tolist()
+    on_arrays(monkeypatch, form_factors)
+    for found, other in zip(compiled, form_factors._entries(owner, weight, column, 40), strict=True):
+        assert found.tolist() == other.tolist()

@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from golden.scene import cuts as cuts_module
+from golden.scene import refine as refine_module
 from golden.scene.cuts import Cuts
 from golden.scene.refine import refine
+from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 COUNTS = np.array([[3, 2], [2, 3], [4, 1]])
@@ -42,3 +45,16 @@ def test_elements_between_knots_cover_their_patch_and_are_located():
     centres = refined.scene.centres[:6]
     found = refined.locate(np.zeros(6, dtype=int), centres[:, 0] / 4, centres[:, 1] / 2)
     assert found.tolist() == list(range(6))
+
+
+def test_arrays_find_the_elements_that_compiled_loops_find(monkeypatch):
+    triangle = np.array([(0, 0, 2), (3, 0, 2), (1, 2, 2), (1, 2, 2)], dtype=float)
+    scene = scene_of((rectangle((0, 0, 0), (4, 0, 0), (0, 2, 0)), BLACK), (triangle, BLACK),
+                     (rectangle((0, 0, 1), (1, 0, 0), (0, 1, 0)), BLACK))
+    refined = refine(scene, max_edge=0.6, finer=lambda cuts: {0: KNOTS[2]})
+    random = np.random.default_rng(3)
+    patch, u, v = random.integers(3, size=3000), *random.choice([0, 0.5, 0.6, 1, *random.random(40)], (2, 3000))
+    compiled = refined.locate(patch, u, v)
+    assert len(np.unique(compiled)) > 30
+    on_arrays(monkeypatch, cuts_module, refine_module)
+    assert (refined.locate(patch, u, v) == compiled).all()
