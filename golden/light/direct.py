@@ -3,7 +3,9 @@
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.compiled import compiled
 from golden.light.glass import SHEETS, Glass
+from golden.light.light_choice import choose_lights
 from golden.light.light_points import by_area
 from golden.light.light_weights import light_weights
 from golden.light.sampling import lattice
@@ -95,34 +97,13 @@ class DirectLight:
     def _from_areas(self, points, keys, rank, ranks):
         weight = light_weights(points.position, points.normal, self._vertices, self._centre, self._front,
                                self._two_sided, self._power, self._radius2)
-        cumulative = np.cumsum(weight, axis=1)
-        total = cumulative[:, -1]
-        lit = np.flatnonzero(total > 0)
-        if not len(lit):
-            return np.zeros((len(points), 3))
-        first, second = np.moveaxis(lattice(keys[lit], self._samples, rank[lit], ranks), 2, 0)
-        target = first * total[lit, None]
-        choice = np.empty(target.shape, dtype=np.intp)
-        if self._samples > len(lit):  # many samples of few points
-            for row, ends in enumerate(cumulative[lit]):
-                choice[row] = np.searchsorted(ends, target[row], side="right")
-        else:
-            for sample in range(self._samples):
-                choice[:, sample] = (cumulative[lit] <= target[:, sample, None]).sum(axis=1)
-        # A target that rounds up to the total belongs to the last light of nonzero weight.
-        last = weight.shape[1] - 1 - np.argmax(weight[lit, ::-1] > 0, axis=1)
-        choice = np.minimum(choice, last[:, None])
-        chance = np.take_along_axis(weight[lit], choice, axis=1)
-        below = np.take_along_axis(cumulative[lit], choice, axis=1) - chance
-        u = np.clip((target - below) / chance, 0, 1)
-        choice, u, v = choice.ravel(), u.ravel(), second.ravel()
-        density = (chance / total[lit, None]).ravel()
-        where = np.repeat(lit, self._samples)
+        places = lattice(keys, self._samples, rank, ranks)
+        sample, choice, u, density = choose_lights(weight, places[..., 0])
+        where, v = sample // self._samples, places[..., 1].ravel()[sample]
         toward, angle = self._sample(points.position[where], choice, u, v)
-        length = np.linalg.norm(toward, axis=1)
-        # A point on a light may sample itself.
-        cosine = np.einsum("kj,kj->k", points.normal[where], toward) / np.where(length > 0, length, 1)
-        geometry = np.maximum(cosine, 0) * angle / (np.pi * density)
+        geometry = np.empty(len(where))
+        _cosines(points.normal, where, toward, geometry)
+        geometry *= angle / (np.pi * density)
         some = np.flatnonzero(geometry > 0)
         light = self._emission[choice[some]] * geometry[some, None]
         light *= self._visibility(points, where[some], toward[some], SHORT_OF_LIGHT)
@@ -190,6 +171,17 @@ class DirectLight:
                         self._scene.surface[hits.patch[met]], rest)
         through[going] = 0
         return through
+
+
+@compiled
+def _cosines(normal, where, toward, cosine):
+    """Cosines of vectors above the surface at the points ``where``, or 0."""
+    for k in range(len(where)):
+        point = where[k]
+        length = np.sqrt(toward[k, 0] * toward[k, 0] + toward[k, 1] * toward[k, 1] + toward[k, 2] * toward[k, 2])
+        along = (normal[point, 0] * toward[k, 0] + normal[point, 1] * toward[k, 1] + normal[point, 2] * toward[k, 2])
+        # A point on a light may sample itself.
+        cosine[k] = max(along, 0.0) / length if length > 0 else 0.0
 
 
 def _by_angle(halves, angles, normal, u, v):

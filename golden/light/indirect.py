@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
+from golden.compiled import compiled
 from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
@@ -176,7 +177,17 @@ def _reflectance(shares, glass, patch):
 
 
 def _interpolated(position, values):
-    return np.einsum("kn,knc->kc", position.weights, values[position.nodes])
+    result = np.zeros((len(position.nodes), 3))
+    _interpolate(position.nodes, position.weights, values, result)
+    return result
+
+
+@compiled
+def _interpolate(nodes, weights, values, result):
+    for k in range(len(nodes)):
+        for corner in range(4):
+            for channel in range(3):
+                result[k, channel] += weights[k, corner] * values[nodes[k, corner], channel]
 
 
 def _points(scene, elements, seed):

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from golden.compiled import compiled
 from golden.light.surface_points import bilinear, corner_normals
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
@@ -119,26 +120,14 @@ class Lattice:
 
     def at(self, sheet: np.ndarray, x: np.ndarray, y: np.ndarray) -> LatticePosition:
         """The positions at (x, y) of sheets, 0 to 1 over a sheet's rectangle; on a triangle these are its u and v."""
-        n, m = self._cuts[sheet].T
-        triangle = self._triangle[sheet]
-        x = self._cells(sheet, 0, np.where(triangle, x * (1 - y), x))
+        x = self._cells(sheet, 0, np.where(self._triangle[sheet], x * (1 - y), x))
         y = self._cells(sheet, 1, y)
-        i = np.clip(x.astype(int), 0, n - 1)
-        j = np.clip(y.astype(int), 0, np.where(triangle, m - 1 - i, m - 1))
-        a, b = np.clip(x - i, 0, 1), np.clip(y - j, 0, 1)
-        far = triangle & (a + b > 1) & (i + j < n - 1)
-        # Rounding may leave a triangle over its third edge.
-        over = np.where(triangle & ~far, np.maximum(a + b, 1), 1)
-        a, b = a / over, b / over
-        row = np.where(triangle, n + 1 - j, n + 1)
-        base = i + j * (n + 1) - np.where(triangle, j * (j - 1) // 2, 0)
-        beyond = base + row + np.where(triangle & ~far, 0, 1)
-        entries = self._first[sheet][:, None] + np.stack([base, base + 1, base + row, beyond], axis=1)
-        square = np.stack([(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b], axis=1)
-        near_half = np.stack([1 - a - b, a, b, 0 * a], axis=1)
-        far_half = np.stack([0 * a, 1 - b, 1 - a, a + b - 1], axis=1)
-        weights = np.where(triangle[:, None], np.where(far[:, None], far_half, near_half), square)
-        return LatticePosition(self._first_cell[sheet] + j * n + i, a, b, self._node[entries], weights)
+        count = len(sheet)
+        cell, nodes = np.empty(count, dtype=np.int64), np.empty((count, 4), dtype=np.int64)
+        (a, b), weights = np.empty((2, count)), np.empty((count, 4))
+        _positions(sheet, x, y, self._cuts, self._triangle, self._first_cell, self._first, self._node, cell, a, b,
+                   nodes, weights)
+        return LatticePosition(cell, a, b, nodes, weights)
 
     @cached_property
     def neighbours(self) -> sparse.csr_array:
@@ -174,6 +163,35 @@ class Lattice:
         """Mean over the sheets' own corners that are one node."""
         total = np.stack([np.bincount(self._node, column) for column in values.T], axis=1)
         return total / np.bincount(self._node)[:, None]
+
+
+@compiled
+def _positions(sheet, x, y, cuts, is_triangle, first_cell, first, node_of, cell, a_of, b_of, nodes, weights):
+    """Writes positions of points, given in cells; entries of ``node_of`` from ``first`` on are a sheet's nodes."""
+    for k in range(len(sheet)):
+        own = sheet[k]
+        (n, m), triangle = cuts[own], is_triangle[own]
+        i = min(max(int(x[k]), 0), n - 1)
+        j = min(max(int(y[k]), 0), m - 1 - i if triangle else m - 1)
+        a, b = min(max(x[k] - i, 0.0), 1.0), min(max(y[k] - j, 0.0), 1.0)
+        base, row, beyond = i + j * (n + 1), n + 1, 1
+        far = triangle and a + b > 1 and i + j < n - 1
+        if triangle:
+            base, row = base - j * (j - 1) // 2, row - j
+            if not far:
+                # Rounding may leave a triangle over its third edge.
+                over = max(a + b, 1.0)
+                a, b, beyond = a / over, b / over, 0
+        if far:
+            shares = 0.0, 1 - b, 1 - a, a + b - 1
+        elif triangle:
+            shares = 1 - a - b, a, b, 0.0
+        else:
+            shares = (1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b
+        cell[k], a_of[k], b_of[k] = first_cell[own] + j * n + i, a, b
+        start = first[own] + base
+        for corner, entry in enumerate((start, start + 1, start + row, start + row + beyond)):
+            nodes[k, corner], weights[k, corner] = node_of[entry], shares[corner]
 
 
 def _inset(scene):

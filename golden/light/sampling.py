@@ -6,6 +6,8 @@ pixels are batched.
 
 import numpy as np
 
+from golden.compiled import compiled
+
 __all__ = ["lattice", "mix", "uniform"]
 
 # Of the points (k / n, k g) modulo 1 the first coordinates are evenly spaced; the golden ratio g spreads the second
@@ -40,10 +42,20 @@ def lattice(state: np.ndarray, count: int, rank: np.ndarray | int = 0, ranks: in
     rank, ranks
         Uses of equal states and ranks 0 to ``ranks`` - 1 have different points of one lattice.
     """
-    shift = np.stack([uniform(state, 0), uniform(state, 1)], axis=-1)
-    step = np.array([1 / (count * ranks), _GOLDEN])
-    number = np.reshape(rank, (-1, 1, 1)) + ranks * np.arange(count)[:, None]
-    return (shift[:, None] + number * step) % 1.0
+    points = np.empty((len(state), count, 2))
+    _fill(uniform(state, 0), uniform(state, 1), np.broadcast_to(rank, (len(state),)), ranks, points)
+    return points
+
+
+@compiled
+def _fill(shift_x, shift_y, rank, ranks, points):
+    count = points.shape[1]
+    step = 1 / (count * ranks)
+    for use in range(len(points)):
+        for point in range(count):
+            number = rank[use] + ranks * point
+            x, y = shift_x[use] + number * step, shift_y[use] + number * _GOLDEN
+            points[use, point, 0], points[use, point, 1] = x - np.floor(x), y - np.floor(y)
 
 
 def _scramble(state):

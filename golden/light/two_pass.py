@@ -10,6 +10,7 @@ from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS
 from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.rays import Hits, Rays
 from golden.cast.shared_grid import shared_grid
+from golden.compiled import compiled
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
 from golden.light.direct import DirectLight
@@ -20,8 +21,8 @@ from golden.light.near_lights import NearPairs, near_knots
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
 from golden.light.sampling import mix, uniform
+from golden.light.seen_points import SeenPoints
 from golden.light.solvers import SOLVERS
-from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
 from golden.light.tally import Tally
 from golden.light.tone import luminance
 from golden.progress_bar import progress_bar
@@ -36,8 +37,11 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# The scene's area over that of the default refinement's largest square; rays that the default hemispheres may take.
-ELEMENTS, HEMISPHERE_RAYS = 3000, 12_000_000
+# The scene's area over that of the default refinement's largest square.
+ELEMENTS = 3000
+# Grids of the hemispheres of elements and of sensors (azimuths and polars), and rays within which they stay if one can.
+ELEMENT_GRIDS, ELEMENT_RAYS = ((256, 64), (128, 32), (64, 16), (32, 16)), 6_000_000
+SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
 # Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
 # with, for one of a point in the image. A sensor casts at most as many as its hemisphere has rays.
 ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 1024
@@ -59,7 +63,7 @@ class RenderSettings:
     depth
         Most reflections and refractions of a ray, 0 to 64.
     rays
-        (azimuths, polars) of a radiosity hemisphere. Default: 64 x 16 to 256 x 64, about 12 million rays in all.
+        (azimuths, polars) of a radiosity hemisphere. Default: 32 x 16 to 256 x 64, within 6 million rays if they can.
     max_edge, max_area
         Largest element of pass 1 in (squared) scene units. Default: edges of at most the square root of a
         3000th of the scene's area.
@@ -197,14 +201,14 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         spread = in_threads(caster.jobs) if in_spans else in_turn
     with tally.stage("elements"):
         refinement = _refinement(scene, settings, caster)
-    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), (256, 64))))
+    hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), ELEMENT_GRIDS, ELEMENT_RAYS)))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=ELEMENT_SAMPLES * settings.light_samples, seed=settings.seed,
                               spread=spread, progress=progress)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
-            around = Hemisphere(*_hemisphere_rays(len(sensors), (1024, 256)))
+            around = Hemisphere(*_hemisphere_rays(len(sensors), SENSOR_GRIDS, SENSOR_RAYS))
             measured = sensor_light(
                 scene, sensors, indirect, caster, tally, hemisphere=around, seed=settings.seed,
                 light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)))
@@ -230,10 +234,9 @@ def _refinement(scene, settings, caster) -> Refinement:
     return refinement
 
 
-def _hemisphere_rays(count, finest):
-    """The finest grid, its half or its quarter: the first of which ``count`` are within the default number of rays."""
-    grids = [tuple(number // part for number in finest) for part in (1, 2, 4)]
-    return next((grid for grid in grids if grid[0] * grid[1] * count <= HEMISPHERE_RAYS), grids[-1])
+def _hemisphere_rays(count, grids, most):
+    """The first grid of which ``count`` have at most ``most`` rays, else the last one."""
+    return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
 
 
 def _image(pixels, screen, settings, spread, progress):
@@ -286,8 +289,10 @@ class _Shader:
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
-        self._corner_normals = corner_normals(scene)
+        self._seen = SeenPoints(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
+        self._is_diffuse = self._materials["diffuse"].any(axis=1)
+        self._is_specular = (self._materials["specular"] + self._materials["transparent"]).any(axis=1)
         self._most_diffuse = 1 - self._materials["specular"] - self._materials["transparent"]
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
@@ -310,19 +315,16 @@ class _Shader:
         light = self._scene.background_along(rays.direction)
         met = np.flatnonzero(hits.patch >= 0)
         patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
-        direction = rays.direction[met] / np.linalg.norm(rays.direction[met], axis=1, keepdims=True)
-        front = np.einsum("kj,kj->k", direction, self._scene.normals[patch]) < 0
+        points, direction, front = self._seen.at(rays, hits, met)
         active = front | self._scene.two_sided[patch]
-        points = self._points(rays, hits, met, front)
         light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
         measured = self._with_received and depth == 0
-        diffuse = np.flatnonzero(active & (self._materials["diffuse"][patch].any(axis=1) | measured))
+        diffuse = np.flatnonzero(active & (self._is_diffuse[patch] | measured))
         arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4), field[met[diffuse]],
                                             self._fields)
         arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
         light[met[diffuse]] += self._diffuse(patch[diffuse], points.position[diffuse]) * arriving
-        for total, values in zip(result[:5], (*(light * weight).T, hits.tests, hits.steps), strict=True):
-            total += np.bincount(owner, values, result.shape[1])
+        _add(result, owner, light, weight, hits.tests, hits.steps)
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
@@ -335,15 +337,13 @@ class _Shader:
             return diffuse
         return np.minimum(diffuse * self._scene.textures.ratio(patch, position), self._most_diffuse[patch])
 
-    def _points(self, rays, hits, met, front):
-        patch = hits.patch[met]
-        position = rays.origin[met] + hits.t[met, None] * rays.direction[met]
-        normal = bilinear(self._corner_normals[patch], hits.u[met], hits.v[met])
-        normal *= np.where(front, 1, -1)[:, None] / np.linalg.norm(normal, axis=1, keepdims=True)
-        return SurfacePoints(position, normal, patch)
-
     def _next(self, points, direction, front, active, owner, weight, keys, field):
         """Mirrored and refracted rays."""
+        some = np.flatnonzero(self._is_specular[points.patch])
+        if not len(some):
+            return
+        points, direction, front, active, owner, weight, keys, field = (
+            values[some] for values in (points, direction, front, active, owner, weight, keys, field))
         specular = self._materials["specular"][points.patch] * active[:, None]
         transparent = self._materials["transparent"][points.patch]
         cosine = np.clip(-np.einsum("kj,kj->k", direction, points.normal), 1e-6, 1)
@@ -368,6 +368,16 @@ class _Shader:
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
             hits = self._casters[kind].nearest(rays)
             yield rays, hits, owner[some], carried[some], mix(keys[some], 5 + branch), field[some]
+
+
+@compiled
+def _add(result, owner, light, weight, tests, steps):
+    """Add light times weights, tests and steps of rays to the columns of their owners."""
+    for ray in range(len(owner)):
+        for channel in range(3):
+            result[channel, owner[ray]] += light[ray, channel] * weight[ray, channel]
+        result[3, owner[ray]] += tests[ray]
+        result[4, owner[ray]] += steps[ray]
 
 
 def _stats(scene, settings, hemisphere, indirect, tally):

@@ -385,8 +385,9 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
     assert result.stats["elements"] == 6 * 4 * 4
     result = picture(furnace(1), width=2, height=2, rays=None, light_samples=1)
     assert result.stats["settings"]["rays"] == [256, 64]
-    assert [two_pass._hemisphere_rays(count, (256, 64)) for count in (732, 733, 2929, 2930)] == \
-        [(256, 64), (128, 32), (128, 32), (64, 16)]
+    grids, most = two_pass.ELEMENT_GRIDS, two_pass.ELEMENT_RAYS
+    assert [two_pass._hemisphere_rays(count, grids, most) for count in (366, 367, 5859, 5860, 99999)] == \
+        [(256, 64), (128, 32), (64, 16), (32, 16), (32, 16)]
 
 
 @pytest.mark.parametrize(("bad", "message"), [
