@@ -15,6 +15,7 @@ from hw.commands.board import board
 from hw.commands.figures import figures
 from hw.commands.registers import registers
 from hw.commands.report import report
+from hw.commands.soc import soc
 from hw.commands.verilog import verilog
 from radiosity.commands.bench import bench
 from radiosity.commands.demo import demo
@@ -35,5 +36,5 @@ def main():
 
 for _command in (render_command(*METHODS), formfactors_command(*METHODS), exchange_command, cast_command(*METHODS),
                  schedule_command, image_command, intersect, list_scenes, export, show_config, export_stimulus, verilog,
-                 report, figures, registers, board, bench, machine, demo, pictures):
+                 report, figures, registers, board, soc, bench, machine, demo, pictures):
     main.add_command(_command)

@@ -13,18 +13,16 @@ from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.view import default_camera
 from golden.schedule.phase import schedule
+from hw.board.narrow import NARROW
 
 __all__ = ["BOARD", "View", "board_view"]
 
 # One cluster for a small scene with minimal capacities and narrow numbers: those of the preset need more registers than
 # nextpnr's default placer can place.
-BOARD = PRESETS["tiny"].replace({
-    "numbers.scene_bits": 20, "numbers.vector_fraction": 18, "numbers.mantissa_bits": 20, "icu.product_registers": 1,
-    "icu.uv_bits": 4, "icu.uv_guard": 4, "icu.angle_bits": 20, "icu.cordic_stages": 14,
-    "noc.columns": 1, "noc.rows": 1, "icu.side_bits": 6, "icu.patch_bits": 8, "icu.slots": 16,
-    "icu.generation_bits": 2, "ctu.pipelines": 1, "ctu.shell_bits": 4,
+BOARD = PRESETS["tiny"].replace(NARROW | {
+    "icu.uv_bits": 4, "icu.uv_guard": 4, "icu.side_bits": 6, "icu.patch_bits": 8, "ctu.shell_bits": 4,
     "ctu.grid_row_bits": 7, "ctu.grid_column_bits": 7, "ctu.near_cell_bits": 5,
-    "memsys.cache_policy": "direct", "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.cache_fetches": 2,
+    "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.cache_fetches": 2,
     "memsys.scene_cells": 128, "memsys.own_cells": 128, "memsys.own_entries": 256, "memsys.own_patches": 32,
     "memsys.bus_requests": 2, "memory.address_bits": 20, "memory.outstanding": 4})
 # Rays for each one that schedules.

@@ -61,7 +61,8 @@ _ENGINE_FILES = """
 | `example/main.cpp`, `Makefile` | a simulation in Verilator: main memory behind AXI4, and the driver on AXI4-Lite |
 | `example/cast_job.c`, `cast_job.h` | a job from `job.bin` to results, at any port of the driver |
 | `litex_soc/radiosity_soc.py` | a module of LiteX: registers on the bus of a SoC, memory in its SDRAM |
-| `litex_soc/simulation.py`, `uartbone.c`, `Makefile` | a SoC in LiteX's simulator, and a host that casts over TCP |"""
+| `litex_soc/simulation.py`, `uartbone.c`, `Makefile` | a SoC in LiteX's simulator, and a host that casts over TCP |
+| `litex_soc/ulx3s.py` | the same SoC at the pins of a ULX3S with an ECP5-85; the host casts over its USB socket |"""
 _JOB_FILES = """
 | `job/job.bin`, `.h`, `.txt` | a small job: memory before the doorbell, its addresses, and the results |"""
 # The sample exceeds a capacity of the engine.
@@ -104,6 +105,10 @@ UARTBone, through which the driver in `uartbone.c` reads and writes over TCP. It
 `pip install litex litedram migen pythondata-misc-tapcfg`, `verilator` on PATH, and the headers of libevent, json-c and
 zlib. `PYTHON=PATH` names the Python that has LiteX, `JOB=FOLDER` another job, and `PORT=NUMBER`, from the first run on,
 another TCP port than 1234.
+
+`litex_soc/ulx3s.py` writes the SoC for the ULX3S: Verilog, constraints, and a script for Yosys and nextpnr. It needs
+`litex-boards` too. `radiosity soc` makes a bitstream of such an engine. `make -C litex_soc board` casts `job` on a
+board at `DEVICE=/dev/ttyUSB0`, and compares the results.
 """
 _STREAMS = """
 Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a

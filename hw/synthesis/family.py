@@ -40,7 +40,7 @@ class Family:
     lut, ff, dsp, bram
         By type, how many units a cell counts as.
     free
-        Cells that are not counted: parts of a LUT's slice, and constants.
+        Cells that are not counted: parts of a LUT's slice, constants, pins and clocks.
     counted
         The units in words.
     has_clock
@@ -102,7 +102,8 @@ FAMILIES = {
                   "-mince 8 -minsrst 16",
                   "synth_ecp5 -abc9 -top top -run map_ffs:"),
         lut={"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6}, ff=frozenset({"TRELLIS_FF"}), dsp={"MULT18X18D": 1},
-        bram={"DP16KD": 1}, free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO", "SGSR", "DCCA"}),
+        bram={"DP16KD": 1},
+        free=frozenset({"PFUMX", "L6MUX21", "TRELLIS_IO", "SGSR", "DCCA", "EHXPLLL", "ODDRX1F"}),
         counted="LUT: of 4 inputs, 2 for a two-bit adder, 6 for a memory of 16 x 4 bits; DSP: blocks of 18 x 18 bits; "
                 "block RAMs of 18 kbit. FF: without the registers inside DSP blocks and block RAMs."),
     "xc7": Family(

@@ -22,7 +22,7 @@ from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
 __all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "pins_rtlil", "place_and_route", "synthesise",
-           "synthesise_between_registers", "tool_versions", "yosys"]
+           "synthesise_between_registers", "tool_versions", "verilog_bitstream", "yosys"]
 
 _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 # In a large unit fewer paths violate their timing than with the default weight of 10.
@@ -89,7 +89,7 @@ def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) ->
     InputError
         The family has no RAM for one of its memories.
     """
-    return _area(_netlist(pins_rtlil(component), folder, "area", family), family)
+    return _area(_netlist_of_rtlil(pins_rtlil(component), folder, "area", family), family)
 
 
 def pins_rtlil(component) -> str:
@@ -100,7 +100,7 @@ def pins_rtlil(component) -> str:
 
 def synthesise_between_registers(component, folder: Path) -> Path:
     """The netlist of a component between the registers of a `ScanHarness`, for an ECP5."""
-    return _netlist(_rtlil(ScanHarness(component)), folder, "clock", FAMILIES["ecp5"])
+    return _netlist_of_rtlil(_rtlil(ScanHarness(component)), folder, "clock", FAMILIES["ecp5"])
 
 
 def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS) -> Clock:
@@ -135,8 +135,19 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
     InputError
         It does not fit, or misses the target clock.
     """
-    netlist = _netlist(rtlil_text, folder, name, FAMILIES["ecp5"])
-    area = _area(netlist, FAMILIES["ecp5"])
+    netlist = _netlist_of_rtlil(rtlil_text, folder, name, FAMILIES["ecp5"])
+    return _pack(netlist, constraints, seed=seed, options=options)
+
+
+def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seed: int,
+                      options: tuple[str, ...]) -> tuple[Area, Clock]:
+    """`bitstream` of Verilog: the files in ``sources`` have the module ``top`` and all that it instantiates."""
+    read = [f'read_verilog -defer "{source.resolve()}"' for source in sources]
+    return _pack(_netlist(read, folder, name, FAMILIES["ecp5"]), constraints, seed=seed, options=options)
+
+
+def _pack(netlist, constraints, *, seed, options):
+    folder, name, area = netlist.parent, netlist.stem, _area(netlist, FAMILIES["ecp5"])
     write_text(folder / f"{name}.lpf", constraints)
     clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *options, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
@@ -174,14 +185,21 @@ def _place(netlist, *options, seed):
     return Clock(seed=seed, mhz=mhz, path=_critical_path(found["critical_paths"]))
 
 
-def _netlist(rtlil_text, folder, name, family):
+def _netlist_of_rtlil(text, folder, name, family):
     folder.mkdir(parents=True, exist_ok=True)
-    source, netlist, homeless = folder / f"{name}.il", folder / f"{name}.json", folder / HOMELESS
-    source.write_text(_marked(rtlil_text))
+    source = folder / f"{name}.il"
+    source.write_text(_marked(text))
+    return _netlist([f"read_rtlil {source.name}"], folder, name, family)
+
+
+def _netlist(read, folder, name, family):
+    """The netlist of the module ``top`` after the commands ``read`` of Yosys."""
+    folder.mkdir(parents=True, exist_ok=True)
+    netlist, homeless = folder / f"{name}.json", folder / HOMELESS
     homeless.unlink(missing_ok=True)
     try:
         # Names like x[0] of parts of wires are purged: the mapper mistakes them for bits and fails.
-        yosys(folder / f"{name}.yosys.log", f"read_rtlil {source.name}", "hierarchy -top top", "proc",
+        yosys(folder / f"{name}.yosys.log", *read, "hierarchy -top top", "proc",
               "opt_clean -purge", *family.commands, f"write_json {netlist.name}")
     except InputError:
         if homeless.exists() and homeless.read_text():
@@ -246,5 +264,7 @@ def _run(command, log):
         done = subprocess.run([str(part) for part in command], cwd=log.parent, stdout=file, stderr=subprocess.STDOUT,
                               check=False)
     if done.returncode:
-        last = [line for line in log.read_text(errors="replace").splitlines() if line.strip()][-1:]
+        lines = [line for line in log.read_text(errors="replace").splitlines() if line.strip()]
+        # A clock that is missed is an error of nextpnr, with others' words behind it.
+        last = ([line for line in lines if line.startswith("ERROR:")] or lines)[-1:]
         raise InputError(f"report: {Path(str(command[0])).name} failed, see {log}: {' '.join(last)}")

@@ -92,8 +92,9 @@ print(" ".join(sys.modules))
 
 @pytest.mark.parametrize(("words", "extra"), [
     (("hw", "verilog"), "sim"), (("hw", "report", "icu", "--no-route"), "synth"), (("hw", "registers"), "sim"),
-    (("hw", "figures"), "synth"), (("hw", "board"), "synth"), (("radiosity", "verilog"), "sim"),
-    (("radiosity", "demo", "folder"), "sim"), (("radiosity", "pictures", "folder"), "sim")])
+    (("hw", "figures"), "synth"), (("hw", "board"), "synth"), (("hw", "soc"), "synth"),
+    (("radiosity", "verilog"), "sim"), (("radiosity", "demo", "folder"), "sim"),
+    (("radiosity", "pictures", "folder"), "sim")])
 def test_a_missing_extra_is_one_line(words, extra, tmp_path):
     """It is the one that docs/commands.md names."""
     module, *arguments = words

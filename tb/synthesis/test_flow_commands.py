@@ -9,7 +9,7 @@ import pytest
 from golden.errors import InputError
 from hw.synthesis import flow
 from hw.synthesis.family import FAMILIES
-from hw.synthesis.flow import Clock, bitstream, place_and_route
+from hw.synthesis.flow import Clock, bitstream, place_and_route, verilog_bitstream
 
 
 def part(kind, delay, cell="", to=""):
@@ -25,6 +25,9 @@ PATHS = [
         part("routing", 2.0), part("setup", 4.0, "x", "b.sum_LUT4_Z_1")]}]
 REPORT = {"fmax": {"$glbnet$clk": {"achieved": 90.5, "constraint": 105.0},
                    "other": {"achieved": 71.25, "constraint": 105.0}}, "critical_paths": PATHS}
+
+
+OPTIONS = {"seed": 2, "options": ("--freq", "25")}
 
 
 @pytest.fixture
@@ -52,11 +55,17 @@ def test_a_netlist_is_placed_on_the_device_with_its_seed(commands, tmp_path):
     assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
 
 
-def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path):
+@pytest.mark.parametrize(("make", "read"), [
+    (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il"),
+    (lambda folder: verilog_bitstream((folder / "a.v",), "LOCATE", folder, "board", **OPTIONS),
+     'read_verilog -defer "{}/a.v"')], ids=["RTLIL", "Verilog"])
+def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read):
     area = FAMILIES["ecp5"].area({})
-    monkeypatch.setattr(flow, "_netlist", lambda text, folder, name, family: folder / f"{name}.json")
     monkeypatch.setattr(flow, "_area", lambda netlist, family: area)
-    found, clock = bitstream("text", "LOCATE", tmp_path, "board", seed=2, options=("--freq", "25"))
+    reads = []
+    monkeypatch.setattr(flow, "_netlist", lambda read, folder, name, _: reads.extend(read) or folder / f"{name}.json")
+    found, clock = make(tmp_path)
+    assert reads == [read.format(tmp_path)]
     assert found is area
     assert clock.mhz == 71.25
     assert (tmp_path / "board.lpf").read_text() == "LOCATE"
@@ -106,10 +115,15 @@ def test_clocked_read_ports_of_unchecked_memories_are_marked(attribute, memory, 
     assert re.search(r"TRANSPARENCY_MASK 2'(\d+)", found)[1] == "00"
 
 
-def test_a_tool_that_fails_is_a_line_with_its_last_words(monkeypatch, tmp_path):
+@pytest.mark.parametrize(("printed", "last"), [
+    ("first\nlast words\n\n", "last words"),
+    # An error of nextpnr, with words behind it.
+    ("ERROR: before routing\nERROR: 39 MHz (FAIL at 40 MHz)\nInfo: slack\n1 error\n",
+     "ERROR: 39 MHz (FAIL at 40 MHz)")])
+def test_a_tool_that_fails_is_a_line_with_its_last_words(monkeypatch, tmp_path, printed, last):
     def run(command, *, cwd, stdout, stderr, check):
         assert (cwd, check) == (tmp_path, False)
-        stdout.write("first\nlast words\n\n")
+        stdout.write(printed)
         return SimpleNamespace(returncode=command[1:] == ["bad"])
 
     monkeypatch.setattr(flow.subprocess, "run", run)
@@ -117,4 +131,4 @@ def test_a_tool_that_fails_is_a_line_with_its_last_words(monkeypatch, tmp_path):
     flow._run(["/bin/tool", "good"], log)
     with pytest.raises(InputError) as error:
         flow._run(["/bin/tool", "bad"], log)
-    assert str(error.value) == f"report: tool failed, see {log}: last words"
+    assert str(error.value) == f"report: tool failed, see {log}: {last}"

@@ -1,0 +1,123 @@
+"""The SoC with SDRAM for the ULX3S: what its engine holds, and the command, without LiteX and the tools of synthesis.
+
+tb/package/test_litex.py has these tools, and casts in the SoC.
+"""
+
+import json
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+import hw.cli
+from golden.jobs.core_manifest import CoreManifest
+from golden.tasks.image import ImageFrusta, job_files
+from hw.board.soc import SOC
+from hw.board.ulx3s import NEXTPNR
+from hw.synthesis.family import Area
+from hw.synthesis.flow import Clock
+
+# Stands for the Python of LiteX: notes its words, and writes what LiteX does.
+LITEX = """#!{python}
+import sys
+from pathlib import Path
+
+assert Path("ulx3s.py").exists() or sys.argv[1] == "-c"
+with open({words!r}, "a") as file:
+    print(*sys.argv[1:], file=file)
+if {fails}:
+    sys.exit("first\\nNo module named 'litex'")
+if sys.argv[1] != "-c":
+    gateware = Path(sys.argv[2], "gateware")
+    gateware.mkdir(parents=True)
+    (gateware / "top.v").write_text("module top; endmodule")
+    (gateware / "top.lpf").write_text("LOCATE")
+"""
+
+
+@pytest.fixture
+def litex(tmp_path):
+    """Makes a program for ``--litex``, which notes its words in ``words``."""
+    def made(*, fails=False):
+        program = tmp_path / "litex"
+        program.write_text(LITEX.format(python=sys.executable, words=str(tmp_path / "words"), fails=fails))
+        program.chmod(0o755)
+        return str(program)
+    return made
+
+
+@pytest.fixture
+def tools(monkeypatch):
+    """The calls of synthesis, place and route, in place of which there are figures."""
+    calls = []
+
+    def bitstream(*arguments, **options):
+        calls.append((arguments, options))
+        return Area(lut=51, ff=52, dsp=53, bram=54), Clock(seed=3, mhz=41.25, path="a to b")
+
+    def write_core(top, *, config, preset, folder):
+        (folder / "litex_soc").mkdir(parents=True)
+        (folder / "litex_soc" / "ulx3s.py").touch()
+
+    monkeypatch.setattr("hw.board.soc.verilog_bitstream", bitstream)
+    monkeypatch.setattr("hw.board.soc.write_core", write_core)
+    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda: "tools")
+    return calls
+
+
+def run(*arguments):
+    """What the command returns."""
+    return CliRunner().invoke(hw.cli.main, ["soc", *map(str, arguments)])
+
+
+def test_the_engine_holds_room1627():
+    """A hemisphere with as many rays as a section may have, all resident patches, in the board's 32 MB."""
+    core = CoreManifest(config=SOC, policy=0, sha256="")
+    made = job_files("room1627", ImageFrusta(patches=(100,), rays=(64, 16)), core, sums=True)
+    (request,) = [phase.request for phase in made.job.phases]
+    assert len(request.geometry) == 1297
+    assert len(request.records[0]) == SOC.icu.rays == 1024
+    assert made.job.end <= 32 << 20 == 1 << SOC.memory.address_bits
+
+
+def test_the_command_has_litex_and_the_tools_make_a_bitstream(litex, tools, tmp_path):
+    folder = tmp_path / "out"
+    done = run("--litex", litex(), "-o", folder, "--mhz", 41, "--baud", 500000, "--revision", "1.7", "--seed", 3)
+    assert done.exit_code == 0, done.output
+    made = folder / "litex_soc" / "ulx3s"
+    assert (tmp_path / "words").read_text().splitlines()[1] == (
+        "ulx3s.py ulx3s --clock 41000000 --baud 500000 --revision 1.7")
+    ((sources, constraints, where, name), options), = tools
+    assert sources == (folder / "radiosity_engine.v", made / "gateware" / "top.v")
+    assert (constraints, where, name) == ("LOCATE", made, "soc")
+    assert options == {"seed": 3, "options": NEXTPNR}
+    figures = json.loads((made / "soc.figures.json").read_text())
+    assert {word: figures[word] for word in ("lut", "ff", "dsp", "bram", "mhz", "seed")} == {
+        "lut": 51, "ff": 52, "dsp": 53, "bram": 54, "mhz": 41.25, "seed": 3}
+    first, *paths = done.stdout.splitlines()
+    assert first.startswith("51 LUT, 52 registers, 53 DSP blocks, 54 block RAM; 41.2 MHz of 41; ")
+    assert first.endswith(f"; {figures['seconds']} s")
+    assert paths[-2:] == [str(made / "soc.bit"), str(made / "soc.figures.json")]
+
+
+def test_the_verilog_alone_needs_no_tools(litex, tools, tmp_path):
+    done = run("--no-bitstream", "--litex", litex(), "-o", tmp_path / "out")
+    assert not tools
+    assert [path.rpartition("/")[2] for path in done.stdout.splitlines()] == ["radiosity_engine.v", "top.v", "top.lpf"]
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["-P", "noc.columns=2"], "must be 1, not 2"), (["--litex", "nowhere"], "--litex names another Python"),
+    (["--mhz", "200"], "200.0 is not in the range")])
+def test_what_cannot_be_built_is_refused(litex, tools, tmp_path, arguments, message):
+    done = run("--litex", litex(), "-o", tmp_path / "out", *arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_litex_nothing_is_written(litex, tools, tmp_path):
+    done = run("--litex", litex(fails=True), "-o", tmp_path / "out")
+    assert done.exit_code == 2
+    assert done.stderr == "error: soc: LiteX failed: No module named 'litex'\n"
+    assert not (tmp_path / "out").exists()
