@@ -1,5 +1,6 @@
 """`formfactors` on a disk that is full, and within a time limit."""
 
+import json
 import re
 import resource
 from contextlib import contextmanager
@@ -115,3 +116,10 @@ def test_an_attempt_begins_only_if_eight_times_the_last_ones_time_is_left(folder
     text = task.run_within(limit, lambda error: error, error=1e-3, method="grid")[1]
     assert errors == [0.05, 0.0125, 0.003125, 1e-3][:attempts]
     assert ("the time limit ended the work" in text) == (attempts < 4)
+
+
+def test_samples_alone_choose_hemispheres(folder):
+    """As `--rays` does; the adaptive factors have errors."""
+    reports = [json.loads(run("formfactors", "furnace:1", *given, "-o", "F.npz", "--json").stdout)
+               for given in ((), ("--samples", "2"), ("--rays", "64x16"))]
+    assert [report["error"] is None for report in reports] == [False, True, True]

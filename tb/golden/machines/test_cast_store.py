@@ -1,0 +1,54 @@
+"""The cast store explores each cast once, and no two casts that differ share one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import golden.machines.cast_store
+from golden.cast.shelling import Shelling
+from golden.config import PRESETS
+from golden.ctu.sector import Sector
+from golden.frustum import Hemisphere, hemisphere_record
+from golden.machines.cast_store import CastStore
+from golden.scene.builtin import builtin_scene
+from golden.scene.patch_geometry import PatchGeometry
+from golden.schedule.subshells import SubshellList
+from radiosity.cluster_timing import cluster_timing
+
+CONFIG = PRESETS["tiny"]
+
+
+@pytest.fixture
+def explored(monkeypatch):
+    """What has been explored, instead of the casts."""
+    calls = []
+    monkeypatch.setattr(golden.machines.cast_store, "cast_section",
+                        lambda *given, **more: calls.append((given, more)) or len(calls))
+    return calls
+
+
+@pytest.fixture
+def geometry():
+    return PatchGeometry.of(builtin_scene("cornell"), CONFIG.numbers)
+
+
+@pytest.fixture
+def store(geometry):
+    return CastStore(Shelling(geometry, CONFIG, cell=0.5, by_code=True), CONFIG, cluster_timing(CONFIG))
+
+
+def test_each_cast_is_explored_once(geometry, store, explored):
+    frusta = [hemisphere_record(Hemisphere(16, 4), geometry.coordinates, geometry.coordinates.bounds.mean(axis=0),
+                                (0, 0, turn), source=source)
+              for turn, source in ((1.0, 2), (-1.0, 2), (1.0, 3))]
+    whole = Sector.whole(frusta[0])
+    half = replace(whole, end_column=whole.end_column // 2)
+    plain = SubshellList(*np.array([[4, 7], [3, 5], [1, 1], [0, 0]]))
+    lists = None, plain, replace(plain, shell=np.array([3, 6])), replace(plain, patches=np.array([4, 8]))
+    given = [(frustum, whole, None) for frustum in frusta] + [(frusta[0], half, None)]
+    given += [(frusta[0], whole, subshells) for subshells in lists[1:]]
+    found = [store.cast(*one) for one in given]
+    assert found == list(range(1, len(given) + 1))
+    assert [store.cast(*one) for one in given] == found
+    assert len(explored) == len(given)
