@@ -156,6 +156,18 @@ def test_the_driver_casts_in_the_simulator_of_litex(litex, tmp_path):
     assert addresses(folder, "ulx3s") == addresses(folder, "build")
 
 
+@pytest.mark.nightly
+def test_the_soc_of_the_board_casts_a_hemisphere_of_room1627(litex, tmp_path):
+    """With the engine of the bitstream; the commands are those of docs/board.md."""
+    folder, job = tmp_path / "core", tmp_path / "job"
+    subprocess.run([sys.executable, "-m", "hw", "soc", "--no-bitstream", "--litex", litex, "-o", folder], check=True)
+    assert run("image", "room1627", "--manifest", folder / f"{NAME}.json", "--patch", 100, "--rays", "64x16", "--sums",
+               "--expected", "-o", job).exit_code == 0
+    make(folder / "litex_soc", "check", f"PYTHON={litex}", f"PORT={free_port()}", f"JOB={job}")
+    results = (folder / "litex_soc" / "build" / "results.txt").read_text()
+    assert (results.count("hit "), results.count("sum ")) == (1024, 105)
+
+
 # Registers between all ports stand for the engine: synthesis removes nothing of the SoC.
 STUB = """
 module {name}({ports});
