@@ -8,7 +8,7 @@ from golden.icu.ray_memory import RayMemory as GoldenRayMemory
 from hw.icu.ray_memory import RayMemory
 from tb.lib.configurations import config_of
 
-RAYS = 64
+RAYS, FEW = 64, 4
 
 
 async def transfer(ctx, stream, **payload):
@@ -37,7 +37,7 @@ class Frusta:
     async def update(self, ctx):
         """Updates in consecutive cycles, and (u, v) of the wins a few cycles after the answers."""
         memory, draw = self.memory, self.random
-        rays = 1 + draw.randrange(4) if self.few else RAYS
+        rays = 1 + draw.randrange(FEW) if self.few else RAYS
         updates = [(draw.randrange(rays), draw.randrange(1, 50), draw.randrange(100), draw.random() < 0.8)
                    for _ in range(300)]
         golden, uv, answers = GoldenRayMemory(RAYS, self.config), {}, 0
@@ -99,6 +99,8 @@ def test_the_nearest_hit_stays_over_many_frusta(generation_bits, few):
     frusta = Frusta(generation_bits, few=few, seed=generation_bits)
 
     async def testbench(ctx):
+        # Of few rays the other rows are swept beside updates and reads.
+        ctx.set(frusta.memory.rays, FEW if few else RAYS)
         for _ in range(8):
             await transfer(ctx, frusta.memory.i_start)
             expected = await frusta.update(ctx)
@@ -108,9 +110,9 @@ def test_the_nearest_hit_stays_over_many_frusta(generation_bits, few):
     frusta.run(testbench)
 
 
-@pytest.mark.parametrize("uv_bits", [8, 0])
-def test_the_other_bank_keeps_its_frustum(uv_bits):
-    frusta = Frusta(4, few=False, seed=9, uv_bits=uv_bits)
+@pytest.mark.parametrize(("uv_bits", "generation_bits"), [(8, 4), (0, 1)])
+def test_the_other_bank_keeps_its_frustum(uv_bits, generation_bits):
+    frusta = Frusta(generation_bits, few=False, seed=9, uv_bits=uv_bits)
 
     async def testbench(ctx):
         before = None

@@ -116,12 +116,82 @@ def test_a_wide_word_moves_as_a_whole_or_not_at_all(whole, tmp_path):
     assert [memory[f"REGMODE_{port}"] for port in "AB"] == 2 * ["OUTREG" if whole else "NOREG"]
 
 
-def test_registers_of_an_inverted_enable_stay(netlist):
-    module = copy.deepcopy(netlist)
-    for cell in module["cells"].values():
-        if cell["type"] == "TRELLIS_FF" and cell["parameters"]["CEMUX"] == "CE":
+def _cells(module, kind):
+    return [cell for cell in module["cells"].values() if cell["type"] == kind]
+
+
+def _held(module):
+    """The registers with an enable that a product drives, and the net of its lowest bit."""
+    for product in _cells(module, "MULT18X18D"):
+        nets = [product["connections"][f"P{k}"][0] for k in range(2 * OPERAND)]
+        behind = [cell for cell in _cells(module, "TRELLIS_FF") if cell["connections"]["DI"][0] in nets
+                  and cell["parameters"]["CEMUX"] == "CE"]
+        if behind:
+            return behind, nets[0]
+    raise AssertionError("no product has such registers")
+
+
+def _invert_enables(module):
+    for cell in _cells(module, "TRELLIS_FF"):
+        if cell["parameters"]["CEMUX"] == "CE":
             cell["parameters"]["CEMUX"] = "INV"
-    assert absorb(module) == {"operand": OPERAND, "product": 2 * OPERAND, "block RAM": 0}
+
+
+def _begin_with_ones(module):
+    for cell in _cells(module, "TRELLIS_FF"):
+        cell["parameters"]["REGSET"] = "SET"
+
+
+def _invert_clocks(module):
+    for cell in _cells(module, "TRELLIS_FF"):
+        cell["parameters"]["CLKMUX"] = "INV"
+
+
+def _reset_words(module):
+    memory, = _cells(module, "DP16KD")
+    memory["connections"] |= {"RSTA": ["1"], "RSTB": ["1"]}
+
+
+def _clock_words_otherwise(module):
+    memory, = _cells(module, "DP16KD")
+    memory["connections"] |= {"CLKA": ["1"], "CLKB": ["1"]}
+
+
+def _register_a_product_twice(module):
+    behind, net = _held(module)
+    register, = (cell for cell in behind if cell["connections"]["DI"] == [net])
+    module["cells"]["twin"] = {**register, "connections": {**register["connections"], "Q": [1 << 20]}}
+
+
+def _enable_by_a_product(module):
+    behind, net = _held(module)
+    register, = (cell for cell in behind if cell["connections"]["DI"] == [net])
+    # It is all that reads the product.
+    module["cells"] = {name: cell for name, cell in module["cells"].items() if cell is register or cell not in behind}
+    register["connections"] |= {"CE": [net], "DI": ["0"]}
+
+
+def _always_enable_a_product(module):
+    for cell in _held(module)[0]:
+        cell["parameters"]["CEMUX"] = "1"
+
+
+def _clear_a_pin(module):
+    """Of an operand that is not negative it is none of a register."""
+    for product in _cells(module, "MULT18X18D"):
+        product["connections"]["A17"] = ["0"]
+
+
+@pytest.mark.parametrize(("change", "operand", "product", "word"), [
+    (_clear_a_pin, 2, 4, WIDTH),
+    (_invert_enables, 1, 2, 0), (_begin_with_ones, 0, 0, 0), (_invert_clocks, 0, 0, 0), (_reset_words, 2, 4, 0),
+    (_clock_words_otherwise, 2, 4, 0), (_register_a_product_twice, 2, 2, WIDTH), (_enable_by_a_product, 2, 2, WIDTH),
+    # The operands of that product keep their enable.
+    (_always_enable_a_product, 1, 4, WIDTH)])
+def test_only_registers_that_may_not_move_stay(netlist, change, operand, product, word):
+    module = copy.deepcopy(netlist)
+    change(module)
+    assert absorb(module) == {"operand": operand * OPERAND, "product": product * OPERAND, "block RAM": word}
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -20,3 +20,21 @@ def test_a_fetch_beyond_those_in_flight_waits_for_its_entry(fetches, expected):
     for number in range(len(expected)):
         request_on_bus(path, 0, 0, number)
     assert [bus_cycle(path, 1 + number) for number in range(len(expected))] == [(0, ready) for ready in expected]
+
+
+@pytest.mark.parametrize(("changes", "expected"), [
+    # Of hits: one is looked up when the oldest one in flight has been answered; beats follow each other.
+    ({}, [13, 14, 15]), ({"requests": 2}, [13, 14, 15]), ({"requests": 1}, [13, 15, 17]), ({"beats": 4}, [13, 17, 21])])
+def test_a_request_beyond_those_in_flight_waits_for_its_answer(changes, expected):
+    path = bus_path(replace(TIMING, **changes), PRESETS["tiny"].memsys, clusters=1, kept=np.array([5]))
+    for _ in expected:
+        request_on_bus(path, 10, 0, 5)
+    assert [bus_cycle(path, 11 + number) for number in range(len(expected))] == [(0, ready) for ready in expected]
+
+
+def test_the_request_that_has_waited_longest_is_granted():
+    """None before its time, and of several the first cluster's."""
+    path = bus_path(TIMING, PRESETS["tiny"].memsys, clusters=3, kept=np.zeros(0, dtype=np.int64))
+    for time, cluster in ((0, 2), (1, 1), (1, 0)):
+        request_on_bus(path, time, cluster, cluster)
+    assert [bus_cycle(path, time)[0] for time in range(5)] == [-1, 2, 0, 1, -1]
