@@ -12,7 +12,10 @@ from golden.scene.overlaps import overlaps
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
 
-__all__ = ["not_computed", "warn_of_flush_lights", "warn_of_near_lights"]
+__all__ = ["not_computed", "warn_of_flush_lights", "warn_of_near_lights", "warn_of_tiny_patches"]
+
+# Patches smaller than so many of the least distances of a hit lose rays that start beside them.
+TINY = 16
 
 
 def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
@@ -47,6 +50,24 @@ def warn_of_flush_lights(scene: Scene) -> None:
         warnings.warn(f"scene {scene.name!r}: a light of material {light!r} lies in a surface of material "
                       f"{surface!r}{more}: rays meet either of them; a small distance helps", InputWarning,
                       stacklevel=2)
+
+
+def warn_of_tiny_patches(scene: Scene, least: float) -> None:
+    """Name how many patches are too small beside the scene for rays to resolve them; one `InputWarning` at most.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    least
+        Least distance of a hit, in scene units.
+    """
+    extent = (scene.vertices.max(axis=1) - scene.vertices.min(axis=1)).max(axis=1)
+    tiny = np.count_nonzero(extent < TINY * least)
+    if tiny:
+        warnings.warn(f"scene {scene.name!r}: {counted(tiny, 'patch')} of {len(scene)} smaller than "
+                      f"{TINY * least:.3g}, which rays miss in a scene of {scene.size:.3g}: is a vertex astray?",
+                      InputWarning, stacklevel=2)
 
 
 def warn_of_near_lights(scene: Scene, refinement: Refinement, pairs: NearPairs) -> None:

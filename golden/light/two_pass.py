@@ -16,7 +16,7 @@ from golden.frustum import Hemisphere, Screen
 from golden.light.direct import DirectLight
 from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
-from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights
+from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import NearPairs, near_knots
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
@@ -229,6 +229,7 @@ def _refinement(scene, settings, caster) -> Refinement:
     if settings.max_edge is None and settings.max_area is None:
         bounds["max_edge"] = float(np.sqrt(scene.areas.sum() / ELEMENTS))
     refinement = refine(scene, **bounds, finer=partial(near_knots, scene, pairs))
+    warn_of_tiny_patches(scene, caster.least)
     warn_of_flush_lights(scene)
     warn_of_near_lights(scene, refinement, pairs)
     return refinement

@@ -5,7 +5,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputWarning
-from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights
+from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import RESOLVED, NearPairs, near_knots
 from golden.scene.builtin.shapes import box
 from golden.scene.lights import PointLight
@@ -43,6 +43,17 @@ def test_a_panel_nearer_than_elements_resolve_is_named_once(gap):
                                   {"gap": 0.01, "edge": 0.02}, {"gap": 0.01, "finer": True}])
 def test_a_light_that_elements_resolve_is_not_named(more):
     assert warned(**more) == []
+
+
+@pytest.mark.parametrize(("far", "says"), [(1e30, [
+    "scene 'test': 1 patch of 2 smaller than 1.49e+22, which rays miss in a scene of 1e+30: is a vertex astray?"]),
+    (1e6, [])])
+def test_patches_that_a_stray_vertex_makes_tiny_are_named(far, says):
+    scene = scene_of((CEILING, GREY), (rectangle((0, 0, 0), (far, 0, 0), (0, 0, far)), GREY))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warn_of_tiny_patches(scene, Grid(scene).least)
+    assert [str(warning.message) for warning in caught] == says
 
 
 def test_a_light_in_the_plane_of_a_surface_that_it_covers_is_named_once():
