@@ -25,7 +25,8 @@ class AxiSignature(wiring.Signature):
         for channel in "aw", "ar":
             members |= {f"{channel}id": Out(formats.slot_bits), f"{channel}addr": Out(memory.address_bits),
                         f"{channel}len": Out(8), f"{channel}size": Out(3), f"{channel}burst": Out(2),
-                        f"{channel}prot": Out(3), f"{channel}valid": Out(1), f"{channel}ready": In(1)}
+                        f"{channel}cache": Out(4), f"{channel}prot": Out(3), f"{channel}valid": Out(1),
+                        f"{channel}ready": In(1)}
         super().__init__(members | {
             "wdata": Out(memory.data_bits), "wstrb": Out(memory.beat_bytes), "wlast": Out(1), "wvalid": Out(1),
             "wready": In(1),

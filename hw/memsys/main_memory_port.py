@@ -18,6 +18,8 @@ from hw.memsys.write_engine import WriteEngine
 __all__ = ["MainMemoryPort"]
 
 INCR, UNPRIVILEGED = 1, 0b010
+# Normal memory, bufferable and non-cacheable: no cache keeps what a host has changed.
+BUFFERABLE = 0b0011
 
 
 class MainMemoryPort(wiring.Component):
@@ -129,12 +131,12 @@ class MainMemoryPort(wiring.Component):
         axi, low = self.axi, self._formats.low_bits
         for channel, stream_ in ("ar", read.o_address), ("aw", write.o_address):
             wires = {name: getattr(axi, f"{channel}{name}") for name in
-                     ("id", "addr", "len", "size", "burst", "prot", "valid", "ready")}
+                     ("id", "addr", "len", "size", "burst", "cache", "prot", "valid", "ready")}
             address = stream_.payload
             m.d.comb += [wires["id"].eq(address.id), wires["addr"].eq(Cat(Const(0, low), address.first)),
                          wires["len"].eq(address.length), wires["size"].eq(low), wires["burst"].eq(INCR),
-                         wires["prot"].eq(UNPRIVILEGED), wires["valid"].eq(stream_.valid),
-                         stream_.ready.eq(wires["ready"])]
+                         wires["cache"].eq(BUFFERABLE), wires["prot"].eq(UNPRIVILEGED),
+                         wires["valid"].eq(stream_.valid), stream_.ready.eq(wires["ready"])]
         data, response, beat = write.o_data, write.i_response, read.i_data
         m.d.comb += [
             axi.wdata.eq(data.payload.data), axi.wstrb.eq(data.payload.strobe), axi.wlast.eq(data.payload.last),

@@ -9,11 +9,11 @@ from tb.axi.channels import Operators, channel_rules, channel_state, no
 
 __all__ = ["AxiProtocol"]
 
-INCR, EXOKAY, PAGE = 1, 1, 4096
-_ADDRESS = ("id", "addr", "len", "size", "burst", "prot")
+INCR, BUFFERABLE, EXOKAY, PAGE = 1, 3, 1, 4096
+_ADDRESS = ("id", "addr", "len", "size", "burst", "cache", "prot")
 _CHANNELS = {"aw": tuple(f"aw{name}" for name in _ADDRESS), "w": ("wdata", "wstrb", "wlast"), "b": ("bid", "bresp"),
              "ar": tuple(f"ar{name}" for name in _ADDRESS), "r": ("rid", "rdata", "rresp", "rlast")}
-_OFFER, _BURST = ("stable", "reset"), ("burst", "size", "length", "page", "id", "count")
+_OFFER, _BURST = ("stable", "reset"), ("burst", "size", "cache", "length", "page", "id", "count")
 _MANAGER = tuple(f"{channel}_{rule}" for channel, rules in (
     ("aw", _OFFER + _BURST), ("w", (*_OFFER, "announced", "last")), ("ar", _OFFER + _BURST)) for rule in rules)
 _SUBORDINATE = tuple(f"{channel}_{rule}" for channel, rules in (
@@ -26,6 +26,7 @@ class AxiProtocol:
     ============================  =====================================================================================
     ``*_stable``, ``*_reset``     an offer stays unchanged until accepted or a reset; none in the cycles after one
     ``*_burst``, ``*_size``       type INCR; full beats at a multiple of a beat
+    ``*_cache``                   normal memory, non-cacheable and bufferable
     ``*_length``, ``*_page``      at most ``burst_beats`` beats; no beat past a multiple of 4 KiB
     ``aw_id``, ``aw_count``       writes have id 0; at most ``outstanding`` have not been answered
     ``ar_id``, ``ar_count``       the id of a read is no outstanding read's; at most ``outstanding`` are outstanding
@@ -78,11 +79,11 @@ class AxiProtocol:
     def _addresses(self, pins, state, use):
         violated = {}
         for name in ("aw", "ar"):
-            valid, address, length, size, burst = (
-                getattr(pins, f"{name}{what}") for what in ("valid", "addr", "len", "size", "burst"))
+            valid, address, length, size, burst, cache = (
+                getattr(pins, f"{name}{what}") for what in ("valid", "addr", "len", "size", "burst", "cache"))
             low = self._low
             violated |= {
-                f"{name}_burst": valid & (burst != INCR),
+                f"{name}_burst": valid & (burst != INCR), f"{name}_cache": valid & (cache != BUFFERABLE),
                 f"{name}_size": valid & ((size != low) | ((address & (1 << low) - 1) != 0)),
                 f"{name}_length": valid & (length >= self._memory.burst_beats),
                 f"{name}_page": valid & ((address & PAGE - (1 << low)) + (length << low) >= PAGE)}

@@ -26,8 +26,8 @@ def cycle(*channels, **pins):
 
 
 def axi_address(channel, length, *, at=0x100, identifier=0):
-    names = ("id", "addr", "len", "size", "burst", "prot")
-    return {f"{channel}{name}": value for name, value in zip(names, (identifier, at, length, 3, 1, 2), strict=True)}
+    names = ("id", "addr", "len", "size", "burst", "cache", "prot")
+    return {f"{channel}{name}": value for name, value in zip(names, (identifier, at, length, 3, 1, 3, 2), strict=True)}
 
 
 # Two beats of a write and of a read, each channel stalled for a cycle; then one of each without a stall; a reset in the
@@ -56,6 +56,7 @@ FAULTS = {
         "ar_stable": [{2: {"araddr": 0x108}}], "ar_reset": [{14: MORE[10] | {"awvalid": 0}}],
         "r_stable": [{4: {"rdata": 4}}, {4: {"rresp": 2}}], "r_reset": [{14: cycle("r")}],
         "aw_burst": [{8: {"awburst": 0}}, {8: {"awburst": 2}}], "ar_burst": [{8: {"arburst": 2}}],
+        "aw_cache": [{8: {"awcache": 2}}], "ar_cache": [{8: {"arcache": 7}}],
         "aw_size": [{8: {"awsize": 2}}, {8: {"awaddr": 0x104}}], "ar_size": [{8: {"arsize": 4}}],
         "aw_length": [{10: MORE[10] | {"awlen": 4}}], "ar_length": [{10: MORE[10] | {"arlen": 255}}],
         "aw_page": [{10: MORE[10] | {"awlen": 1, "awaddr": 0x1FF8}}],
@@ -180,7 +181,8 @@ def test_component_and_monitor_agree(name):
         if name == "axi":
             pins |= {pin: draw.choice(values) for pin, values in {
                 "awlen": (0, 1, 3, 4), "arlen": (0, 1, 3, 4), "awsize": (3, 3, 2), "arsize": (3, 3, 2),
-                "awburst": (1, 1, 0), "arburst": (1, 1, 2), "awid": (0, 0, 1), "bid": (0, 0, 1)}.items()}
+                "awburst": (1, 1, 0), "arburst": (1, 1, 2), "awcache": (3, 3, 0), "arcache": (3, 3, 11),
+                "awid": (0, 0, 1), "bid": (0, 0, 1)}.items()}
         # Often as before, and often quiet.
         pins |= {pin: value for pin, value in (trace[-1] if trace else {}).items()
                  if pin != "reset" and draw.random() < 0.7}

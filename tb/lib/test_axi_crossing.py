@@ -16,7 +16,7 @@ from tb.lib.stall_patterns import STALLS
 SIGNATURES = {"axi4": AxiSignature(config=PRESETS["tiny"]), "axi4-lite": AxiLiteSignature(address_bits=12)}
 # Of each channel, whether it comes from the manager.
 CHANNELS = {"aw": True, "w": True, "ar": True, "b": False, "r": False}
-FIELDS = ("id", "addr", "len", "size", "burst", "prot", "data", "strb", "last", "resp")
+FIELDS = ("id", "addr", "len", "size", "burst", "cache", "prot", "data", "strb", "last", "resp")
 COUNT = 60
 WATCHDOG = 5000
 

@@ -9,8 +9,8 @@ from tb.memsys.memory_model import MemoryModel
 
 __all__ = ["ModelAtPort"]
 
-_PINS = ("arid", "araddr", "arlen", "arsize", "arburst", "arprot", "arvalid", "awid", "awaddr", "awlen", "awsize",
-         "awburst", "awprot", "awvalid", "wdata", "wstrb", "wlast", "wvalid", "rready", "bready")
+_PINS = ("arid", "araddr", "arlen", "arsize", "arburst", "arcache", "arprot", "arvalid", "awid", "awaddr", "awlen",
+         "awsize", "awburst", "awcache", "awprot", "awvalid", "wdata", "wstrb", "wlast", "wvalid", "rready", "bready")
 
 
 class ModelAtPort:
