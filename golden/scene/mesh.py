@@ -21,6 +21,9 @@ CREASE = 30.0
 MOST_CORNERS = 1 << 14
 """Most corners of a face: the time to cut it grows faster than their number."""
 
+FARTHEST = 1e30
+"""Largest coordinate: areas and the intensities of such a scene are finite."""
+
 NO_AREA = 1e-12
 """Largest area of a face, over the square of its extent, that counts as zero."""
 
@@ -92,6 +95,9 @@ def _check_corners(mesh: Mesh, where: str) -> None:
     bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
     if len(bad):
         raise InputError(f"{where}: vertex {bad[0] + 1} is not finite: {_numbers(mesh.points[bad[0]])}")
+    far = np.flatnonzero((np.abs(mesh.points) > FARTHEST).any(axis=1))
+    if len(far):
+        raise InputError(f"{where}: vertex {far[0] + 1} is beyond {FARTHEST:g}: {_numbers(mesh.points[far[0]])}")
 
 
 def _flat(mesh: Mesh) -> np.ndarray:
@@ -182,7 +188,7 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     ------
     InputError
         No faces with an area, faces with less than three corners, corners at vertices that do not exist, vertices
-        that are not finite, polygons that cross themselves. Faces and vertices are counted from 1.
+        that are not finite or beyond `FARTHEST`, polygons that cross themselves. Faces and vertices are counted from 1.
 
     Warns
     -----

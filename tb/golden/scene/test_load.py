@@ -398,6 +398,7 @@ BAD = {
     "vertex not a number": ("a.obj", "v 0 0 zero\n", ":1: '0 0 zero' is not a vertex"),
     "vertex with two": ("a.obj", "v 0 0\n", ":1: '0 0' is not a vertex"),
     "NaN vertex": ("a.obj", "v 0 0 nan\n", ":1: vertex 1 is not finite: 0 0 nan"),
+    "vertex astray": ("a.obj", SQUARE + "v 0 1e300 0\nf 1 2 5\n", ": vertex 5 is beyond 1e+30: 0 1e+300 0"),
     "infinite vertex": ("a.obj", SQUARE + "v 0 1e999 0\n", ":5: vertex 5 is not finite: 0 1e999 0"),
     "no faces": ("a.obj", SQUARE, ": it has no faces"),
     "empty file": ("a.obj", "", ": it has no faces"),
