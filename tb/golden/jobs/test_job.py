@@ -98,6 +98,26 @@ def test_what_the_machine_holds_is_not_loaded_again():
     assert (rays.held.begin, rays.held.end) == (held.begin, held.end)
 
 
+def test_a_job_below_what_the_machine_holds_ends_with_it():
+    """The machine reads its tables there."""
+    first = requests()[0]
+    held = plan_job([first], CONFIG, base=1 << 26).held
+    made = plan_job([first], CONFIG, held=held)
+    assert made.ring == 0
+    assert made.base == 0
+    assert made.end == held.end
+
+
+@pytest.mark.parametrize(("name", "loaded"), [("rows", True), ("grid_rows", False), ("grid_columns", False)])
+def test_a_longer_table_serves_for_a_shorter_one_of_grid_rays_alone(name, loaded):
+    request = requests()[0]
+    held = plan_job([request], CONFIG).held
+    longer = np.append(held.tables[name], held.tables[name][-1:])
+    made = plan_job([request], CONFIG, held=replace(held, tables={**held.tables, name: longer}))
+    loads = [int(made.descriptors["regions"][number]) for number, one in enumerate(made.sections) if one is None]
+    assert loads == ([region_bits(name)] if loaded else [])
+
+
 def test_residents_that_are_divided_otherwise_are_loaded_again():
     """They are read with the patches, cluster by cluster."""
     request = requests()[0]
@@ -136,7 +156,8 @@ def test_nothing_in_memory_overlaps_and_addresses_are_aligned():
     assert made.base == 1024
     for address, size in sorted(extents):
         assert address % 64 == 0
-        assert address >= end
+        # Nor is there more room between them than that for the alignment.
+        assert 0 <= address - end < 64
         end = address + size
     assert end <= made.end
     assert made.end % 64 == 0
@@ -183,6 +204,13 @@ def test_the_last_section_for_each_cluster_is_cut_in_two():
     assert [one.cycles for one in listed[3:]] == [least, least, least - 1]
     columns = [(one.section.first_column, one.section.end_column) for one in listed]
     assert columns == [(0, 64), (0, 64), (0, 64), (0, 32), (32, 64), (0, 64)]
+
+
+def test_no_section_is_cut_on_a_single_cluster():
+    least = 3 * least_cycles(len(scene().geometry))
+    request = replace(requests()[0], cycles=[9 * least, 8 * least, 2 * least, least - 1, least])
+    made = plan_job([request], CONFIG.replace({"noc.columns": 1, "noc.rows": 1, "icu.rays": 1024}))
+    assert [one.frustum for one in made.sections if one] == [0, 4, 1, 3, 2]
 
 
 def test_neighbours_follow_each_other_where_clusters_share_patches_and_the_end_falls():
