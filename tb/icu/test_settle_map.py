@@ -147,3 +147,23 @@ def test_one_read_per_cycle():
     requested, came = bench.cycles["i_read"], bench.cycles["o_read"]
     assert {b - a for a, b in pairwise(requested)} == {b - a for a, b in pairwise(came)} == {1}
     assert came[0] - requested[0] == 4
+
+
+def test_reads_wait_while_no_word_is_accepted():
+    _, bench = read_bench()
+    came = bench.run(Schedule(items={"i_start": [(0, 0)], "i_read": [(20 * (k == 0), k % 4) for k in range(30)]},
+                              stalls={"o_read": [90]}))["o_read"]
+    assert len(came) == 30
+
+
+def test_rows_are_swept_beside_writes():
+    """Of a frustum of one tile, which begins when its row has been swept: no write is lost."""
+    config = small({"icu.tile_bits": 1})
+    bench = ScheduleBench(SettleMap(config=config, tag=1), ["i_start", "i", "i_read"], ["o_read"])
+    first, lost = scale(config)
+    inverse = [first + (5 + ray << lost) for ray in range(4)]
+    writes = [(0 if ray else 4, {"ray": ray, "inverse": found}) for ray, found in enumerate(inverse)]
+    word, = bench.run(Schedule(items={"i_start": [(0, 0)], "i": writes, "i_read": [(60, 0)]}), tiles=1)["o_read"]
+    assert bench.cycles["i_start"][0] < bench.cycles["i"][0]
+    assert bench.cycles["i"][-1] < tiles(config)
+    assert word == settle_code(np.array(inverse), config).tolist()

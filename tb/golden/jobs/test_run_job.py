@@ -8,7 +8,7 @@ import pytest
 from golden.cast.naive_fixed import NaiveFixed
 from golden.jobs.descriptor import DESCRIPTOR
 from golden.jobs.job import plan_job
-from golden.jobs.load_regions import LOADED_REGIONS
+from golden.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.jobs.result_formats import HitFormat
 from golden.jobs.run_job import run_job
 from tb.golden.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
@@ -107,6 +107,12 @@ def test_one_load_must_read_all_regions_before_a_cast(results):
     loads = [one is None for one in job().sections]
     assert early.errors == tuple("NONE" if is_load else "NOT_LOADED" for is_load in loads)
     assert results.errors == ("NONE",) * len(loads)
+
+
+def test_weights_are_loaded_with_the_rows(results):
+    regions = int(job().descriptors["regions"][11])
+    assert regions & region_bits("rows", "columns") == region_bits("rows", "columns")
+    assert run_job(job(), changed(11, regions=regions & ~region_bits("columns"))).memory == results.memory
 
 
 def test_a_frustum_beyond_the_loaded_shells_completes_as_such(results):
