@@ -225,6 +225,13 @@ def test_mtl_materials_arrive_whole(tmp_path):
     assert bright.diffuse == bright.specular == (0.5, 0.5, 0.5)
 
 
+def test_a_library_of_another_folder_may_have_a_path_of_another_system(tmp_path):
+    (tmp_path / "parts").mkdir()
+    write(tmp_path / "parts", "a.mtl", "newmtl red\nKd 1 0 0\n")
+    scene = load_scene(write(tmp_path, "a.obj", "mtllib parts\\a.mtl\nusemtl red\n" + obj(BOX, BOX_QUADS)))
+    assert [material.diffuse for material in scene.materials] == [(1, 0, 0)]
+
+
 @pytest.mark.parametrize(("lines", "index"), [("Ni 1.5\nillum 2", 1), ("Ni 1.5\nillum 3", 1), ("illum 4", 1),
                                               ("Ni 1.5\nillum 4", 1.5)])
 def test_transparent_materials_refract_if_they_have_an_index_and_illum_says_so(tmp_path, lines, index):

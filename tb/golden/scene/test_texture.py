@@ -97,14 +97,16 @@ def test_faces_of_one_material_have_their_own_colours_and_halves_of_a_quad_one(t
     assert load_scene(path).channels("diffuse") == pytest.approx(np.array([RED, WHITE]) / 255, abs=1e-9)
 
 
-def test_a_face_without_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path):
+@pytest.mark.parametrize("face", ["1 2 3 4", "1/1 2/2 3/3 4"])
+def test_a_face_without_all_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path, face):
     with pytest.warns(InputWarning, match=r"not used: texture of a face without coordinates$"):
-        scene = load_scene(textured(tmp_path, "f 1 2 3 4\n"))
+        scene = load_scene(textured(tmp_path, f"f {face}\n"))
     assert scene.channels("diffuse") == pytest.approx(np.full((1, 3), 0.5), abs=0.005)
 
 
 @pytest.mark.parametrize(("face", "says"), [
     ("1/99 2/1 3/1", "face 1 has texture coordinates 99, but there are 16 so far"),
+    ("1/0 2/1 3/1", "face 1 has texture coordinates 0, but there are 16 so far"),
     ("1/x 2/1 3/1", "'1/x' is not a corner of a face")])
 def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says):
     assert says in refusal(textured(tmp_path, f"f {face}\n"))
