@@ -15,13 +15,13 @@ def choose_lights(weight: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, ..
     weight
         M x L weights of the lights, at least 0.
     place
-        M x S numbers from 0 up to 1: where each sample is in the line of a point's weights.
+        M x S numbers from 0 up to 1: each sample's share of the cumulative weight.
 
     Returns
     -------
     sample, light, place, density
-        K each: number of the sample among the M x S, its light, where in that light's part of the line it is (0 to 1),
-        and that part of the line.
+        K each: number of the sample among the M x S, its light, its place within that light's part of the cumulative
+        weight (0 to 1), and the light's share of all weight.
     """
     count = place.size
     sample, light, within, density = (

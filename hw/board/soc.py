@@ -91,4 +91,5 @@ def _run_litex(python, *arguments, folder):
         raise InputError(f"soc: there is no {python}; in a checkout `make litex` installs LiteX, --litex names another "
                          "Python that has it") from None
     if done.returncode:
-        raise InputError(f"soc: LiteX failed: {[line for line in done.stderr.splitlines() if line][-1]}")
+        lines = [line for line in done.stderr.splitlines() if line] or [f"exit code {done.returncode}"]
+        raise InputError(f"soc: LiteX failed: {lines[-1]}")

@@ -116,6 +116,15 @@ def test_what_cannot_be_built_is_refused(litex, tools, tmp_path, arguments, mess
     assert not (tmp_path / "out").exists()
 
 
+def test_a_litex_that_fails_without_a_word_is_one_line(tools, tmp_path):
+    program = tmp_path / "silent"
+    program.write_text("#!/bin/sh\nexit 3\n")
+    program.chmod(0o755)
+    done = run("--litex", program, "-o", tmp_path / "out")
+    assert done.exit_code == 2
+    assert done.stderr == "error: soc: LiteX failed: exit code 3\n"
+
+
 def test_without_litex_nothing_is_written(litex, tools, tmp_path):
     done = run("--litex", litex(fails=True), "-o", tmp_path / "out")
     assert done.exit_code == 2

@@ -79,12 +79,16 @@ class Crossing:
                 cycles += 1
                 assert cycles < WATCHDOG, f"{len(self.came)} of {count} items came"
 
+        self.simulate(wait, sink)
+        return self
+
+    def simulate(self, bench, pattern):
+        """Run a bench of the source while the sink takes items."""
         async def take(ctx):
-            await self.sink(ctx, sink)
-        self.simulator.add_testbench(wait)
+            await self.sink(ctx, pattern)
+        self.simulator.add_testbench(bench)
         self.simulator.add_testbench(take, background=True)
         self.simulator.run()
-        return self
 
 
 @pytest.mark.parametrize("periods", PERIODS)
@@ -157,12 +161,7 @@ def test_items_of_before_a_reset_of_both_sides_never_come(periods, seed):
         await crossing.source(ctx, range(4 if source_first else 0, 50), pattern)
         await ctx.delay(20 * max(periods) * 1e-9)
         assert [number for number, _ in crossing.came] == list(range(50))
-
-    async def take(ctx):
-        await crossing.sink(ctx, STALLS["none"](seed))
-    crossing.simulator.add_testbench(bench)
-    crossing.simulator.add_testbench(take, background=True)
-    crossing.simulator.run()
+    crossing.simulate(bench, STALLS["none"](seed))
 
 
 @pytest.mark.parametrize(("depth", "error"), [(2, ValueError), (12, ValueError), (16.0, TypeError)])
@@ -216,9 +215,4 @@ def test_resets_that_overlap_for_three_edges_of_both_clocks_suffice(periods, see
         await crossing.source(ctx, range(20), STALLS["none"](seed))
         await ctx.delay(30 * max(periods) * 1e-9)
         assert [number for number, _ in crossing.came] == list(range(20))
-
-    async def take(ctx):
-        await crossing.sink(ctx, STALLS["none"](seed))
-    crossing.simulator.add_testbench(bench)
-    crossing.simulator.add_testbench(take, background=True)
-    crossing.simulator.run()
+    crossing.simulate(bench, STALLS["none"](seed))
