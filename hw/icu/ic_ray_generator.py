@@ -13,7 +13,8 @@ from hw.lib.queue import Queue
 
 __all__ = ["IcRayGenerator"]
 
-# Masks between the walk and the issue, including those that wait for their settle word.
+# Masks between the walk and the issue, including those that wait for their settle word. It is a power of two: the
+# highest bit of the number of masks is 1 when no entry is free.
 MASKS = 16
 
 
@@ -78,9 +79,9 @@ class IcRayGenerator(wiring.Component):
 
         # Entries of the queue that are used or reserved.
         taken, drops = Signal(range(MASKS + 1)), Signal()
-        steps = walk.o.valid & (taken != MASKS)
+        steps = walk.o.valid & ~taken[-1]
         m.d.comb += [walk.tiles_across.eq(self.tiles_across), issue.first_column.eq(self.section.first_column),
-                     issue.first_row.eq(self.section.first_row), walk.o.ready.eq(taken != MASKS),
+                     issue.first_row.eq(self.section.first_row), walk.o.ready.eq(~taken[-1]),
                      self.o_walk.valid.eq(steps), self.o_walk.payload.tile.eq(walk.o.payload.tile),
                      self.o_walk.payload.tag.eq(walk.o.payload)]
         m.d.sync += taken.eq(taken + steps - drops - (masks.o.valid & masks.o.ready))

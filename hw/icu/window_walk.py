@@ -56,9 +56,10 @@ class WindowWalk(wiring.Component):
             "slot": formats.slot, "threshold": formats.threshold, "some": 1, "round": 1,
             "column_first": index, "row_first": index, "columns": extent, "wrapped": extent, "rows": extent,
             "base": formats.tile})
-        self._begins = stream.Signature(self._window).create()
-        self._pipeline = pipeline = Pipeline(self.i, self._begins)
-        given, made = self.i.payload, self._begins.payload
+        # A register: whether the next window is accepted is known late.
+        self._next = SkidBuffer(self._window)
+        self._pipeline = pipeline = Pipeline(self.i, self._next.i, ready_next=self._next.ready_next)
+        given, made = self.i.payload, self._next.i.payload
         window = given.window
 
         def add_extent(target, first, count):
@@ -89,19 +90,15 @@ class WindowWalk(wiring.Component):
         m = Module()
         self._pipeline.add_to(m)
         side = self._config.icu.tile_bits
-        # A register: whether the next window is accepted is known late.
-        m.submodules.next = following = SkidBuffer(self._window)
-        m.d.comb += [following.i.valid.eq(self._begins.valid), following.i.payload.eq(self._begins.payload),
-                     self._begins.ready.eq(following.i.ready)]
-        begins, walked = following.o, Signal(self._window)
+        m.submodules.next = self._next
+        begins, walked = self._next.o, Signal(self._window)
         walks = Signal()
         tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
         base, second = Signal.like(walked.base), Signal()
         first_of_piece, piece = Signal.like(walked.column_first), Signal.like(walked.columns)
         # Computed a step ahead, because they decide whether the next window is accepted.
-        last_column, last_row = Signal(), Signal()
+        last_column, last_row, ends = Signal(), Signal(), Signal()
         first_column = tile_column == first_of_piece[side:]
-        ends = ~walked.some | (last_column & last_row & (second | ~walked.round))
 
         def inside(at_first, first, at_last, last):
             """Of the columns or rows of a tile those that lie in the window."""
@@ -118,15 +115,19 @@ class WindowWalk(wiring.Component):
                 step.columns.eq(columns), step.rows.eq(Mux(walked.some, rows, 0)), step.last.eq(ends)]
         with m.If(advance):
             with m.If(~last_column):
-                m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before)]
+                m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before), ends.eq(
+                    ~walked.some | ((tile_column == piece.before) & last_row & (second | ~walked.round)))]
             with m.Elif(walked.round & ~second):
                 m.d.sync += [second.eq(1), tile_column.eq(0), first_of_piece.eq(0),
-                             piece.eq(walked.wrapped), last_column.eq(walked.wrapped.single)]
+                             piece.eq(walked.wrapped), last_column.eq(walked.wrapped.single),
+                             ends.eq(~walked.some | (walked.wrapped.single & last_row))]
             with m.Else():
                 m.d.sync += [second.eq(0), tile_column.eq(walked.column_first[side:]), tile_row.eq(tile_row + 1),
                              base.eq(base + self.tiles_across), first_of_piece.eq(walked.column_first),
                              piece.eq(walked.columns), last_column.eq(walked.columns.single),
-                             last_row.eq(tile_row == walked.rows.before)]
+                             last_row.eq(tile_row == walked.rows.before), ends.eq(
+                                 ~walked.some | (walked.columns.single & (tile_row == walked.rows.before)
+                                                 & ~walked.round))]
             with m.If(ends):
                 m.d.sync += walks.eq(0)
         with m.If(begins.valid & begins.ready):
@@ -134,5 +135,6 @@ class WindowWalk(wiring.Component):
             m.d.sync += [walks.eq(1), walked.eq(window), second.eq(0), base.eq(window.base),
                          tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:]),
                          first_of_piece.eq(window.column_first), piece.eq(window.columns),
-                         last_column.eq(window.columns.single), last_row.eq(window.rows.single)]
+                         last_column.eq(window.columns.single), last_row.eq(window.rows.single),
+                         ends.eq(~window.some | (window.columns.single & window.rows.single & ~window.round))]
         return m

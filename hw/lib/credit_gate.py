@@ -55,7 +55,8 @@ class CreditGate(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         transfer = Signal()
-        free = self.level != self._credits
+        # The highest bit is 1 at a power of two alone: then a register has it.
+        free = ~self.level[-1] if self._credits.bit_count() == 1 else self.level != self._credits
         m.d.comb += [self.o.payload.eq(self.i.payload), self.o.valid.eq(self.i.valid & free),
                      self.i.ready.eq(self.o.ready & free), transfer.eq(self.o.valid & self.o.ready)]
         m.d.sync += self.level.eq(self.level + transfer - self.i_return.valid)

@@ -55,12 +55,14 @@ class Queue(wiring.Component):
         write, read = memory.write_port(), memory.read_port(domain="comb")
         head, tail = (Signal(range(self._depth)) for _ in range(2))
         put, take = self.i.valid & self.i.ready, self.o.valid & self.o.ready
+        # The highest bit is 1 at a power of two alone: then `ready` comes from a register.
+        is_full = self.level[-1] if self._depth.bit_count() == 1 else self.level == self._depth
 
         def after(entry):
             return Mux(entry == self._depth - 1, 0, entry + 1)
 
         m.d.comb += [
-            self.i.ready.eq(self.level != self._depth), self.o.valid.eq(self.level != 0),
+            self.i.ready.eq(~is_full), self.o.valid.eq(self.level != 0),
             write.addr.eq(tail), write.data.eq(self.i.payload), write.en.eq(put),
             read.addr.eq(head), self.o.payload.eq(read.data)]
         with m.If(put):
