@@ -1,6 +1,6 @@
 """Credit gate: bounds the items in flight behind it."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -55,9 +55,11 @@ class CreditGate(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         transfer = Signal()
-        # The highest bit is 1 at a power of two alone: then a register has it.
-        free = ~self.level[-1] if self._credits.bit_count() == 1 else self.level != self._credits
+        # A register, known a step ahead.
+        free = Signal(init=1)
+        m.d.sync += free.eq(self.i_return.valid | (free & ~(transfer & (self.level == self._credits - 1))))
         m.d.comb += [self.o.payload.eq(self.i.payload), self.o.valid.eq(self.i.valid & free),
                      self.i.ready.eq(self.o.ready & free), transfer.eq(self.o.valid & self.o.ready)]
-        m.d.sync += self.level.eq(self.level + transfer - self.i_return.valid)
+        with m.If(transfer ^ self.i_return.valid):
+            m.d.sync += self.level.eq(self.level + Mux(transfer, 1, -1))
         return m

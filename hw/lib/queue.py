@@ -55,19 +55,22 @@ class Queue(wiring.Component):
         write, read = memory.write_port(), memory.read_port(domain="comb")
         head, tail = (Signal(range(self._depth)) for _ in range(2))
         put, take = self.i.valid & self.i.ready, self.o.valid & self.o.ready
-        # The highest bit is 1 at a power of two alone: then `ready` comes from a register.
-        is_full = self.level[-1] if self._depth.bit_count() == 1 else self.level == self._depth
+        # Registers, known a step ahead: whether there is an item, or room for one, decides what others do.
+        is_full, is_some = Signal(), Signal()
+        m.d.sync += [is_full.eq(~take & (is_full | (put & (self.level == self._depth - 1)))),
+                     is_some.eq(put | (is_some & ~(take & (self.level == 1))))]
 
         def after(entry):
             return Mux(entry == self._depth - 1, 0, entry + 1)
 
         m.d.comb += [
-            self.i.ready.eq(~is_full), self.o.valid.eq(self.level != 0),
+            self.i.ready.eq(~is_full), self.o.valid.eq(is_some),
             write.addr.eq(tail), write.data.eq(self.i.payload), write.en.eq(put),
             read.addr.eq(head), self.o.payload.eq(read.data)]
         with m.If(put):
             m.d.sync += tail.eq(after(tail))
         with m.If(take):
             m.d.sync += head.eq(after(head))
-        m.d.sync += self.level.eq(self.level + put - take)
+        with m.If(put ^ take):
+            m.d.sync += self.level.eq(self.level + Mux(put, 1, -1))
         return m
