@@ -90,14 +90,15 @@ class SectionResults(wiring.Component):
         with m.FSM():
             with m.State("Wait"):
                 m.d.comb += [self.o_read_out.valid.eq(self.i.valid), self.i.ready.eq(self.o_read_out.ready)]
+                # The last cycle counts: the state alone, a register, enables so many.
+                m.d.sync += [
+                    results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
+                    *(end[name].eq(self.counts[name]) for name in COUNTS), end.error.eq(self.fault.code),
+                    end.address.eq(self.fault.number)]
+                with m.If(self.fault.code != ErrorCode.NONE):
+                    m.d.sync += [results.hit_format.eq(HitFormat.NONE), results.sums.eq(0)]
                 with m.If(self.i.valid & self.i.ready):
                     m.d.comb += self.clear.eq(1)
-                    m.d.sync += [
-                        results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
-                        *(end[name].eq(self.counts[name]) for name in COUNTS), end.error.eq(self.fault.code),
-                        end.address.eq(self.fault.number)]
-                    with m.If(self.fault.code != ErrorCode.NONE):
-                        m.d.sync += [results.hit_format.eq(HitFormat.NONE), results.sums.eq(0)]
                     m.next = "Command"
             with m.State("Command"):
                 m.d.comb += self.o_command.valid.eq(1)

@@ -53,7 +53,8 @@ class CounterChoice(wiring.Component):
         m.d.sync += [counter.eq(self.counter), previous.eq(counter)]
         for group in self._groups:
             counts, chosen = [self.counts[number] for number in range(first, first + group)], Signal(32)
-            m.d.sync += chosen.eq(Array(counts)[(counter - first)[:len(counter)]])
+            index = Signal.like(self.counter)
+            m.d.sync += [index.eq(self.counter - first), chosen.eq(Array(counts)[index])]
             with m.If(previous >= first):
                 m.d.sync += self.count.eq(chosen)
             first += group
