@@ -110,12 +110,13 @@ class Filter(wiring.Component):
         wrong = Signal()
         m.d.comb += [gate.o.ready.eq(1), wrong.eq(number >= self.limit), words.i.valid.eq(accesses),
                      words.i.payload.eq(given)]
+        # Whether a row is swept is known later than whether a number enters.
         m.d.sync += [
             accesses.eq(enters | sweeps),
-            given.address.eq(Mux(sweeps, generations.row, number[word_bits:self._count.bit_length() - 1])),
+            given.address.eq(Mux(enters, number[word_bits:self._count.bit_length() - 1], generations.row)),
             given.tag.number.eq(number), given.tag.is_number.eq(enters), given.tag.wrong.eq(wrong),
-            given.operand.generation.eq(Mux(sweeps, 0, generations.generation)),
-            given.operand.mask.eq(Mux(sweeps, 0, 1 << number[:word_bits])), given.operand.writes.eq(sweeps | ~wrong)]
+            given.operand.generation.eq(Mux(enters, generations.generation, 0)),
+            given.operand.mask.eq(Mux(enters, 1 << number[:word_bits], 0)), given.operand.writes.eq(~(enters & wrong))]
 
         m.submodules.found = found = Queue(StructLayout({"number": self._bits, "passes": 1, "wrong": 1}),
                                            depth=self.capacity)

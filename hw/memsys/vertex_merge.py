@@ -1,6 +1,6 @@
 """Vertex merge: whole patches of several sources."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -64,12 +64,12 @@ class VertexMerge(wiring.Component):
         m = Module()
         m.submodules.arbiter = arbiter = LongestWaiting(count=self._count)
         busy, chosen, index = Signal(), Signal(range(self._count)), Signal(range(VERTICES))
-        moves, ends, eligible, free = Signal(), Signal(), Signal(self._count), Signal()
-        m.d.comb += [moves.eq(self.o.valid & self.o.ready), ends.eq(moves & (index == VERTICES - 1)),
+        moves, ends, eligible, free, last = Signal(), Signal(), Signal(self._count), Signal(), Signal()
+        m.d.comb += [moves.eq(self.o.valid & self.o.ready), ends.eq(moves & last),
                      free.eq(~busy | ends), arbiter.request.eq(eligible), arbiter.eligible.eq(eligible),
                      arbiter.accept.eq(free & eligible.any())]
         with m.If(moves):
-            m.d.sync += index.eq(index + 1)
+            m.d.sync += [index.eq(index + 1), last.eq(index == VERTICES - 2)]
         with m.If(free):
             m.d.sync += busy.eq(eligible.any())
         queues = []
@@ -79,12 +79,15 @@ class VertexMerge(wiring.Component):
             wiring.connect(m, wiring.flipped(source), queue.i)
             # Patches that have arrived in full and have not been granted.
             vertex, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
-            enters, granted = Signal(), Signal()
-            m.d.comb += [enters.eq(source.valid & source.ready), granted.eq(free & arbiter.grant[k]),
-                         eligible[k].eq(whole != 0), self.left[k].eq(ends & (chosen == k))]
+            enters, arrives, granted = Signal(), Signal(), Signal()
+            m.d.comb += [enters.eq(source.valid & source.ready), arrives.eq(enters & (vertex == VERTICES - 1)),
+                         granted.eq(free & arbiter.grant[k]), self.left[k].eq(ends & (chosen == k))]
             with m.If(enters):
                 m.d.sync += vertex.eq(vertex + 1)
-            m.d.sync += whole.eq(whole + (enters & (vertex == VERTICES - 1)) - granted)
+            # Whether a patch is granted is known late.
+            m.d.sync += eligible[k].eq(arrives | Mux(granted, whole[1:].any(), eligible[k]))
+            with m.If(arrives ^ granted):
+                m.d.sync += whole.eq(whole + Mux(arrives, 1, -1))
             with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):

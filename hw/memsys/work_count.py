@@ -54,6 +54,8 @@ class WorkCount(wiring.Component):
         m = Module()
         # That all have left may be known late, that one has entered never.
         after, left = Signal.like(self.level), Signal.like(self.leaves)
-        m.d.comb += after.eq(self.level + sum(self.enters) - sum(left))
-        m.d.sync += [left.eq(self.leaves), self.level.eq(after), self.empty.eq(after == 0)]
+        m.d.comb += after.eq(self.level - sum(left))
+        # Nothing is counted or compared behind what enters.
+        m.d.sync += [left.eq(self.leaves), self.level.eq(after + sum(self.enters)),
+                     self.empty.eq((after == 0) & ~self.enters.any())]
         return m
