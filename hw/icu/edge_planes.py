@@ -57,20 +57,20 @@ class EdgePlanes(wiring.Component):
             "o_planes": Out(struct_stream({"slot": formats.slot, "part": formats.planes}, always_ready=True)),
             "o": Out(struct_stream({"slot": formats.slot, "winding": formats.winding, "signs": formats.signs},
                                    always_ready=True))})
-        self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval)
+        self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval, turned="directions")
         beat = self._phases.o
         # The results of a phase: the signs of its edge's triple product, of its edge's plane and of the diagonal's.
         signs = ArrayLayout(signed(2), 3)
         self._end = stream.Signature(StructLayout({"slot": formats.slot, "phase": 2, "turn": signed(2), "edge": signs,
                                                    "diagonal": signs, "is_triangle": 1}), always_ready=True).create()
         self._pipeline = pipeline = Pipeline(beat, self._end, interval=interval)
+        # The first one is the phase's own.
         vertices = beat.payload.item.directions
         phase = pipeline.input(beat.payload.phase)
 
         def chosen(first):
             """The vertex that follows the phase's own by ``first``."""
-            return [pipeline.register(lambda phase, axis=axis: Array(
-                vertices[(k + first) % 4][axis] for k in range(4))[phase], phase) for axis in range(3)]
+            return [pipeline.delay(pipeline.input(vertices[first][axis]), 1) for axis in range(3)]
 
         def difference(a, b):
             return pipeline.register(lambda a, b: a - b, a, b)
@@ -78,13 +78,13 @@ class EdgePlanes(wiring.Component):
         a, b, c = (chosen(first) for first in range(3))
         plane = [difference(*(pipeline.product(a[j], b[k], registers=registers) for j, k in (axes, axes[::-1])))
                  for axes in AXES]
-        # A half: the products of one of the two terms of each component.
+        # A half: the products of one of the two terms of each component, of vertices 0 and 2, then of 1 and 3.
         half = []
         for j, k in AXES:
             one = pipeline.register(lambda phase, j=j, k=k: Array(
-                [vertices[0][j], vertices[0][k], vertices[1][j], vertices[1][k]])[phase], phase)
+                [vertices[0][j], vertices[3][k], vertices[3][j], vertices[2][k]])[phase], phase)
             other = pipeline.register(lambda phase, j=j, k=k: Array(
-                [vertices[2][k], vertices[2][j], vertices[3][k], vertices[3][j]])[phase], phase)
+                [vertices[2][k], vertices[1][j], vertices[1][k], vertices[0][j]])[phase], phase)
             half.append(pipeline.product(one, other, registers=registers))
         diagonal = [difference(pipeline.before(value, 1), value) for value in half]
         self._planes = pipeline.align(pipeline.input(beat.payload.item.slot), phase, *plane, *diagonal)
@@ -101,8 +101,9 @@ class EdgePlanes(wiring.Component):
         for axis in range(3):
             pipeline.output(self._end.payload.edge[axis], pipeline.register(_sign, plane[axis]))
             pipeline.output(self._end.payload.diagonal[axis], pipeline.register(_sign, diagonal[axis]))
+        # Of the last phase: vertices 2 and 3.
         is_triangle = pipeline.register(
-            lambda _: Cat(vertices[2][axis] == vertices[3][axis] for axis in range(3)).all(), phase)
+            lambda _: Cat(vertices[3][axis] == vertices[0][axis] for axis in range(3)).all(), phase)
         pipeline.output(self._end.payload.is_triangle, is_triangle)
         self.latency = self._phases.latency + (PHASES - 1) * interval + pipeline.latency + 2
 

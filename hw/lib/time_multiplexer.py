@@ -21,13 +21,16 @@ class TimeMultiplexer(wiring.Component):
         Number of phases, at least 2.
     interval
         Cycles per phase, at least 1.
+    turned
+        The name of a field of an item, an array of ``count`` elements, or None. It turns by an element with each phase:
+        its element 0 is the phase's own one, so that no multiplexer chooses it.
 
     Members
     -------
     i : In, stream of the item's shape, always ready
         Items, at least ``count`` intervals apart.
     o : Out, stream of ``phase``, ``item``, always ready
-        The item of a phase; it stays until the next item.
+        The item of a phase; it stays until the next item, but for the field that is turned.
 
     Timing
     ------
@@ -41,10 +44,10 @@ class TimeMultiplexer(wiring.Component):
         Count or interval are out of range.
     """
 
-    def __init__(self, shape, *, count: int, interval: int = 1):
+    def __init__(self, shape, *, count: int, interval: int = 1, turned: str | None = None):
         check_integer("Count", count, minimum=2)
         check_integer("Interval", interval, minimum=1)
-        self._count, self._interval = count, interval
+        self._count, self._interval, self._turned = count, interval, turned
         super().__init__({
             "i": In(stream.Signature(shape, always_ready=True)),
             "o": Out(stream.Signature(StructLayout({"phase": range(count), "item": shape}), always_ready=True))})
@@ -65,4 +68,7 @@ class TimeMultiplexer(wiring.Component):
                 m.d.sync += runs.eq(0)
             with m.Else():
                 m.d.sync += phase.eq(phase + 1)
+                if self._turned is not None:
+                    parts = item[self._turned]
+                    m.d.sync += [parts[k].eq(parts[(k + 1) % self._count]) for k in range(self._count)]
         return m

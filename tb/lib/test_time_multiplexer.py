@@ -1,7 +1,7 @@
 from itertools import pairwise
 
 import pytest
-from amaranth.lib.data import StructLayout
+from amaranth.lib.data import ArrayLayout, StructLayout
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -56,6 +56,17 @@ def test_phases_some_cycles_apart():
                               stalls={}))
     assert came == {"o": phases(ITEMS[:5], 3)}
     assert [b - a for a, b in pairwise(bench.cycles["o"])] == [4] * 8 + [9] + [4] * 5
+
+
+def test_turned_field_begins_with_the_element_of_the_phase():
+    shape = StructLayout({"name": 8, "parts": ArrayLayout(8, 3)})
+    items = [{"name": number, "parts": [3 * number + k for k in range(3)]} for number in range(20)]
+    for interval in (1, 4):
+        bench = ScheduleBench(TimeMultiplexer(shape, count=3, interval=interval, turned="parts"), ["i"], ["o"])
+        came = bench.run(Schedule(items={"i": [(3 * interval - 1, item) for item in items]}, stalls={}))
+        assert came == {"o": [
+            {"phase": phase, "item": item | {"parts": [item["parts"][(phase + k) % 3] for k in range(3)]}}
+            for item in items for phase in range(3)]}
 
 
 def test_init_wrong_interval():
