@@ -82,12 +82,16 @@ class SectionClip(wiring.Component):
         some = pipeline.register(lambda rows, front, wrapped: (rows > 0) & ((front > 0) | (wrapped > 0)),
                                  rows, front, wrapped)
 
+        # Compared a step ahead of the output.
+        behind, starts_at_0 = pipeline.register(
+            lambda front, first: (front == 0, (front == 0) | (first < 0)), front, first)
+
         def output(target, function, *operands):
             pipeline.output(target, step(lambda some, *values: Mux(some, function(*values), 0), some, *operands))
 
-        output(made.column_first, lambda first, front: Mux((front == 0) | (first < 0), 0, first), first, front)
-        output(made.column_count, lambda front, wrapped: Mux(front == 0, wrapped, front), front, wrapped)
-        output(made.wrapped_count, lambda front, wrapped: Mux(front == 0, 0, wrapped), front, wrapped)
+        output(made.column_first, lambda first, zero: Mux(zero, 0, first), first, starts_at_0)
+        output(made.column_count, lambda front, wrapped, behind: Mux(behind, wrapped, front), front, wrapped, behind)
+        output(made.wrapped_count, lambda wrapped, behind: Mux(behind, 0, wrapped), wrapped, behind)
         output(made.row_first, lambda top: top, top)
         output(made.row_count, lambda rows: rows, rows)
         pipeline.output(self.o.payload.slot, pipeline.input(self.i.payload.slot))
