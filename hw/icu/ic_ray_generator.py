@@ -1,6 +1,6 @@
 """IC ray generator: from windows to the rays that may still improve."""
 
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -84,7 +84,9 @@ class IcRayGenerator(wiring.Component):
                      issue.first_row.eq(self.section.first_row), walk.o.ready.eq(~taken[-1]),
                      self.o_walk.valid.eq(steps), self.o_walk.payload.tile.eq(walk.o.payload.tile),
                      self.o_walk.payload.tag.eq(walk.o.payload)]
-        m.d.sync += taken.eq(taken + steps - drops - (masks.o.valid & masks.o.ready))
+        # Whether a mask leaves is known late.
+        remain = (taken + steps - drops)[:len(taken)]
+        m.d.sync += taken.eq(Mux(masks.o.valid & masks.o.ready, remain - 1, remain))
 
         # Which rays lie in the window, and which of them may improve.
         step, word = self.i_walk.payload.tag, self.i_walk.payload.word

@@ -10,7 +10,7 @@ from golden.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
 from hw.icu.icu_tables import BOUND_BITS, scale
 from hw.icu.inverse_distance import encode, value_bits
-from hw.lib.fixed import extreme, magnitude, split_limbs
+from hw.lib.fixed import magnitude, split_limbs
 from hw.lib.pipeline import OPERAND, Pipeline
 from hw.lib.time_multiplexer import TimeMultiplexer
 
@@ -96,8 +96,11 @@ class InverseDistanceBound(wiring.Component):
 
         # Screen.
         whole = pipeline.register(lambda low, high: low + (high << OPERAND), low, high)
-        parts = [pipeline.before(whole, PHASES - 1 - count) for count in range(PHASES)]
-        larger = [extreme(pipeline, parts[k:k + 2], largest=True) for k in (0, 2)]
+        # Of phases 2 and 3, and of 0 and 1 two phases before. There is time for a register behind the comparison.
+        previous = pipeline.before(whole, 1)
+        is_less = pipeline.register(lambda a, b: a < b, previous, whole)
+        larger = pipeline.register(lambda is_less, a, b: Mux(is_less, b, a).as_signed(), is_less, previous, whole)
+        larger = (pipeline.before(larger, 2), larger)
         on_screen = pipeline.register(lambda x, y: x + y, *larger)
         on_screen = pipeline.register(lambda value, z: value + (z << numbers.direction_fraction),
                                       on_screen, pipeline.input(mantissa[2]))
