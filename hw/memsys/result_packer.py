@@ -83,7 +83,7 @@ class ResultPacker(wiring.Component):
         m = Module()
         lanes = lanes_of(self._config)
         hit, total, extent = self.i_hit.payload, self.i_sum.payload, Signal.like(self.i.payload, reset_less=True)
-        in_hits, in_sums, free = (Signal(name=name) for name in ("in_hits", "in_sums", "free"))
+        begins, in_hits, in_sums, free = Signal(init=1), Signal(), Signal(), Signal()
         full, second = Signal(), Signal()
         # Of a hit of 16 bytes in beats of 8 the second half follows in the next cycle.
         halves = (extent.hit_format == HitFormat.FULL) & (lanes < 4)
@@ -98,20 +98,14 @@ class ResultPacker(wiring.Component):
             self.overflow.eq(takes_sum & total.is_sum & total.overflow)]
         with m.If(takes_hit):
             m.d.sync += second.eq(halves & ~second)
-        with m.FSM():
-            with m.State("Begin"):
-                m.d.comb += self.i.ready.eq(1)
-                m.d.sync += extent.eq(self.i.payload)
-                with m.If(self.i.valid):
-                    m.next = "Hits"
-            with m.State("Hits"):
-                m.d.comb += in_hits.eq(1)
-                with m.If(ends_hits):
-                    m.next = "Sums"
-            with m.State("Sums"):
-                m.d.comb += in_sums.eq(1)
-                with m.If(ends_sums):
-                    m.next = "Begin"
+        # One register for each state.
+        m.d.comb += self.i.ready.eq(begins)
+        with m.If(begins):
+            m.d.sync += [extent.eq(self.i.payload), begins.eq(~self.i.valid), in_hits.eq(self.i.valid)]
+        with m.If(ends_hits):
+            m.d.sync += [in_hits.eq(0), in_sums.eq(1)]
+        with m.If(ends_sums):
+            m.d.sync += [in_sums.eq(0), begins.eq(1)]
         m.d.comb += self.busy.eq(in_hits | in_sums | full)
 
         # What is written in this cycle.
@@ -138,18 +132,22 @@ class ResultPacker(wiring.Component):
         m.d.comb += size.eq(Mux(in_sums | (extent.hit_format == HitFormat.COMPACT), 2,
                                 Mux(extent.hit_format == HitFormat.FULL, min(4, lanes), 1)))
         jumps = ~in_sums & last_column & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
-        step, sum_ = Signal.like(extent.jump), Signal(lane_bits + 1)
-        m.d.comb += [step.eq(Mux(jumps, extent.jump, size)), sum_.eq(at + step[:lane_bits])]
-        carry = sum_[lane_bits]
-        beats = step[lane_bits:]
+        # Whether a row ends is known last: the sums and what follows from them are made for both cases.
+        sums = [at + step[:lane_bits] for step in (size, extent.jump)]
+        sum_ = Mux(jumps, sums[1], sums[0])
         with m.If(takes):
-            m.d.sync += [number.eq(number + beats + carry), at.eq(sum_)]
+            m.d.sync += [number.eq(number + Mux(jumps, extent.jump, size)[lane_bits:] + sum_[lane_bits]), at.eq(sum_)]
         for begins, address in (self.i.ready, self.i.payload.hits), (ends_hits, extent.sums_address):
             with m.If(begins):
                 m.d.sync += Cat(at, number).eq(address[LANE_BYTES.bit_length() - 1:])
-        # The jump is known long before: nothing is compared behind the sum.
-        none, one = (Mux(jumps, extent.jump[lane_bits:] == k, size[lane_bits:] == k) for k in (0, 1))
-        return number, at, Cat(Mux(carry, none, one), ~(none | (one & ~carry)))
+
+        def beats_farther(step, total):
+            """The jump is known long before: nothing is compared behind the sum."""
+            carry, none, one = total[lane_bits], step[lane_bits:] == 0, step[lane_bits:] == 1
+            return Cat(Mux(carry, none, one), ~(none | (one & ~carry)))
+
+        near, far = (beats_farther(*both) for both in zip((size, extent.jump), sums, strict=True))
+        return number, at, Mux(jumps, far, near)
 
     def _mask(self, extent, at, in_sums):
         """The lanes that are written."""

@@ -1,6 +1,6 @@
 """Result writer: the results of one section after the other into main memory."""
 
-from amaranth.hdl import Module
+from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -87,11 +87,12 @@ class ResultWriter(wiring.Component):
                              (writer.o_data, wiring.flipped(self.o_data)),
                              (wiring.flipped(self.i_written), writer.i_written)):
             wiring.connect(m, source, sink)
-        code, address = self.o_done.payload.code, self.o_done.payload.address
+        code, address, fails = self.o_done.payload.code, self.o_done.payload.address, Signal()
         m.d.comb += [
             packer.i.payload.eq(extents.o.payload), self.o_done.payload.sums.eq(packer.words),
-            packer.discard.eq(code != Fault.NONE), writer.discard.eq(code != Fault.NONE)]
-        with m.If(code == Fault.NONE):
+            packer.discard.eq(fails), writer.discard.eq(fails)]
+        with m.If(~fails):
+            m.d.sync += fails.eq(writer.failed | packer.overflow | packer.wrong)
             with m.If(writer.failed):
                 m.d.sync += [code.eq(Fault.WRITE_REPLY), address.eq(writer.address)]
             with m.Elif(packer.overflow):
@@ -101,7 +102,7 @@ class ResultWriter(wiring.Component):
         with m.FSM():
             with m.State("Wait for a command"):
                 m.d.comb += [packer.i.valid.eq(extents.o.valid), extents.o.ready.eq(packer.i.ready)]
-                m.d.sync += [code.eq(Fault.NONE), address.eq(0)]
+                m.d.sync += [code.eq(Fault.NONE), address.eq(0), fails.eq(0)]
                 with m.If(extents.o.valid & packer.i.ready):
                     m.next = "Write"
             with m.State("Write"), m.If(~packer.busy & writer.idle):

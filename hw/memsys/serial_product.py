@@ -48,14 +48,15 @@ class SerialProduct(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        busy, b = Signal(), Signal(self._b, reset_less=True)
+        # ``more``: b has a 1 yet, known a step ahead.
+        busy, more, b = Signal(), Signal(reset_less=True), Signal(self._b, reset_less=True)
         a, total = (Signal.like(self.o.payload, reset_less=True, name=name) for name in ("a", "total"))
-        m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(busy & (b == 0)), self.o.payload.eq(total)]
+        m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(busy & ~more), self.o.payload.eq(total)]
         with m.If(self.i.ready):
             m.d.sync += [busy.eq(self.i.valid), a.eq(self.i.payload.a), b.eq(self.i.payload.b),
-                         total.eq(self.i.payload.addend)]
-        with m.Elif(b != 0):
-            m.d.sync += [a.eq(a << 1), b.eq(b >> 1), total.eq(total + Mux(b[0], a, 0))]
+                         more.eq(self.i.payload.b != 0), total.eq(self.i.payload.addend)]
+        with m.Elif(more):
+            m.d.sync += [a.eq(a << 1), b.eq(b >> 1), more.eq(b[1:].any()), total.eq(total + Mux(b[0], a, 0))]
         with m.Elif(self.o.ready):
             m.d.sync += busy.eq(0)
         return m
