@@ -154,10 +154,12 @@ class _Side:
         busy, kept, index = Signal(), Signal.like(steps.payload, reset_less=True), steps.payload.index
         m.d.comb += [steps.valid.eq(busy), steps.payload.eq(kept),
                      given.ready.eq(~busy | (steps.ready & (index == 3)))]
-        with m.If(steps.ready & busy):
-            m.d.sync += [kept.index.eq(index + 1), busy.eq(index != 3)]
-        with m.If(given.valid & given.ready):
-            m.d.sync += [busy.eq(1), kept.index.eq(0), *(kept[name].eq(value) for name, value in self._request.items())]
+        with m.If(~busy | steps.ready):
+            with m.If(~busy | (index == 3)):
+                m.d.sync += [busy.eq(given.valid), kept.index.eq(0),
+                             *(kept[name].eq(value) for name, value in self._request.items())]
+            with m.Else():
+                m.d.sync += kept.index.eq(index + 1)
         if self._wrong is not None:
             m.d.sync += self._wrong.eq(
                 self.pipeline.moves(self.pipeline.latency) & (self._index.value == 0) & ~self._present.value)

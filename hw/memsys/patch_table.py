@@ -64,11 +64,13 @@ class PatchTable(wiring.Component):
         address, last = Signal.like(entries.payload.address, reset_less=True), Signal(reset_less=True)
         m.d.comb += [entries.valid.eq(busy), entries.payload.address.eq(address), entries.payload.last.eq(last),
                      self.i.ready.eq(~busy | (entries.ready & last))]
-        with m.If(entries.ready):
-            m.d.sync += [busy.eq(busy & ~last), address.eq(address + 1), left.eq(left - 1), last.eq(left == 2)]
-        with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [busy.eq(1), address.eq(self.i.payload.pointer), left.eq(self.i.payload.count),
-                         last.eq(self.i.payload.count == 1)]
+        # Whether there is a list, or its last entry, decides alone what is loaded; the pipeline decides when.
+        with m.If(~busy | entries.ready):
+            with m.If(~busy | last):
+                m.d.sync += [busy.eq(self.i.valid), address.eq(self.i.payload.pointer), left.eq(self.i.payload.count),
+                             last.eq(self.i.payload.count == 1)]
+            with m.Else():
+                m.d.sync += [address.eq(address + 1), left.eq(left - 1), last.eq(left == 2)]
 
         given, write = self.i_load.payload, self._memory.write_port()
         no_patch = 1 << self._formats.listed_bits - 1
