@@ -100,8 +100,9 @@ class Filter(wiring.Component):
 
         def change(old, operand):
             """The word after an access."""
-            seen = Mux(old.generation == operand.generation, old.seen, 0)
-            return Cat(operand.generation, seen | operand.mask, ~(seen & operand.mask).any()), operand.writes
+            is_current, again = old.generation == operand.generation, (old.seen & operand.mask).any()
+            seen = Mux(is_current, old.seen, 0)
+            return Cat(operand.generation, seen | operand.mask, ~(is_current & again)), operand.writes
 
         m.submodules.words = words = UpdateMemory(row, depth=depth, operand=operand, tag=tag, change=change)
         # Registered: a block RAM has no slack for a multiplexer at its address.

@@ -85,6 +85,8 @@ class ResultPacker(wiring.Component):
         hit, total, extent = self.i_hit.payload, self.i_sum.payload, Signal.like(self.i.payload, reset_less=True)
         begins, in_hits, in_sums, free = Signal(init=1), Signal(), Signal(), Signal()
         full, second = Signal(), Signal()
+        # Of sums is what is packed when it is not of hits: a register of its own for the many bits that it chooses.
+        of_sums = Signal(init=1)
         # Of a hit of 16 bytes in beats of 8 the second half follows in the next cycle.
         halves = (extent.hit_format == HitFormat.FULL) & (lanes < 4)
         ends_item = ~halves | second
@@ -101,9 +103,10 @@ class ResultPacker(wiring.Component):
         # One register for each state.
         m.d.comb += self.i.ready.eq(begins)
         with m.If(begins):
-            m.d.sync += [extent.eq(self.i.payload), begins.eq(~self.i.valid), in_hits.eq(self.i.valid)]
+            m.d.sync += [extent.eq(self.i.payload), begins.eq(~self.i.valid), in_hits.eq(self.i.valid),
+                         of_sums.eq(~self.i.valid)]
         with m.If(ends_hits):
-            m.d.sync += [in_hits.eq(0), in_sums.eq(1)]
+            m.d.sync += [in_hits.eq(0), in_sums.eq(1), of_sums.eq(1)]
         with m.If(ends_sums):
             m.d.sync += [in_sums.eq(0), begins.eq(1)]
         m.d.comb += self.busy.eq(in_hits | in_sums | full)
@@ -115,13 +118,13 @@ class ResultPacker(wiring.Component):
             m.d.sync += self.words.eq(0)
         with m.Elif(writes_sum):
             m.d.sync += self.words.eq(self.words + 1)
-        number, at, delta = self._add_cursor(m, extent, in_sums, second, last_column=hit.column == extent.last_column,
+        number, at, delta = self._add_cursor(m, extent, of_sums, second, last_column=hit.column == extent.last_column,
                                              takes=takes_hit | takes_sum, ends_hits=ends_hits)
         self._add_beat(m, writes, full, number=number, is_last=ends_hits | ends_sums, delta=delta,
-                       mask=self._mask(extent, at, in_sums), words=self._words(extent, second, in_sums))
+                       mask=self._mask(extent, at, of_sums), words=self._words(extent, second, of_sums))
         return m
 
-    def _add_cursor(self, m, extent, in_sums, second, *, last_column, takes, ends_hits):
+    def _add_cursor(self, m, extent, of_sums, second, *, last_column, takes, ends_hits):
         """The beat and the lane of the next item; how many beats farther the one after it is: 0, 1, or 2 for more."""
         lanes = lanes_of(self._config)
         lane_bits = lanes.bit_length() - 1
@@ -129,9 +132,9 @@ class ResultPacker(wiring.Component):
 
         # Lanes of what is written in a cycle.
         size = Signal(range(min(4, lanes) + 1))
-        m.d.comb += size.eq(Mux(in_sums | (extent.hit_format == HitFormat.COMPACT), 2,
+        m.d.comb += size.eq(Mux(of_sums | (extent.hit_format == HitFormat.COMPACT), 2,
                                 Mux(extent.hit_format == HitFormat.FULL, min(4, lanes), 1)))
-        jumps = ~in_sums & last_column & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
+        jumps = ~of_sums & last_column & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
         # Whether a row ends is known last: the sums and what follows from them are made for both cases.
         sums = [at + step[:lane_bits] for step in (size, extent.jump)]
         sum_ = Mux(jumps, sums[1], sums[0])
@@ -149,15 +152,15 @@ class ResultPacker(wiring.Component):
         near, far = (beats_farther(*both) for both in zip((size, extent.jump), sums, strict=True))
         return number, at, Mux(jumps, far, near)
 
-    def _mask(self, extent, at, in_sums):
+    def _mask(self, extent, at, of_sums):
         """The lanes that are written."""
         lanes = lanes_of(self._config)
         single, pair = Const(1, lanes) << at, Const(3, lanes) << Cat(Const(0, 1), at[1:])
         whole = pair if lanes < 4 else Const(15, lanes) << Cat(Const(0, 2), at[2:])
-        return Mux(in_sums | (extent.hit_format == HitFormat.COMPACT), pair,
+        return Mux(of_sums | (extent.hit_format == HitFormat.COMPACT), pair,
                    Mux(extent.hit_format == HitFormat.FULL, whole, single))[:lanes]
 
-    def _words(self, extent, second, in_sums):
+    def _words(self, extent, second, of_sums):
         """What is in each lane of 4, if it is written."""
         hit, total = self.i_hit.payload.hit, self.i_sum.payload
         patch = Mux(hit.inverse != 0, hit.patch, Const(-1, LANE_BITS))[:LANE_BITS]
@@ -168,7 +171,7 @@ class ResultPacker(wiring.Component):
         full = [inverse, patch, (Const(0, LANE_BITS) | hit.u | hit.v << 16)[:LANE_BITS], none]
         if lanes_of(self._config) < 4:
             full = [Mux(second, full[2], full[0]), Mux(second, full[3], full[1])]
-        return [Mux(in_sums, words.word_select(k % 2, LANE_BITS),
+        return [Mux(of_sums, words.word_select(k % 2, LANE_BITS),
                     Mux(extent.hit_format == HitFormat.COMPACT, compact.word_select(k % 2, LANE_BITS),
                         Mux(extent.hit_format == HitFormat.FULL, whole, patch))) for k, whole in enumerate(full)]
 
