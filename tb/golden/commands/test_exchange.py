@@ -61,3 +61,26 @@ def test_a_table_of_a_spreadsheet_is_read(tmp_path, monkeypatch):
                                     encoding="utf-8-sig")
     report("exchange", "F.nc", "t.csv", "-o", "q.csv")
     assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [600, 300, 400]
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (("-o", "t.csv"), "'t.csv': it is the input"), (("-o", "q.csv", "--script-f", "t.csv"), "'t.csv': it is the input"),
+    (("-o", "q.csv", "--script-f", "q.csv"), "'q.csv': it is named twice"),
+    (("-o", "q.csv"), "there is no row for patch '1' and 1 more")])
+def test_nothing_is_written_over_or_from_a_part_of_a_table(factors, tmp_path, words, message):
+    table = "patch,temperature,emissivity\n0,300,0.9\n"
+    (tmp_path / "t.csv").write_text(table)
+    result = run("exchange", "F.nc", "t.csv", *words)
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert result.stderr.endswith(f"{message}\n")
+    assert {path.name for path in tmp_path.iterdir()} == {"F.nc", "t.csv"}
+    assert (tmp_path / "t.csv").read_text() == table
+
+
+@pytest.mark.parametrize("header", ["patch,temperature,emissivity,emissivity", "patch,emissivity",
+                                    "patch,temperature,emissivity,colour"])
+def test_a_header_must_have_every_name_once(factors, tmp_path, header):
+    (tmp_path / "t.csv").write_text(f"{header}\n")
+    result = run("exchange", "F.nc", "t.csv", "-o", "q.csv")
+    assert result.exit_code == 2
+    assert f"each once, not {header.replace(',', ', ')}\n" in result.stderr

@@ -58,6 +58,15 @@ def test_each_frustum_has_its_own_ray_and_shares_keep_the_sum(columns, rows, rat
     assert np.allclose(share * np.bincount(frusta.spread(number).ravel())[frusta.spread(number)], frusta.spread(values))
 
 
+def test_blocks_are_as_square_as_possible_and_not_higher_than_wide():
+    frusta = [VirtualFrusta.of(16, 16, ratio) for ratio in (1, 2, 4, 8, 16, 32)]
+    assert [(one.width, one.height) for one in frusta] == [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4), (8, 4)]
+    assert VirtualFrusta.of(8, 4, 32).shape == (1, 1)
+    for columns, rows in (7, 4), (8, 3):
+        with pytest.raises(InputError, match=f"Ratio must leave a ray of {columns} x {rows}, not be 32"):
+            VirtualFrusta.of(columns, rows, 32)
+
+
 def test_ratios_that_make_no_blocks_are_refused():
     for ratio in 0, 3:
         with pytest.raises(InputError, match="Ratio must be a power of two"):

@@ -1,0 +1,98 @@
+"""What is printed about view factors, and which attempts a time limit allows: all figures differ."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from golden.errors import InputError
+from golden.light.factors.files import read_view_factors
+from golden.tasks import view_factors
+from golden.tasks.view_factors import ViewFactorTask
+from tb.golden.light.factors.samples import three_sides
+
+FOOT = 0.3048
+FACTORS = three_sides(back=np.array([0.04, 0, 0.02]), unprojected_sky=np.array([0.09, 0, 0]), weight_bits=3,
+                      row_sums=np.array([[3, 4], [4, 4], [4, 2]]), settings={"error": 0.0125, "sky_error": 0.005})
+
+
+class Rows:
+    """What would be computed."""
+
+    def __init__(self, block_rows=4, **settings):
+        self.block_rows, self.settings = block_rows, settings
+
+    def __len__(self):
+        return 3
+
+
+@pytest.fixture
+def seconds(monkeypatch):
+    """The seconds that the attempts take, of which each has an error; their results are made up."""
+    clock, taken = [0.0], {}
+
+    def compute(rows, **options):
+        clock[0] += taken.setdefault(rows if isinstance(rows, float) else None, 1)
+        return FACTORS
+
+    monkeypatch.setattr(view_factors, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(view_factors, "compute_view_factors", compute)
+    return taken
+
+
+def test_every_figure_of_the_report(seconds, tmp_path):
+    task = ViewFactorTask("furnace:1", tmp_path / "a.npz", unit="ft")
+    report, text = task.run(Rows(), SimpleNamespace(remove=lambda: None), method="grid")
+    assert report == {
+        "output": tmp_path / "a.npz", "scene": "furnace:1", "method": "grid", "patches": 3, "entries": 6,
+        "closure": pytest.approx(0.02), "reciprocity": pytest.approx(FACTORS.reciprocity, abs=1e-12), "seconds": 1,
+        "error": pytest.approx(0.015), "sky_error": pytest.approx(0.02), "largest_change": pytest.approx(0.0075),
+        "sky_change": pytest.approx(0.03), "infeasible": [2], "missed": [1], "sky_missed": [0, 1], "back": 0.04,
+        "peak_memory": report["peak_memory"], "least_share": 2 / 8, "greatest_share": 4 / 8}
+    for line in ("estimated error 1.5e-02, of the sky 2.0e-02; the projection moves factors by up to 7.5e-03, the sky "
+                 "by up to 3.0e-02", "rows that do not close within their errors: 1, the first 2",
+                 "rows that miss the requested error: 1, the first 1",
+                 "rows that miss the requested error of the sky: 2, the first 0, 1",
+                 "hemispheres met a patch in 25.00% to 50.00%"):
+        assert line in text.splitlines()
+    np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
+
+
+@pytest.mark.parametrize(("suffix", "missing"), [("npz", False), ("nc", False), ("inp", True)])
+def test_files_that_leave_out_backs_are_said_to(seconds, tmp_path, suffix, missing):
+    task = ViewFactorTask("furnace:1", tmp_path / f"vfsparse.{suffix}")
+    _, text = task.run(Rows(), SimpleNamespace(remove=lambda: None), method="grid")
+    assert "black backs of one-sided patches take up to 0.04 of a row" in text
+    assert ("these files leave out" in text) == missing
+
+
+@pytest.mark.parametrize(("error", "limit", "attempts"), [
+    (0.1, 1, [0.1]), (0.02, 99, [0.05, 0.02]), (1e-3, 8.9, [0.05]), (1e-3, 9, [0.05, 0.0125]),
+    (1e-3, 19, [0.05, 0.0125, 0.003125]), (1e-3, 999, [0.05, 0.0125, 0.003125, 1e-3])])
+def test_a_time_limit_allows_eight_times_the_last_attempt(seconds, tmp_path, error, limit, attempts):
+    """The second attempt takes 2 s and ends after 3 s, so a third one needs a limit of 3 + 8 x 2 s."""
+    seconds |= {0.05: 1, 0.0125: 2, 0.003125: 10}
+    task = ViewFactorTask("furnace:1", tmp_path / "a.npz", unit="ft")
+    tried = []
+    _, text = task.run_within(limit, lambda error: tried.append(error) or error, error=error, method="grid")
+    assert tried == attempts
+    assert ("the time limit ended the work" in text) == (attempts[-1] > error)
+    np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
+
+
+@pytest.mark.parametrize("change", [
+    {"scene": "furnace:2"}, {"method": "naive"}, {"block_rows": 8}, {"error": 0.01}, {"seed": 1}])
+def test_blocks_of_other_work_are_refused(tmp_path, change):
+    def store(scene="furnace:1", method="grid", **settings):
+        task = ViewFactorTask(scene, tmp_path / "a.npz")
+        return task.store(Rows(**{"error": 0.02, "seed": 0} | settings), method=method, resume=True)
+
+    store().save(0, SimpleNamespace(rows=np.zeros(1)))
+    store()
+    with pytest.raises(InputError, match=f"the unfinished run had other values of {', '.join(change)}$"):
+        store(**change)
+
+
+def test_a_limit_of_the_area_alone_cuts_patches(tmp_path):
+    assert len(ViewFactorTask("furnace:1", tmp_path / "a.npz", max_area=0.3).scene) == 24
+    assert len(ViewFactorTask("furnace:1", tmp_path / "a.npz", max_edge=0.6).scene) == 24
