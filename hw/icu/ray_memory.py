@@ -95,12 +95,13 @@ class RayMemory(wiring.Component):
             nearer = (old.generation != operand.row.generation) | (new_key > old_key)
             return operand.row, operand.clear | (operand.hit & nearer)
 
-        # Each outstanding read has an entry of the queue reserved.
+        # Each outstanding read has an entry of the queue reserved: none is free when the highest bit
+        # of their number is 1.
         capacity = 16
         m.submodules.found = found = Queue(formats.hit, depth=capacity)
         outstanding, accepts = Signal(range(capacity + 1)), Signal()
         wiring.connect(m, found.o, wiring.flipped(self.o_read))
-        m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
+        m.d.comb += [self.i_read.ready.eq(~outstanding[-1]), accepts.eq(self.i_read.valid & self.i_read.ready)]
         m.d.sync += outstanding.eq(outstanding + accepts - (found.o.valid & found.o.ready))
 
         m.d.comb += self.i_start.ready.eq(0)
@@ -125,14 +126,14 @@ class RayMemory(wiring.Component):
             updates = self.i.valid & (self.active == bank)
             reads = accepts & (self.i_read.payload.bank == bank)
             m.d.comb += generations.busy.eq(updates | reads)
-            # There is no slack for a multiplexer in front of a block RAM.
+            # There is no slack for a multiplexer in front of a block RAM. Whether a row is swept is known last.
             given, is_given = Signal.like(rows.i.payload, reset_less=True), Signal()
             m.d.sync += [
                 is_given.eq(updates | reads | generations.sweeps),
-                given.address.eq(Mux(generations.sweeps, generations.row,
-                                     Mux(updates, self.i.payload.ray, self.i_read.payload.ray))),
-                given.operand.clear.eq(generations.sweeps), given.operand.hit.eq(updates & self.i.payload.hit),
-                given.operand.row.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
+                given.address.eq(Mux(updates, self.i.payload.ray,
+                                     Mux(reads, self.i_read.payload.ray, generations.row))),
+                given.operand.clear.eq(~(updates | reads)), given.operand.hit.eq(updates & self.i.payload.hit),
+                given.operand.row.generation.eq(Mux(updates | reads, generations.generation, 0)),
                 given.operand.row.inverse.eq(self.i.payload.inverse),
                 given.operand.row.complement.eq(~self.i.payload.patch),
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
