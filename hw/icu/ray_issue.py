@@ -49,13 +49,18 @@ class RayIssue(wiring.Component):
         now, there = Signal(self._formats.tile_rays), Signal()
         # The last ray of a tile, or none, known a cycle before: it lets the next tile in.
         rest, ends = now.mask & (now.mask - 1)[:lanes], Signal()
-        takes = ~there | ends
-        m.d.comb += self.i.ready.eq(~waits | takes)
-        with m.If(self.i.ready):
+        # Registers for what enables so many: the present tile ends or there is none, and the waiting one does not stay.
+        takes, ready = Signal(init=1), Signal(init=1)
+        ends_next, takes_next = ~_at_least(now.mask)[2], Signal()
+        m.d.comb += [self.i.ready.eq(ready), takes_next.eq(ends_next)]
+        with m.If(ready):
             m.d.sync += [following.eq(self.i.payload), waits.eq(self.i.valid)]
-        m.d.sync += [now.mask.eq(rest), ends.eq(~_at_least(now.mask)[2])]
+        m.d.sync += [now.mask.eq(rest), ends.eq(ends_next)]
         with m.If(takes):
-            m.d.sync += [now.eq(following), there.eq(waits), ends.eq(~_at_least(following.mask)[1])]
+            ends_next = ~_at_least(following.mask)[1]
+            m.d.comb += takes_next.eq(~waits | ends_next)
+            m.d.sync += [now.eq(following), there.eq(waits), ends.eq(ends_next)]
+        m.d.sync += [takes.eq(takes_next), ready.eq(takes_next | (ready & ~self.i.valid))]
 
         lowest = Signal(lanes)
         m.d.comb += lowest.eq(now.mask & ~rest)
