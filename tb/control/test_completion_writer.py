@@ -20,7 +20,8 @@ NODES = 3
 BASE = PRESETS["tiny"].replace({"noc.columns": NODES, "noc.rows": 1})
 RING = 0x5C0
 SIZE = COMPLETION.dtype.itemsize
-RESET = 4
+# Cycles of a reset: one, while memory is idle, and more.
+RESETS = 1, 4
 
 
 class Writer:
@@ -42,22 +43,27 @@ class Writer:
         self._simulator = Simulator(self._dut)
         self._simulator.add_clock(1e-8)
 
-    def run(self, counts, *, own=0, seed=0, ring_bits=3, gaps=0.0, slow=0.0, after=(3, 9), fails=(), stops=(),
-            cycles=3000):
+    def run(self, counts, *, own=0, seed=0, ring_bits=3, gaps=0.0, slow=0.0, late=None, after=(3, 9), fails=(),
+            stops=(), aborts=False, cycles=3000):
         """Write some records of each cluster, and ``own`` others.
 
         Parameters
         ----------
         gaps, slow
-            How often a source has no word, and memory accepts nothing.
+            How often a source has no word, and memory accepts no request, or no beat.
+        late
+            How often memory accepts no request, if not ``slow``.
         after
             Cycles from the last beat to the answer.
         fails
             Numbers of requests that memory refuses; a reset and a retry follow.
         stops
             First cycles of resets.
+        aborts
+            After a reset the clusters have no more records: others take the place of those that they had.
         """
-        self._given = counts, own, seed, ring_bits, gaps, slow, after, set(fails), set(stops), cycles
+        self._given = (counts, own, seed, ring_bits, gaps, slow, slow if late is None else late, after, set(fails),
+                       set(stops), aborts, cycles)
         self.records, self.memory, self.beats, self.collected, self.requests = [], {}, [], [], []
         self.failures, self.completed, self.sources = [], 0, []
         if self._has_run:
@@ -70,7 +76,7 @@ class Writer:
 
     async def _drive(self, ctx):
         dut = self._dut
-        counts, own, seed, ring_bits, gaps, slow, after, fails, stops, cycles = self._given
+        counts, own, seed, ring_bits, gaps, slow, late, after, fails, stops, aborts, cycles = self._given
         draw, left, size = random.Random(seed), list(counts), self.config.memory.beat_bytes
         words, sent, tags = [deque() for _ in counts], [[] for _ in counts], [0] * self.nodes
         offers, record, requests, answers = [False] * self.nodes, None, deque(), deque()
@@ -83,7 +89,7 @@ class Writer:
             dut.o_collected.payload, dut.i_record.ready, dut.completed, dut.empty, dut.failed, dut.address,
             *(one.ready for one in dut.i))]
         for cycle in range(cycles):
-            stopping = RESET if cycle in stops else max(0, stopping - 1)
+            stopping = draw.choice(RESETS) if cycle in stops else max(0, stopping - 1)
             ctx.set(dut.stops, int(stopping > 0))
             retry = max(0, retry - 1)
             ctx.set(dut.retry, int(retry == 1))
@@ -100,9 +106,9 @@ class Writer:
                           "number": draw.getrandbits(40)}
             ctx.set(dut.i_record.valid, int(record is not None))
             ctx.set(Value.cast(dut.i_record.payload), pack(layout, record))
-            ready = draw.random() >= slow
+            ready, data_ready = draw.random() >= late, draw.random() >= slow
             ctx.set(dut.o_request.ready, int(ready))
-            ctx.set(dut.o_data.ready, int(ready))
+            ctx.set(dut.o_data.ready, int(data_ready))
             due = bool(answers) and answers[0][0] <= cycle
             ctx.set(dut.i_written.valid, int(due))
             ctx.set(dut.i_written.payload.error, int(due and answers[0][1]))
@@ -111,6 +117,9 @@ class Writer:
              *readies) = await ctx.tick().sample(*ports)
             if due:
                 answers.popleft()
+            if retry:
+                assert failed, "a failure stays until the retry"
+                assert not request, "nothing is requested between a failure and the retry"
             if failed and (not self.failures or self.failures[-1][0] + 30 < cycle):
                 self.failures.append((cycle, oldest))
                 stops, retry = stops | {cycle + 3}, 14
@@ -120,13 +129,16 @@ class Writer:
                 answers.clear()
                 # The clusters are reset: their sections are lost.
                 words, offers = [deque() for _ in counts], [False] * self.nodes
+                if aborts:
+                    own, left = own + sum(left), [0] * self.nodes
                 continue
             if request and ready:
                 found = unpack(dut.o_request.payload.shape(), place)
                 requests.append([found["address"], found["length"] + 1, number in fails])
                 number += 1
                 self.requests.append(cycle)
-            if data and ready:
+            if data and data_ready:
+                assert requests, "beats follow their request"
                 found, current = unpack(dut.o_data.payload.shape(), beat), requests[0]
                 assert found["strobe"] == (1 << size) - 1
                 if not current[2]:
@@ -210,8 +222,15 @@ def test_rings(ring_bits):
 def test_a_reset_at_any_time(writer):
     """A record that was being collected is lost; those that were collected are written, once each."""
     for stop in range(2, 90, 11):
-        writer.run((3, 2, 3), own=3, seed=stop, stops={stop, stop + 41}, slow=0.3, gaps=0.1).check()
-        assert Counter(writer.sources) == {0: 3, 1: 2, 2: 3, NO_CLUSTER: 3}
+        aborts = stop % 2 == 1
+        writer.run((3, 2, 3), own=3, seed=stop, stops={stop, stop + 41}, aborts=aborts, slow=0.3, gaps=0.1).check()
+        found = Counter(writer.sources)
+        assert found.total() == 11, f"seed {stop}"
+        assert aborts or found == {0: 3, 1: 2, 2: 3, NO_CLUSTER: 3}, f"seed {stop}"
+    for seed in range(4):
+        # The first words come in the cycle of the reset and never again: none of them may be waited for.
+        writer.run((1, 1, 1), seed=seed, stops={0}, aborts=True).check()
+        assert Counter(writer.sources) == {NO_CLUSTER: 3}, f"seed {seed}"
 
 
 @pytest.mark.parametrize("fails", [{0}, {3}, {2, 5}, {6}])
@@ -248,7 +267,7 @@ def test_records_wait_for_answers():
 
 
 def test_short_requests():
-    Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1).check()
+    Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1, late=0.9).check()
 
 
 @pytest.mark.parametrize("fails", [4, 6, 7])
