@@ -14,6 +14,8 @@ from tb.lib.timing import documented_latency
 BASE = PRESETS["tiny"].replace({"ctu.near_cell_bits": 9})
 RING = 0x7C0
 SIZE = DESCRIPTOR.dtype.itemsize
+# The word with the number of near cells, after which they may be requested.
+COUNT_WORD = DESCRIPTOR.dtype.fields["near_count"][1] // 8
 
 
 class Fetch:
@@ -32,7 +34,7 @@ class Fetch:
         self.dut = DescriptorFetch(config=self.config)
         self.bench = ScheduleBench(self.dut, ["i_reply"], ["o", "o_request"], idle_limit=60, watchdog=30_000)
 
-    def run(self, ones, *, taken=0, ring_bits=3, stalls=(), errors=(), after=5, doorbell=None):
+    def run(self, ones, *, taken=0, ring_bits=3, stalls=(), errors=(), after=5, doorbell=None, enable=1):
         """What comes out, and the requests."""
         self.memory = {}
         for number, one in enumerate(ones):
@@ -49,7 +51,7 @@ class Fetch:
 
         return self.bench.run(
             Schedule(items={}, stalls={"o": list(stalls)}), Responder("o_request", "i_reply", answer, after),
-            ring=RING, ring_bits=ring_bits, taken=taken, enable=1,
+            ring=RING, ring_bits=ring_bits, taken=taken, enable=enable,
             doorbell=(taken + len(ones)) % (1 << 32) if doorbell is None else doorbell)
 
     def byte(self, address):
@@ -135,18 +137,36 @@ def test_nothing_is_read_beyond_the_doorbell(fetch):
     assert fetch.run([], taken=9) == {"o": [], "o_request": []}
 
 
-@pytest.mark.parametrize("word", [0, 3, 6, 7, 23])
+def test_no_descriptor_is_requested_without_enable(fetch):
+    """After the first request until the words of the first descriptor have come; all others follow then."""
+    draw = random.Random(11)
+    ones = [descriptor(fetch.config, draw, near_count=0) for _ in range(6)]
+    found = fetch.run(ones, stalls=[150], enable=lambda cycles: int(
+        not cycles["o_request"] or len(cycles["o"]) >= DESCRIPTOR_WORDS))
+    enabled = fetch.bench.cycles["o"][DESCRIPTOR_WORDS - 1]
+    early = {(request["address"] - RING) // SIZE
+             for request, cycle in zip(found["o_request"], fetch.bench.cycles["o_request"], strict=True)
+             if cycle < enabled}
+    # The enable is known a cycle late.
+    assert early <= {0, 1}
+    assert found["o"] == fetch.expected(ones)
+
+
+@pytest.mark.parametrize("word", [0, 3, 6, COUNT_WORD - 1, COUNT_WORD, COUNT_WORD + 1, 23])
 def test_a_descriptor_that_cannot_be_read(fetch, word):
+    """The next one follows; near cells of which not all is known are not read."""
     draw = random.Random(word)
     ones = [descriptor(fetch.config, draw, near_count=4) for _ in range(3)]
     found = fetch.run(ones, errors=[RING + SIZE + 8 * word])["o"]
+    first = word - word % (fetch.config.memory.beat_bytes // 8)
     expected = fetch.expected(ones)
     begins = [number for number, one in enumerate(found) if one["index"] == 0]
     assert len(begins) == 3
     assert found[:begins[1]] == expected[:begins[1]]
     assert found[begins[1] + word]["error"]
     assert found[begins[2]:] == expected[-(len(found) - begins[2]):]
-    assert {one["index"] for one in found[begins[1]:begins[2]]} >= set(range(DESCRIPTOR_WORDS))
+    near = [NEAR_INDEX] * near_words(ones[1], fetch.config) if first > COUNT_WORD else []
+    assert [one["index"] for one in found[begins[1]:begins[2]]] == [*range(DESCRIPTOR_WORDS), *near]
 
 
 def test_near_cells_that_cannot_be_read(fetch):

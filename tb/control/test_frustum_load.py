@@ -61,7 +61,9 @@ def load(items):
                 if taken:
                     break
             if draw.random() < 0.1:
+                # No word, whatever the wires hold.
                 ctx.set(dut.i.valid, 0)
+                ctx.set(dut.i.payload.as_value(), draw.getrandbits(shape.size))
                 await ctx.tick()
         ctx.set(dut.i.valid, 0)
         await ctx.tick()

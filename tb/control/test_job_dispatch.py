@@ -9,7 +9,7 @@ from golden.config import PRESETS
 from golden.jobs.completion import NO_CLUSTER
 from golden.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
 from hw.control.job_dispatch import JobDispatch
-from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, JobFormats
+from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, JobFormats, byte_of
 from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import changed, descriptor, near_words, words_of
 from tb.lib.payload import pack, unpack
@@ -54,7 +54,7 @@ class Dispatch:
             self._simulator.reset()
         else:
             self._simulator.add_testbench(self._drive)
-        self.found, self.waits = [], []
+        self.found, self.waits, self.begun = [], [], []
         self._simulator.run()
         return self.found
 
@@ -98,7 +98,8 @@ class Dispatch:
             self.waits += [(event, busy) for event, is_so in (("load", load), ("refused", refused), ("failed", failed))
                            if is_so and not (event != "failed" and ready)]
             if offered and taken:
-                words.pop(0)
+                if words.pop(0)["index"] == 0:
+                    self.begun.append(cycle)
                 offered = False
             if valid:
                 found.append((cycle, "word", unpack(dut.o.payload.shape(), word)))
@@ -225,6 +226,20 @@ def test_sections_loads_and_refusals(dispatch, gaps, slow):
         check(ones, dispatch.run(ones, seed=seed, gaps=gaps, slow=slow, cycles=9000))
 
 
+def test_no_descriptor_begins_without_enable(dispatch):
+    """One that has begun ends, whatever it is; its first word is taken a cycle after it begins."""
+    draw = random.Random(17)
+    changes = ({}, {"kind": 1}, {"sums": 3}, {}, {"kind": 2}, {"kind": 1, "hits": 1}, {}, {"kind": 1}, {})
+
+    def enable(cycle):
+        return cycle % 97 < 40
+
+    ones = [changed(descriptor(CONFIG, draw), **change) for change in changes]
+    check(ones, dispatch.run(ones, gaps=0.1, slow=0.5, enable=enable))
+    assert len(dispatch.begun) == len(ones)
+    assert all(enable(cycle - 1) for cycle in dispatch.begun)
+
+
 def test_nothing_is_cast_before_a_load(dispatch):
     draw = random.Random(7)
     changes = ({}, {"sums": 3}, {"kind": 1}, {"kind": 1, "hits": 1})
@@ -308,6 +323,12 @@ def test_near_cells_that_could_not_be_read(dispatch, which):
     assert [event for event, *_ in reported] == ["sent", "refused", "sent"]
     assert (reported[1][1]["code"], reported[1][1]["number"]) == (ErrorCode.READ_REPLY.value, ones[1]["near_cells"])
     assert reported[1][2][-1]["void"]
+    # What could not be read counts before what has not been loaded, and before a shell beyond those that have been.
+    for given in {"loaded": False}, {"last_shell": 0}:
+        reported = outcomes(dispatch.run(ones, errors=[(1, NEAR_INDEX + cell) for cell in which], **given))
+        assert [(record["code"], record["number"]) for _, record, _ in reported] == [
+            (ErrorCode.READ_REPLY.value, ones[1]["near_cells"]) if k == 1 else
+            (ErrorCode.NOT_LOADED.value, byte_of("last_shell") if given.get("loaded", True) else 0) for k in range(3)]
 
 
 @pytest.mark.parametrize("near", [0, 1, 28])
