@@ -38,7 +38,7 @@ class RegisterMachine:
     settles
         Waits until a stop or a resume is over.
     broken
-        Accesses from now on that succeed; None: all.
+        Accesses from now on up to the one that fails; None: none fails.
     """
 
     def __init__(self, size: int):
@@ -56,7 +56,7 @@ class RegisterMachine:
         def call(context, *arguments):
             if self.broken is not None:
                 self.broken -= 1
-                if self.broken < 0:
+                if self.broken == -1:
                     return 1
             function(*arguments)
             return 0
