@@ -20,7 +20,7 @@ FORMATS, BASE, NONE = PathFormats(CONFIG), 0x1240, (1 << 32) - 1
 
 def fetch(dut, keys, image, ports, *, ids, latency, fails=(), seed=1):
     """The records of some keys as they are put together, and when requests and fills came."""
-    draw, came, times = random.Random(seed), {}, {"in": [], "request": [], "reply": [], "fill": []}
+    draw, came, times = random.Random(seed), {}, {"in": [], "request": [], "reply": [], "fill": [], "stream": []}
     streams = list(zip(dut.o_request, dut.i_reply, strict=True)) if ids == "array" else [(dut.o_request, dut.i_reply)]
     left, free, records = deque(enumerate(keys)), list(range(CONFIG.memsys.cache_fetches)), {}
     fill_shape = dut.signature.members["o"].signature.members["payload"].shape
@@ -43,15 +43,15 @@ def fetch(dut, keys, image, ports, *, ids, latency, fails=(), seed=1):
                 if shows:
                     ctx.set(reply.payload, waiting[0][1])
             if ctx.get(dut.i.valid & dut.i.ready):
-                number, _ = left.popleft()
-                busy[free.pop(0)] = number
+                busy[free.pop(0)] = left.popleft()[0]
                 times["in"].append(cycle)
-            for (request, reply), waiting in zip(streams, replies, strict=True):
+            for number, ((request, reply), waiting) in enumerate(zip(streams, replies, strict=True)):
                 if ctx.get(reply.valid & reply.ready):
                     waiting.popleft()
                     times["reply"].append(cycle)
                 if ctx.get(request.valid & request.ready):
                     times["request"].append(cycle)
+                    times["stream"].append(number)
                     address, length = ctx.get(request.payload.address), ctx.get(request.payload.length)
                     for k in range(length + 1):
                         at = address - BASE + 8 * k
@@ -114,11 +114,13 @@ def test_parts_of_lists(latency):
     lists[21], lists[30] = 200, NONE
     cells = [(0, 0), (60, 0), (0, 4), (1, 4), (3, 1), (59, 1), (2, 9), (20, 12), (0, 61), (61, 0), (58, 3), (NONE, 2),
              (3, NONE), (30, 1), (7, 5), (0, 60)]
+    # Of every other one the only word cannot be read; its reply may wait while the beats before it are filled up.
+    cells += [(2 if k % 2 else 50 + k, 1) for k in range(8)]
     image, bases = scene_image([a & NONE for a, _ in cells], [b for _, b in cells], lists, patches(draw, 1), [0])
     keys = [{"cell": 3, "part": 0}]
     keys += [{"cell": cell, "part": part} for cell, (pointer, count) in enumerate(cells) for part in range(
         max(1, -(-count // 4)) if pointer + count <= 60 else 1)]
-    keys += [{"cell": 16, "part": 0}, {"cell": 2, "part": 3}, {"cell": 6, "part": 200}]
+    keys += [{"cell": len(cells), "part": 0}, {"cell": 2, "part": 3}, {"cell": 6, "part": 200}]
     fails = [bases["cells"] + 8 * 4, (bases["lists"] + 4 * 3) & ~7]
     dut = CellFetch(config=CONFIG)
     scene = {"cells": len(cells), "lists": len(lists), "patches": 200}
@@ -138,6 +140,7 @@ def test_parts_of_lists(latency):
             assert [data["number"] for data, _ in beats if data["is_id"]] == numbers
             assert [data["is_id"] for data, _ in beats] == [k < len(numbers) for k in range(4)]
             assert all(data["more"] == (end < pointer + count) for data, _ in beats)
+    assert times["stream"].count(0) == sum(key["cell"] < len(cells) for key in keys), "a record of each cell there is"
     if latency == 1:
         assert times["request"][0] - times["in"][0] == dut.latency == documented_latency(CellFetch, CONFIG)
         assert times["reply"][0] + 5 in times["request"]

@@ -24,6 +24,11 @@ def surface_of(patch):
     return (patch * 5 - 40) % 100 - 20
 
 
+def node_of(patch):
+    """The cluster that a request names, of those that a configuration has."""
+    return patch // 2 % CONFIG.noc.nodes
+
+
 def vertices_of(patch):
     return [[patch * 16 + k * 4 + axis for axis in range(3)] for k in range(VERTICES)]
 
@@ -86,7 +91,7 @@ class Run:
             ctx.set(dut.i.valid, int(offers))
             if number < len(self.patches):
                 patch = self.patches[number]
-                ctx.set(dut.i.payload, {"patch": patch, "node": 0, "is_remote": patch & 1})
+                ctx.set(dut.i.payload, {"patch": patch, "node": node_of(patch), "is_remote": patch & 1})
             ctx.set(dut.o_fetch.ready, int(self.draw.random() >= self.stall))
             due = [item for item in waiting if item[0] <= self.cycle]
             # A failure is known at any time, also between two vertices of another patch.
@@ -112,7 +117,8 @@ class Run:
             if ctx.get(dut.o_fetch.valid) and ctx.get(dut.o_fetch.ready):
                 fetch = dut.o_fetch.payload
                 patch = ctx.get(fetch.patch)
-                assert ctx.get(fetch.is_remote) == patch & 1, "a fetch says where its patch is"
+                where = ctx.get(fetch.is_remote), ctx.get(fetch.node)
+                assert where == (patch & 1, node_of(patch)), "a fetch says where its patch is"
                 waiting.append((self.cycle + 1 + self.draw.randrange(self.spread), patch, fetches))
                 self.fetched.append(patch)
                 self.at_fetch.append(self.cycle)
