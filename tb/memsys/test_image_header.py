@@ -1,4 +1,6 @@
-"""Regions of an image: as long as they may be, one record fewer, and one more."""
+"""Regions of an image: as long as they may be, one record fewer, and one more; and several faults of a header."""
+
+import random
 
 import pytest
 
@@ -26,14 +28,23 @@ def bench():
     return ScheduleBench(ImageHeader(config=CONFIG), idle_limit=400, watchdog=10_000)
 
 
-def fault(bench, *, base=BASE, size=SIZE, offsets=(), **counts):
-    """The fault of a header with regions of so many records, by default none of wrong length."""
+def fault(bench, *, base=BASE, size=SIZE, offsets=(), others=(), errors=(), **counts):
+    """The fault of a header with regions of so many records, by default none of wrong length.
+
+    Parameters
+    ----------
+    others
+        By number words with another value.
+    errors
+        Numbers of the words that cannot be read.
+    """
     counts = dict.fromkeys(BYTES, 0) | {"cell_grid": 1} | counts
     words = [MAGIC | VERSION << 32, size]
     for name, count in counts.items():
         words += [dict(offsets).get(name, 4096), count]
     read = Responder("o_extent", "i_word", lambda extent: [
-        {"data": word, "last": number == HEADER_WORDS - 1} for number, word in enumerate(words)])
+        {"data": dict(others).get(number, word), "last": number == HEADER_WORDS - 1, "error": number in errors}
+        for number, word in enumerate(words)])
     came = bench.run(Schedule(items={"i": [(0, base)]}), read)
     assert came["o_extent"] == [{"address": base, "length": HEADER_WORDS - 1, "narrow": 0}]
     (found,) = came["o"]
@@ -85,3 +96,15 @@ def test_lengths_do_not_wrap(bench, region):
 def test_images_end_within_memory(bench, base, size, passes):
     """An image that fills all of memory has a size of one bit too many."""
     assert fault(bench, base=base, size=size) is (Fault.NONE if passes else Fault.REGION)
+
+
+def test_the_first_of_several_faults_counts(bench):
+    """In the order of the words; what a word holds that cannot be read has no meaning."""
+    draw = random.Random(3)
+    for number in range(0, HEADER_WORDS, 5):
+        garbage = {k: draw.getrandbits(64) for k in range(number, HEADER_WORDS)}
+        assert fault(bench, others=garbage, errors={number}) is Fault.READ_REPLY, number
+        if number:
+            assert fault(bench, others=garbage | {0: MAGIC}, errors={number}) is Fault.IMAGE, number
+    assert fault(bench, others={0: 1, 3: 1 << 40}) is Fault.IMAGE
+    assert fault(bench, others={3: 1 << 40}, errors={4}) is Fault.REGION

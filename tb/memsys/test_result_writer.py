@@ -230,3 +230,34 @@ def test_the_last_hit_must_end_a_row(hit_format):
     memory, over = run(sections, 64, change=change)
     assert over == [{"code": Fault.NO_RECORD.value, "address": 0, "sums": 0}, done(sections[1])]
     assert {address: byte for address, byte in memory.bytes.items() if address >= 2 * APART} == sections[1].memory
+
+
+def test_the_first_of_several_errors_counts():
+    """A request that memory refuses and a sum that overflows, whichever comes first: the request if both come at once.
+    Hits that do not end a row come before both.
+    """
+    one = replace(drawn_section(71, CONFIGS[64], base=APART, columns=9, section=Sector(0, 9, 0, 2),
+                                hit_format=HitFormat.FULL, sums=True), patches=[*range(9, 18)], sums=[3] * 9)
+    last = sum(request["address"] < one.command.sums_address for request in one.requests(64)) - 1
+
+    def overflow(items):
+        items["i_sum"][4] = {**items["i_sum"][4], "overflow": 1}
+        return items
+
+    def end_early(items):
+        items["i_hit"] = [*items["i_hit"][:10], {**items["i_hit"][10], "last": 1}]
+        return overflow(items)
+
+    orders = set()
+    for delay in range(24):
+        memory, (over,) = run([one], 64, memory=WriteMemory(64, fails={last}), delay=delay, gaps=[0, 0, 0, 0, 16],
+                              change=overflow)
+        refused, overflows = BENCHES[64].cycles["i_written"][last], BENCHES[64].cycles["i_sum"][4]
+        orders.add((refused > overflows) - (refused < overflows))
+        code, address = ((Fault.WRITE_REPLY, memory.requests[last]["address"]) if refused <= overflows
+                         else (Fault.OVERFLOW, one.patches[4]))
+        assert over == {"code": code.value, "address": address, "sums": 0}, f"{delay} cycles"
+    assert orders == {-1, 0, 1}
+    for fails in (), {0}:
+        _, (over,) = run([one], 64, memory=WriteMemory(64, fails=set(fails)), delay=60, change=end_early)
+        assert over == {"code": Fault.NO_RECORD.value, "address": 0, "sums": 0}
