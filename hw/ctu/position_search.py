@@ -66,14 +66,13 @@ class PositionSearch(wiring.Component):
         busy = Signal()
         m.d.comb += self.i.ready.eq(~busy & ~self.o.valid)
         m.d.sync += starts.eq(Cat(self.i.valid & self.i.ready, starts[0]))
+        # The address before the first one, which counting from 1 begins at, and the first step.
+        before, highest = Signal(shape, reset_less=True), Signal(bits, reset_less=True)
         with m.If(self.i.valid & self.i.ready):
-            m.d.sync += [given.eq(self.i.payload), busy.eq(1)]
-        # The address before the first one, which counting from 1 begins at.
-        before, highest = Signal(shape, reset_less=True), Signal(bits)
-        m.d.comb += [before.eq(given.first - 1), highest.eq(1)]
-        for bit in range(1, bits):
-            with m.If(given.count[bit]):
-                m.d.comb += highest.eq(1 << bit)
+            m.d.sync += [given.eq(self.i.payload), busy.eq(1), before.eq(self.i.payload.first - 1), highest.eq(1)]
+            for bit in range(1, bits):
+                with m.If(self.i.payload.count[bit]):
+                    m.d.sync += highest.eq(1 << bit)
 
         # ``found`` positions are less, and of those up to ``step`` more the last one is looked at, if it is there.
         search = StructLayout({"found": bits, "step": bits, "is_end": 1})
@@ -82,14 +81,17 @@ class PositionSearch(wiring.Component):
         in_flight = Signal(3)
         exists, following = Signal(reset_less=True), [Signal(shape, name=f"after_{more}", reset_less=True)
                                                       for more in range(2)]
+        # A position that has been read, and the bound that it is compared with.
         address, position = Signal(shape, reset_less=True), Signal(formats.position, reset_less=True)
+        limit = Signal(formats.position_bound, reset_less=True)
         less, goes_on = Signal(), Signal()
         m.d.comb += [
             read.addr.eq(address),
-            less.eq(exists & (position < Mux(compared.is_end, given.end, given.low))),
+            less.eq(exists & (position < limit)),
             goes_on.eq(in_flight[2] & ~compared.step[0])]
         m.d.sync += [in_flight.eq(Cat(goes_on | starts.any(), in_flight[:2])), fetched.eq(sought), compared.eq(fetched),
-                     position.eq(read.data), exists.eq((fetched.found | fetched.step) <= given.count)]
+                     position.eq(read.data), limit.eq(Mux(fetched.is_end, given.end, given.low)),
+                     exists.eq((fetched.found | fetched.step) <= given.count)]
         half = fetched.step >> 1
         m.d.sync += [following[0].eq(before + (fetched.found | half)),
                      following[1].eq(before + (fetched.found | fetched.step | half))]

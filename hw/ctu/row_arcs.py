@@ -10,6 +10,7 @@ from golden.config import Config
 from golden.ctu.grid_rays import INDEX_FRACTION
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["RowArcs"]
 
@@ -36,7 +37,7 @@ class RowArcs(wiring.Component):
 
     Timing
     ------
-    Latency: ``6`` cycles. One row per cycle; stalls while the row at the end waits.
+    Latency: ``7`` cycles. One row per cycle; stalls while the row at the end waits, and a register enables all others.
 
     Golden counterpart: `golden.ctu.sector.sector_rays`.
     """
@@ -49,7 +50,8 @@ class RowArcs(wiring.Component):
             "o": Out(stream.Signature(formats.arcs)), "frustum": In(formats.frustum)})
         self._row = formats.grid_row
         self._borders = Memory(shape=formats.reach, depth=1 << formats.grid_row_address.width, init=[])
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        self._skid = SkidBuffer(self.o.payload.shape())
+        self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
         bound, section = formats.position_bound, self.frustum.section
         lowest, highest = -(1 << bound.width - 1), (1 << bound.width - 1) - 1
         around = self.frustum.columns << INDEX_FRACTION
@@ -64,7 +66,7 @@ class RowArcs(wiring.Component):
             value > 0 if is_upper else value < 0), value) for value, is_upper in ((low, False), (over, True)))
         wraps = pipeline.register(lambda whole, before, over: ~whole & (before | over),
                                   whole, begins_before, goes_over)
-        arcs = self.o.payload
+        arcs = self._skid.i.payload
         pipeline.output(arcs.wraps, wraps)
         pipeline.output(arcs.low, pipeline.register(
             lambda whole, before, low, up: Mux(whole, lowest, Mux(before, up, low)), whole, begins_before, low, up))
@@ -73,7 +75,7 @@ class RowArcs(wiring.Component):
             whole, begins_before, goes_over, end))
         pipeline.output(arcs.over, pipeline.register(
             lambda before, end, over: Mux(before, end, over), begins_before, end, over))
-        self.latency = pipeline.latency
+        self.latency = pipeline.latency + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
@@ -83,4 +85,6 @@ class RowArcs(wiring.Component):
                      port.data.eq(View(self._row, table.payload.data[:self._row.size]).column_border),
                      port.en.eq(table.valid & (table.payload.kind == GridTableKind.ROW))]
         self._pipeline.add_to(m)
+        m.submodules.skid = self._skid
+        wiring.connect(m, self._skid.o, wiring.flipped(self.o))
         return m

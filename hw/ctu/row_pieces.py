@@ -11,7 +11,6 @@ from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_arcs import RowArcs
 from hw.lib.queue import Queue
-from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["RowPieces"]
 
@@ -79,30 +78,39 @@ class RowPieces(wiring.Component):
         next_row, row = Signal(formats.grid_row_address, reset_less=True), Signal(formats.grid_row_address,
                                                                                  reset_less=True)
         m.d.comb += [arcs.i.valid.eq(unrequested != 0), arcs.i.payload.eq(next_row)]
-        # Whether a row is done is known late, and all registers of its arcs stall until then.
-        m.submodules.sectors = sectors = SkidBuffer(arcs.o.payload.shape())
-        wiring.connect(m, arcs.o, sectors.i)
         with m.If(arcs.i.valid & arcs.i.ready):
             m.d.sync += [unrequested.eq(unrequested - 1), next_row.eq(next_row + 1)]
 
         number, factor, addend = self._add_number(m)
 
-        # Pairs of arcs that are left in this row, the intersection of one pair, and where it has been found to be.
-        pairs, pair = Signal(len(PAIRS)), Signal(range(len(PAIRS)))
+        # Pairs of arcs that are left in this row and the first of them; the intersection of the pair before, and where
+        # it has been found to be.
+        pairs, chosen, pair = Signal(len(PAIRS)), Signal(range(len(PAIRS))), Signal(range(len(PAIRS)))
         low, end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
         m.submodules.known = known = Memory(shape=search.o.payload.shape(), depth=len(PAIRS), init=[],
                                             attrs={"ram_style": "distributed"})
         keep, recall = known.write_port(), known.read_port(domain="comb")
         recalled = Signal(search.o.payload.shape(), reset_less=True)
         is_known, fits, some = Signal(len(PAIRS)), Signal(), Signal()
-        piece = Signal(StructLayout({"low": side, "end": side}), reset_less=True)
-        first_of = [(Mux(over, lowest, source.low), Mux(over, source.over, source.end))
-                    for source in (sectors.o.payload, window) for over in (0, 1)]
-        sector_arcs, window_arcs = first_of[:2], first_of[2:]
-        chosen, rest = Signal(range(len(PAIRS))), Signal(len(PAIRS))
-        for number_of in reversed(range(len(PAIRS))):
-            with m.If(pairs[number_of]):
-                m.d.comb += [chosen.eq(number_of), rest.eq(pairs & ~(1 << number_of))]
+        # Where the piece begins and how long it is, whether it is there at all, and whether it is the row's last one.
+        piece = Signal(StructLayout({"low": side, "count": side}), reset_less=True)
+        gives, is_last = Signal(), Signal()
+        # Which arc begins later, and of each pair which one ends first.
+        sector, is_later, ends_first = arcs.o.payload, Signal(reset_less=True), Signal(len(PAIRS), reset_less=True)
+        sector_over, window_over, sector_ends = (Array(values)[chosen] for values in (
+            [of_sector for of_sector, _ in PAIRS], [of_window for _, of_window in PAIRS], list(ends_first)))
+
+        def choose(left):
+            """The first pair of those that are left in this row."""
+            m.d.sync += [pairs.eq(left), is_last.eq(~left.any())]
+            for index in reversed(range(len(PAIRS))):
+                with m.If(left[index]):
+                    m.d.sync += chosen.eq(index)
+
+        def keep_piece(low, end):
+            """What lies between two counts of rays."""
+            m.d.sync += [gives.eq(low < end), piece.low.eq(low), piece.count.eq(end - low)]
+
         made = pieces.i.payload
         m.d.comb += [
             recall.addr.eq(chosen), keep.addr.eq(pair), keep.data.eq(search.o.payload),
@@ -121,49 +129,55 @@ class RowPieces(wiring.Component):
                     m.d.sync += unrequested.eq(stage.rows)
                     m.next = "row"
             with m.State("row"):
-                sector = sectors.o.payload
-                m.d.sync += pairs.eq(Cat(
-                    (sector.wraps | (of_sector == 0)) & (window.wraps | (of_window == 0))
-                    for of_sector, of_window in PAIRS))
+                choose(Cat((sector.wraps | (of_sector == 0)) & (window.wraps | (of_window == 0))
+                           for of_sector, of_window in PAIRS))
+                m.d.sync += [is_later.eq(sector.low > window.low), ends_first.eq(Cat(
+                    (sector.over if of_sector else sector.end) < (window.over if of_window else window.end)
+                    for of_sector, of_window in PAIRS))]
                 with m.If(left == 0):
                     m.next = "over"
-                with m.Elif(sectors.o.valid & (factor == 0)):
+                with m.Elif(arcs.o.valid & (factor == 0)):
                     m.next = "pair"
             with m.State("pair"):
-                options = Array([Cat(Mux(sector_arcs[a][0] > window_arcs[b][0], sector_arcs[a][0], window_arcs[b][0]),
-                                     Mux(sector_arcs[a][1] < window_arcs[b][1], sector_arcs[a][1], window_arcs[b][1]))
-                                 for a, b in PAIRS])
-                both = options[chosen]
-                m.d.sync += [low.eq(both[:bound.width].as_signed()), end.eq(both[bound.width:].as_signed()),
-                             pair.eq(chosen), pairs.eq(rest), recalled.eq(recall.data)]
+                # An arc of what goes over begins at position 0, before any other one.
+                m.d.sync += [
+                    low.eq(Mux(sector_over & window_over, lowest, Mux(
+                        ~sector_over & (window_over | is_later), sector.low, window.low))),
+                    end.eq(Mux(sector_ends, Mux(sector_over, sector.over, sector.end),
+                               Mux(window_over, window.over, window.end))),
+                    pair.eq(chosen), recalled.eq(recall.data)]
+                choose(Cat(one & pairs[:index].any() for index, one in enumerate(pairs)))
                 m.next = "known"
             with m.State("known"):
+                # The row's arcs are not looked at any more.
+                m.d.comb += arcs.o.ready.eq(is_last)
                 m.d.sync += [
                     fits.eq(is_known.bit_select(pair, 1) & Cat(
                         (value >= found.least) & (value <= found.most)
                         for value, found in ((low, recalled.low), (end, recalled.end))).all()),
-                    some.eq(low < end), piece.low.eq(recalled.low["count"]), piece.end.eq(recalled.end["count"])]
+                    some.eq(low < end)]
                 m.next = "choose"
             with m.State("choose"):
+                keep_piece(recalled.low["count"], recalled.end["count"])
                 with m.If(some & ~fits):
                     m.d.comb += search.i.valid.eq(1)
                     m.next = "search"
                 with m.Else():
                     m.next = "give"
+                with m.If(~some):
+                    m.d.sync += gives.eq(0)
             with m.State("search"):
                 m.d.comb += [search.o.ready.eq(1), keep.en.eq(search.o.valid)]
-                m.d.sync += [piece.low.eq(search.o.payload.low["count"]), piece.end.eq(search.o.payload.end["count"])]
+                keep_piece(search.o.payload.low["count"], search.o.payload.end["count"])
                 with m.If(search.o.valid):
                     m.d.sync += is_known.bit_select(pair, 1).eq(1)
                     m.next = "give"
             with m.State("give"):
-                m.d.comb += [pieces.i.valid.eq(some & (piece.low < piece.end)),
-                             made.ray.eq(number + piece.low), made.column.eq(given.first_column + piece.low),
-                             made.count.eq(piece.end - piece.low)]
-                with m.If(pieces.i.ready | ~pieces.i.valid):
+                m.d.comb += [pieces.i.valid.eq(gives), made.ray.eq(number + piece.low),
+                             made.column.eq(given.first_column + piece.low), made.count.eq(piece["count"])]
+                with m.If(pieces.i.ready | ~gives):
                     m.next = "pair"
-                    with m.If(pairs == 0):
-                        m.d.comb += sectors.o.ready.eq(1)
+                    with m.If(is_last):
                         m.d.sync += [left.eq(left - 1), row.eq(row + 1), number.eq(number + given.columns)]
                         m.next = "row"
             with m.State("over"):
