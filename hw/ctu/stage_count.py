@@ -1,6 +1,6 @@
 """Stage count: when a stage is over, and when a frustum is."""
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -78,16 +78,18 @@ class StageCount(wiring.Component):
         bits = self._bits
         busy = Signal(1 << bits)
         for index in range(1 << bits):
-            count, came, gone = (Signal(width, name=f"{name}_{index}") for name, width in (
-                ("count", COUNT_BITS), ("came", self.enters.payload["count"].shape()),
+            count, following, came, gone = (Signal(width, name=f"{name}_{index}") for name, width in (
+                ("count", COUNT_BITS), ("following", COUNT_BITS), ("came", self.enters.payload["count"].shape()),
                 ("gone", range(GRID_GROUP * self._exits + 1))))
+            # Whether there are rays is known with how many there are.
+            some, some_came = Signal(name=f"some_{index}"), Signal(name=f"some_came_{index}")
             entering, *leaving = (Signal(port.payload["count"].shape(), name=f"{name}_{index}") for name, port in (
                 ("entering", self.enters), *((f"leaving_{k}", port) for k, port in enumerate(self.left))))
             for port, rays in zip((self.enters, *self.left), (entering, *leaving), strict=True):
                 m.d.sync += rays.eq(Mux(port.valid & (port.payload.stage[:bits] == index), port.payload["count"], 0))
-            m.d.sync += [came.eq(entering), gone.eq(sum(leaving)), count.eq(count + came - gone),
-                         self.rays[index].eq(count.any())]
-            m.d.comb += busy[index].eq(Cat(entering, came, count).any())
+            m.d.comb += [following.eq(count + came - gone), busy[index].eq(entering.any() | some_came | some)]
+            m.d.sync += [came.eq(entering), some_came.eq(entering.any()), gone.eq(sum(leaving)), count.eq(following),
+                         some.eq(following.any()), self.rays[index].eq(some)]
 
         # The oldest stage that is not over, and how many stages are closed and not over.
         first = NEAR_STAGE & (1 << bits) - 1

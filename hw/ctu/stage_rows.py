@@ -81,7 +81,10 @@ class StageRows(wiring.Component):
         sector_low, sector_end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
         record = Signal.like(read.data, reset_less=True)
         in_flight, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
-        m.d.sync += in_flight.eq(in_flight + starts - self.i_over.valid)
+        m.d.sync += [in_flight.eq(in_flight + starts - self.i_over.valid), starts.eq(0)]
+        # The stage that is given has started: the next one's numbers.
+        with m.If(starts):
+            m.d.sync += [stage.eq(stage + 1), shell.eq(shell + 1)]
         window_end = whole(given.window.column_first + given.window.column_count)
         m.d.comb += read.addr.eq(shell)
         stage_over = self.o.ready & self.o.valid
@@ -138,8 +141,7 @@ class StageRows(wiring.Component):
                     self.o.payload.final.eq(0),
                     *(self.o.payload[name].eq(record[name]) for name in ("first_column", "columns", "first_ray"))]
                 with m.If(search.o.valid):
-                    m.d.comb += starts.eq(1)
-                    m.d.sync += [stage.eq(stage + 1), shell.eq(shell + 1)]
+                    m.d.sync += starts.eq(1)
                     m.next = "give"
             with m.State("give"):
                 m.d.comb += self.o.valid.eq(1)
